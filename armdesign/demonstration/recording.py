@@ -1,0 +1,132 @@
+"""A motion recording: named points and orientations over time, whatever file they came from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armdesign.errors import RecordingError
+
+Array = NDArray[np.float64]
+Change = Callable[[Array], Array]
+
+MIN_FRAMES = 3
+_COUNTS = ("no frame", "one frame", "two frames")
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Paths of named points, some of them with an orientation. NaN stands for "not seen in this frame".
+
+    A frame in which part of a position or quaternion is missing counts as missing altogether.
+
+    Attributes:
+        time: Frame times, strictly increasing, shape (T,) [s].
+        points: Name to positions, each of shape (T, 3) [m].
+        orientations: Name to quaternions x, y, z, w (scalar last), each of shape (T, 4). A name may have an
+            orientation and no position.
+        source: The file or a few words about where this comes from, for messages.
+    """
+
+    time: Array
+    points: Mapping[str, Array]
+    orientations: Mapping[str, Array] = field(default_factory=dict)
+    source: str = "recording"
+
+    def __post_init__(self) -> None:
+        """Normalise to read-only float arrays and check them.
+
+        Raises:
+            RecordingError: Fewer than three frames, times that do not increase, a wrong shape, an infinite value.
+        """
+        time = np.array(self.time, dtype=float)
+        time.setflags(write=False)
+        object.__setattr__(self, "time", time)
+        self._check_time()
+        points = {name: self._series(name, values, 3) for name, values in self.points.items()}
+        turns = {name: self._series(name, values, 4) for name, values in self.orientations.items()}
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "orientations", turns)
+
+    @property
+    def frames(self) -> int:
+        """Number of frames T."""
+        return len(self.time)
+
+    @property
+    def step(self) -> float:
+        """Median time from frame to frame [s]."""
+        return median_step(self.time)
+
+    @property
+    def rate(self) -> float:
+        """Frames per second, from the median step [1/s]."""
+        return 1.0 / self.step
+
+    def changed(self, time: Array, positions: Change, quaternions: Change) -> Recording:
+        """The same points and orientations with other values.
+
+        Args:
+            time: The new times, shape (T',) [s].
+            positions: Gives the new positions, shape (T', 3), for the old ones.
+            quaternions: Gives the new quaternions, shape (T', 4), for the old ones.
+        """
+        points = {name: positions(values) for name, values in self.points.items()}
+        turns = {name: quaternions(values) for name, values in self.orientations.items()}
+        return Recording(time, points, turns, self.source)
+
+    def _check_time(self) -> None:
+        if self.time.ndim != 1:
+            raise RecordingError(f"{self.source}: the times have shape {self.time.shape}", allowed="(T,)")
+        if self.frames < MIN_FRAMES:
+            raise RecordingError(
+                f"{self.source} has {_COUNTS[self.frames]}, but a motion takes at least three",
+                value=self.frames,
+                fix="Record longer, or cut less away",
+            )
+        bad = first_bad_step(self.time)
+        if bad is not None:
+            raise RecordingError(
+                f"{self.source}, frame {bad + 1}: {describe_bad_step(self.time, bad)}",
+                value=float(self.time[bad]),
+                fix="Every frame needs a later time than the one before",
+            )
+
+    def _series(self, name: str, values: ArrayLike, width: int) -> Array:
+        """Checked, read-only copy of one point's values, with frames missing as a whole."""
+        series = np.array(values, dtype=float, order="C")
+        if not name or name != name.strip() or any(ord(letter) < 32 for letter in name):
+            raise RecordingError(f"{self.source}: {name!r} cannot be the name of a point", value=name)
+        if series.shape != (self.frames, width):
+            raise RecordingError(
+                f"{self.source}: point '{name}' has values of shape {series.shape}", allowed=f"({self.frames}, {width})"
+            )
+        if np.isinf(series).any():
+            frame = int(np.argmax(np.isinf(series).any(axis=1)))
+            raise RecordingError(f"{self.source}: point '{name}' is infinite in frame {frame + 1}", value=series[frame])
+        series[np.isnan(series).any(axis=1)] = np.nan
+        series.setflags(write=False)
+        return series
+
+
+def median_step(time: Array) -> float:
+    """Median time from frame to frame, for times of shape (T,) [s]."""
+    return float(np.median(np.diff(time)))
+
+
+def first_bad_step(time: Array) -> int | None:
+    """Index of the first time that is not a number or not later than the one before; None if there is none."""
+    if len(time) == 0 or not np.isfinite(time[0]):
+        return 0 if len(time) else None
+    bad = np.flatnonzero(~(np.diff(time) > 0) | ~np.isfinite(time[1:]))
+    return int(bad[0]) + 1 if len(bad) else None
+
+
+def describe_bad_step(time: Array, index: int) -> str:
+    """What is wrong with the time at an index that ``first_bad_step`` gave."""
+    if not np.isfinite(time[index]):
+        return "the time is missing" if np.isnan(time[index]) else "the time is infinite"
+    return f"the time does not increase, {time[index]:.12g} s comes after {time[index - 1]:.12g} s"

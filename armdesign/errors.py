@@ -1,0 +1,67 @@
+"""Everything this package raises for bad input, in one family.
+
+The command line turns any :class:`ArmDesignError` into one sentence and exit code 2. The message says
+what is wrong, where, which values are allowed and what to do; the offending value travels along for callers.
+"""
+
+from __future__ import annotations
+
+
+class ArmDesignError(Exception):
+    """Base of every error raised for bad input.
+
+    Attributes:
+        value: The offending value, if there is one.
+        allowed: The values that would have been accepted, in words or as a list.
+        fix: What the user can do about it.
+    """
+
+    def __init__(
+        self, message: str, *, value: object = None, allowed: object = None, fix: str | None = None
+    ) -> None:
+        """Compose the sentence out of its parts.
+
+        Args:
+            message: What is wrong and where.
+            value: The offending value.
+            allowed: The accepted values; appended as "allowed: ...".
+            fix: The way out; appended as a second sentence.
+        """
+        self.value = value
+        self.allowed = allowed
+        self.fix = fix
+        text = message
+        if allowed is not None:
+            shown = ", ".join(map(str, allowed)) if isinstance(allowed, (list, tuple)) else str(allowed)
+            text += f"; allowed: {shown}"
+        if fix is not None:
+            text += f". {fix}"
+        super().__init__(text)
+
+
+class RecordingError(ArmDesignError):
+    """A recording cannot be read or does not make sense."""
+
+
+class TaskError(ArmDesignError):
+    """A recording does not give the task that was asked for."""
+
+
+class SettingsError(ArmDesignError):
+    """A setting is unknown, of the wrong type or out of range."""
+
+
+class DesignError(ArmDesignError):
+    """A design (DH table) cannot be read or is not a serial arm this package handles."""
+
+
+class SearchError(ArmDesignError):
+    """The search cannot start or has found nothing."""
+
+
+class RunFolderError(ArmDesignError):
+    """A run folder cannot be read or written."""
+
+
+class MissingExtraError(ArmDesignError):
+    """An optional dependency is needed; the message names the pip line."""

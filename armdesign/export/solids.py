@@ -1,0 +1,303 @@
+"""Mass properties of the arm's solids, and which solid belongs to which link.
+
+The body follows the arm skeleton. Row i of the DH table is a tube from the origin of its frame along x by a_i, then
+along the next joint's axis by d_i. Neither piece moves with that joint, so both belong to the link before it: row 0 to
+base_link, row i to link_i, the tool row to link_n. On top of the tubes
+
+* link_i carries the housing of joint_i, a solid cylinder about the joint's axis: the **child** link owns it;
+* base_link carries a plate, ``reach`` beneath its origin, and a post from the plate up to the origin.
+
+Collision shapes are the same cylinders, made so that neighbouring links do not touch where they meet: a tube ends at
+the sphere of radius ``reach`` about the next joint, and of joints closer together than two such spheres only the last
+keeps its housing. Links that fold back onto each other still collide, as they would in metal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from numbers import Real
+
+import numpy as np
+
+from armdesign.errors import DesignError, SettingsError
+from armdesign.kinematics.dh import Array, DHTable, rot_x, translation
+
+SHORTEST = 1e-6
+"""Pieces shorter than this are left out [m]; a cylinder of no length is refused by most readers."""
+LIGHTEST = 1e-6
+"""Gazebo drops links of this mass and below [kg]."""
+Z_TO_X = np.array([[0.0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
+"""A quarter turn about y, which lays a cylinder along x, shape (4, 4)."""
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """Mass, centre of mass and inertia of a rigid body.
+
+    Attributes:
+        mass: Mass [kg].
+        com: Centre of mass in the body's frame, shape (3,) [m].
+        inertia: Inertia about the centre of mass along the frame's axes, shape (3, 3) [kg m^2].
+    """
+
+    mass: float
+    com: Array
+    inertia: Array
+
+    def __post_init__(self) -> None:
+        """Normalise to read-only arrays and check that such a body can exist.
+
+        Raises:
+            DesignError: The mass is not positive, or the inertia is not symmetric, not positive definite, or one of its
+                principal moments exceeds the sum of the other two.
+        """
+        for name, shape in (("com", (3,)), ("inertia", (3, 3))):
+            array = np.array(getattr(self, name), dtype=float)
+            if array.shape != shape or not np.isfinite(array).all():
+                raise DesignError(f"{name} is not a finite array", value=array, allowed=f"shape {shape}")
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        if not (np.isfinite(self.mass) and self.mass > 0.0):
+            raise DesignError(f"a body's mass is {self.mass!r} kg", value=self.mass, allowed="> 0")
+        moments = np.linalg.eigvalsh(self.inertia)
+        lopsided = np.abs(self.inertia - self.inertia.T).max() > 1e-9 * np.abs(self.inertia).max()
+        if lopsided or moments[0] <= 0.0 or moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
+            raise DesignError(
+                f"no solid has this inertia, principal moments {moments.tolist()} kg m^2",
+                value=self.inertia,
+                allowed="symmetric, positive definite, no moment above the sum of the other two",
+            )
+
+    def moved(self, pose: Array) -> Inertial:
+        """The same body seen from a frame in which its own frame stands at ``pose``, shape (4, 4)."""
+        turn = pose[:3, :3]
+        inertia = turn @ self.inertia @ turn.T
+        return Inertial(self.mass, turn @ self.com + pose[:3, 3], (inertia + inertia.T) / 2.0)
+
+
+def combine(parts: Sequence[Inertial]) -> Inertial:
+    """The body made of several parts given in one frame, by the parallel-axis rule about their common centre of mass.
+
+    m = sum m_k, c = sum m_k c_k / m, I = sum I_k + m_k (|r_k|^2 1 - r_k r_k^T) with r_k = c_k - c.
+
+    Args:
+        parts: At least one body.
+
+    Raises:
+        DesignError: There is no part.
+    """
+    if not parts:
+        raise DesignError("a body needs at least one part")
+    mass = sum(part.mass for part in parts)
+    com = sum((part.mass * part.com for part in parts), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        r = part.com - com
+        inertia += part.inertia + part.mass * (r @ r * np.eye(3) - np.outer(r, r))
+    return Inertial(mass, com, inertia)
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder about the z axis of its own frame, which stands at its centre; hollow where an inner radius is given.
+
+    Attributes:
+        pose: Its frame in the link's frame, shape (4, 4).
+        radius: Outer radius [m].
+        length: Length along z [m].
+        mass: Mass [kg].
+        material: Name of the material it is drawn in.
+        inner_radius: Radius of the bore [m].
+    """
+
+    pose: Array
+    radius: float
+    length: float
+    mass: float
+    material: str
+    inner_radius: float = 0.0
+
+    @property
+    def inertial(self) -> Inertial:
+        """Mass properties in the link's frame: I_zz = m (R^2 + r^2) / 2, I_xx = I_yy = m (3 (R^2 + r^2) + l^2) / 12."""
+        squares = self.radius**2 + self.inner_radius**2
+        across = self.mass * (3.0 * squares + self.length**2) / 12.0
+        own = np.diag([across, across, self.mass * squares / 2.0])
+        return Inertial(self.mass, np.zeros(3), own).moved(self.pose)
+
+
+@dataclass(frozen=True)
+class BodyOptions:
+    """What the arm is built of. Lengths in metres, masses in kilograms; every value above 0.
+
+    Attributes:
+        tube_diameter: Outer diameter of the tubes [m].
+        tube_wall: Wall of the tubes [m]; half the diameter makes a solid rod.
+        tube_density: Density of the tubes [kg/m^3]; aluminium.
+        joint_mass: Mass of a joint module, motor and gear [kg].
+        joint_diameter: Diameter of a joint's housing [m].
+        joint_length: Length of a joint's housing along its axis [m].
+        base_diameter: Diameter of the base plate [m].
+        base_height: Height of the base plate [m].
+        base_mass: Mass of the base plate [kg].
+        tool_mass: Mass of the empty link tool0 [kg], above 1e-6: small, yet enough that no simulator drops or fills it.
+        tool_inertia: Each principal moment of tool0 [kg m^2].
+        clearance: Gap left between the collision shapes of neighbouring links [m].
+    """
+
+    tube_diameter: float = 0.04
+    tube_wall: float = 0.003
+    tube_density: float = 2700.0
+    joint_mass: float = 0.6
+    joint_diameter: float = 0.06
+    joint_length: float = 0.06
+    base_diameter: float = 0.1
+    base_height: float = 0.02
+    base_mass: float = 1.0
+    tool_mass: float = 1e-4
+    tool_inertia: float = 1e-7
+    clearance: float = 1e-3
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            SettingsError: A value is not a positive number, a wall is thicker than its tube, or tool0 is too light.
+        """
+        for item in fields(self):
+            value = getattr(self, item.name)
+            number = isinstance(value, Real) and not isinstance(value, bool)
+            if not number or not np.isfinite(value) or value <= 0:
+                raise SettingsError(f"body option '{item.name}' is {value!r}", value=value, allowed="a number > 0")
+        if self.tube_wall > self.tube_diameter / 2.0:
+            allowed = f"at most half of tube_diameter, {self.tube_diameter / 2.0!r} m"
+            raise SettingsError(
+                f"body option 'tube_wall' is {self.tube_wall!r} m", value=self.tube_wall, allowed=allowed
+            )
+        if self.tool_mass <= LIGHTEST:
+            fix = "Lighter links are dropped by simulators."
+            raise SettingsError(
+                f"body option 'tool_mass' is {self.tool_mass!r} kg",
+                value=self.tool_mass,
+                allowed=f"> {LIGHTEST} kg",
+                fix=fix,
+            )
+
+    @property
+    def reach(self) -> float:
+        """Radius of the sphere about a joint that its housing stays within and the link before it stays out of [m]."""
+        housing = float(np.hypot(self.joint_diameter, self.joint_length)) / 2.0
+        return max(housing, self.tube_diameter / 2.0) + self.clearance
+
+    @property
+    def tool(self) -> Inertial:
+        """Mass properties of tool0."""
+        return Inertial(self.tool_mass, np.zeros(3), self.tool_inertia * np.eye(3))
+
+
+@dataclass(frozen=True)
+class LinkBody:
+    """The solids of one link in the link's frame.
+
+    Attributes:
+        visual: Every solid, at full length.
+        collision: What may touch other links, cut back at the joints.
+    """
+
+    visual: tuple[Cylinder, ...]
+    collision: tuple[Cylinder, ...]
+
+    @property
+    def inertial(self) -> Inertial:
+        """Mass properties of all its solids together."""
+        return combine([part.inertial for part in self.visual])
+
+
+def link_bodies(table: DHTable, options: BodyOptions) -> tuple[LinkBody, ...]:
+    """The bodies of base_link, link_1, ..., link_n.
+
+    Args:
+        table: The arm.
+        options: What it is built of.
+
+    Returns:
+        n + 1 bodies; that of link_i is given in the frame of joint_i, which turns with it.
+    """
+    kept = _housings_that_collide(table, options.reach)
+    housing = _housing(options)
+    bodies = [_base(table, options)]
+    for i in range(1, table.dof + 1):
+        touching = (housing,) if kept[i - 1] else ()
+        bodies.append(
+            LinkBody((housing, *_row_tubes(table, i, options)), (*touching, *_row_tubes(table, i, options, cut=True)))
+        )
+    return tuple(bodies)
+
+
+def _base(table: DHTable, options: BodyOptions) -> LinkBody:
+    """Plate, post and the tubes of row 0; the post stays inside the first joint's sphere and so never collides.
+
+    The plate does not collide either where that sphere reaches it, which takes a first joint placed below the base.
+    """
+    reach, height, radius = options.reach, options.base_height, options.base_diameter / 2.0
+    down = translation(0.0, 0.0, -reach - height / 2.0)
+    plate = Cylinder(down, radius, height, options.base_mass, "base")
+    post = _tube(np.eye(4), -reach, options)
+    x, y, z = table.placements()[0][:3, 3]
+    clear = z >= -SHORTEST or z <= -2.0 * reach - height or np.hypot(x, y) >= radius + reach
+    visual = (plate, *post, *_row_tubes(table, 0, options))
+    return LinkBody(visual, (*((plate,) if clear else ()), *_row_tubes(table, 0, options, cut=True)))
+
+
+def _housing(options: BodyOptions) -> Cylinder:
+    """The housing of a joint in the frame of the link that turns with it."""
+    return Cylinder(np.eye(4), options.joint_diameter / 2.0, options.joint_length, options.joint_mass, "joint")
+
+
+def _housings_that_collide(table: DHTable, reach: float) -> list[bool]:
+    """Whether joint_1, ..., joint_n keep a collision shape: from the tool down, each a whole sphere clear of the last.
+
+    The last of a cluster keeps it because its link also carries the tube that leads away.
+    """
+    kept = [False] * table.dof
+    travelled = np.inf
+    for i in reversed(range(table.dof)):
+        kept[i] = bool(travelled >= 2.0 * reach)
+        travelled = (0.0 if kept[i] else travelled) + float(np.hypot(table.a[i], table.d[i]))
+    return kept
+
+
+def _row_tubes(table: DHTable, i: int, options: BodyOptions, cut: bool = False) -> tuple[Cylinder, ...]:
+    """The tubes of row i in the frame of the link that carries them: along x by a_i, then along z_i by d_i.
+
+    Args:
+        table: The arm.
+        i: Row, 0..n.
+        options: What the tubes are made of.
+        cut: End them at the sphere about the next joint; the tool row has none.
+    """
+    a, d = float(table.a[i]), float(table.d[i])
+    start = table.base() if i == 0 else np.eye(4)
+    corner = start @ translation(a, 0.0, 0.0) @ rot_x(table.alpha[i])
+    if cut and i < table.dof:
+        aside = max(abs(d) - options.tube_diameter / 2.0, 0.0)
+        a = _shortened(a, float(np.sqrt(max(options.reach**2 - aside**2, 0.0))))
+        d = _shortened(d, options.reach)
+    return (*_tube(start @ Z_TO_X, a, options), *_tube(corner, d, options))
+
+
+def _shortened(span: float, cut: float) -> float:
+    """A signed length made shorter at its far end, 0 where nothing remains [m]."""
+    return float(np.sign(span)) * max(abs(span) - cut, 0.0)
+
+
+def _tube(frame: Array, span: float, options: BodyOptions) -> tuple[Cylinder, ...]:
+    """A tube from a frame's origin along its z axis by ``span``, backwards if negative; none if too short."""
+    if abs(span) < SHORTEST:
+        return ()
+    radius = options.tube_diameter / 2.0
+    inner = max(radius - options.tube_wall, 0.0)
+    mass = options.tube_density * np.pi * (radius**2 - inner**2) * abs(span)
+    centre = frame @ translation(0.0, 0.0, span / 2.0)
+    return (Cylinder(centre, radius, abs(span), mass, "tube", inner),)

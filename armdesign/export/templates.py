@@ -1,0 +1,62 @@
+"""Where the URDF templates are, and how they are filled in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from armdesign.errors import ArmDesignError
+
+FOLDER = "urdf_templates"
+PACKAGE = Path(__file__).resolve().parent.parent
+
+
+def template_path(name: str, package: Path = PACKAGE) -> Path:
+    """Find a template: inside the package (a wheel) or beside it (a checkout or an editable install).
+
+    Args:
+        name: File name of the template.
+        package: Folder of the package.
+
+    Raises:
+        ArmDesignError: It is in neither place.
+    """
+    places = [package / FOLDER / name, package.parent / FOLDER / name]
+    for place in places:
+        if place.is_file():
+            return place
+    raise ArmDesignError(
+        f"the template '{name}' is missing; looked for {places[0]} and {places[1]}",
+        value=name,
+        fix="The installation is incomplete: reinstall armdesign, or restore the folder beside the package.",
+    )
+
+
+def render(name: str, context: dict[str, Any], package: Path = PACKAGE) -> str:
+    """Fill in a template; markup in a value is escaped, a value that is not given is an error.
+
+    Args:
+        name: File name of the template.
+        context: The values it uses.
+        package: Folder of the package.
+
+    Raises:
+        ArmDesignError: The template is missing, is not a template, or uses a value that is not given.
+    """
+    import jinja2  # noqa: PLC0415, only writing a URDF needs it
+
+    path = template_path(name, package)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(path.parent),
+        undefined=jinja2.StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    try:
+        return environment.get_template(path.name).render(context)
+    except jinja2.TemplateError as error:
+        line = getattr(error, "lineno", None)
+        where = f"{path}, line {line}" if line else str(path)
+        raise ArmDesignError(f"the template {where} cannot be filled in: {error}", value=name) from error

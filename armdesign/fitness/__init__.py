@@ -1,0 +1,1 @@
+"""Temporal, path, area and robot fitness, and the design constraints."""

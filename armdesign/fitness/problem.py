@@ -1,0 +1,167 @@
+"""The problem every candidate is judged on: a task, the fitness settings and the solver settings as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armdesign.errors import SettingsError, TaskError
+from armdesign.fitness.association import MAX_POINTS
+from armdesign.fitness.orientation import METRICS
+from armdesign.fitness.path import MOUNT_IDENTITY, MOUNT_START, PROBLEM
+from armdesign.settings import FitnessSettings, SolverSettings
+
+Array = NDArray[np.float64]
+HELD_HAND = 1000.0  # weight of the hand while the start is solved, so that it ends on its point
+SCENARIOS = {"packaging": (0.0, (1 / 6, 1 / 3, 1 / 2)), "welding": (0.2, (0.0, 0.1, 0.7))}
+"""Published weights (w_0, (w_1, w_2, w_3)), method section 8."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What a candidate's fitness depends on besides the candidate.
+
+    Attributes:
+        P: Points, shape (T, m, 3) [m].
+        R: Hand rotations, shape (T, 3, 3), or (1, 3, 3) where orientation does not count.
+        record: The numbers, one PROBLEM record, shape (1,).
+        starts: Start poses for the first frame, shape (K, n) [rad].
+    """
+
+    P: Array
+    R: Array
+    record: NDArray[np.void]
+    starts: Array
+
+    @property
+    def frames(self) -> int:
+        """Number of frames T."""
+        return len(self.P)
+
+    @property
+    def points(self) -> int:
+        """Number of points m."""
+        return int(self.P.shape[1])
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return int(self.starts.shape[1])
+
+
+def make_problem(
+    P: ArrayLike,
+    R: ArrayLike | None,
+    dt: float,
+    limits: ArrayLike,
+    fitness: FitnessSettings,
+    solver: SolverSettings,
+) -> Problem:
+    """Put a problem together.
+
+    Args:
+        P: Points relative to the base, shape (T, m, 3) [m].
+        R: Hand rotations, shape (T, 3, 3), or None.
+        dt: Time between frames [s].
+        limits: Joint limits, shape (n, 2) [rad].
+        fitness: Settings of the fitness; weights and orientation_weight must be resolved (see resolve_weights).
+        solver: Settings of the solver.
+
+    Raises:
+        TaskError: Too many points, or an orientation weight without orientation.
+        SettingsError: The weights do not fit the points.
+    """
+    points = np.ascontiguousarray(P, dtype=float)
+    bounds = np.asarray(limits, dtype=float)
+    m = points.shape[1]
+    if m > MAX_POINTS:
+        raise TaskError(f"the task has {m} points", value=m, allowed=f"1 to {MAX_POINTS}")
+    w_0 = fitness.orientation_weight or 0.0
+    if len(fitness.weights) != m:
+        raise SettingsError(f"there are {len(fitness.weights)} weights for {m} points", allowed=f"{m} weights")
+    if w_0 > 0.0 and R is None:
+        raise TaskError(f"orientation_weight is {w_0:g}, but the task has no orientation", value=w_0)
+    record = np.zeros(1, dtype=PROBLEM)
+    fill_fitness(record[0], fitness, m, dt)
+    fill_solver(record[0], solver, bounds)
+    rotations = np.eye(3)[None] if R is None or w_0 == 0.0 else np.asarray(R, dtype=float)
+    return Problem(points, np.ascontiguousarray(rotations), record, start_poses(solver.starts, bounds))
+
+
+def fill_fitness(record: np.void, fitness: FitnessSettings, m: int, dt: float) -> None:
+    """Write the fitness settings into a PROBLEM record, in metres and radians."""
+    record["weights"][:m] = record["start_weights"][:m] = fitness.weights
+    record["start_weights"][m - 1] = HELD_HAND
+    record["w_0"] = fitness.orientation_weight or 0.0
+    record["free"] = m - 1 if fitness.tie_hand else m
+    record["metric"] = METRICS.index(fitness.orientation_metric)
+    record["mount"] = MOUNT_START if fitness.mount == "start" else MOUNT_IDENTITY
+    record["lambda_f"], record["lambda_E"] = fitness.lambda_f, fitness.lambda_E
+    record["delta"], record["reach"] = fitness.delta, fitness.reach_tolerance
+    degrees = fitness.continuity if fitness.continuity_speed is None else fitness.continuity_speed * dt
+    record["radius"] = np.deg2rad(degrees)
+
+
+def fill_solver(record: np.void, solver: SolverSettings, limits: Array) -> None:
+    """Write the solver settings and the joint limits into a PROBLEM record."""
+    n = len(limits)
+    record["lower"][:n], record["upper"][:n] = limits[:, 0], limits[:, 1]
+    record["tolerance"], record["floor"] = solver.tolerance, solver.floor
+    record["max_steps"], record["descents"] = solver.max_steps, solver.descents
+    record["second_order"] = solver.second_order
+
+
+def resolve_weights(fitness: FitnessSettings, m: int) -> tuple[float, tuple[float, ...]]:
+    """The weights (w_0, (w_1..w_m)): those given, else the scenario's.
+
+    The packaging weights grow in proportion along the arm, so they extend to any number of points.
+
+    Raises:
+        SettingsError: The weights do not fit the points or do not sum to 1.
+    """
+    w_0, preset = SCENARIOS[fitness.scenario]
+    if fitness.scenario == "packaging":
+        preset = tuple(np.arange(1.0, m + 1) / (m * (m + 1) / 2)) if m != len(preset) else preset
+    weights = fitness.weights or preset
+    if fitness.orientation_weight is not None:
+        w_0 = fitness.orientation_weight
+    elif fitness.weights:
+        w_0 = 0.0 if abs(sum(weights) - 1.0) < 1e-3 else w_0
+    shown = ", ".join(f"{w:g}" for w in weights)
+    if len(weights) != m:
+        raise SettingsError(
+            f"there are {len(weights)} weights ({shown}) for {m} points",
+            value=weights,
+            allowed=f"{m} weights w_1..w_{m}, or {m + 1} with the orientation's w_0 first",
+        )
+    if abs(w_0 + sum(weights) - 1.0) > 1e-3:
+        raise SettingsError(
+            f"the weights w_0 = {w_0:g} and {shown} sum to {w_0 + sum(weights):g}", value=weights, allowed="a sum of 1"
+        )
+    if weights[-1] + w_0 <= 0.0:
+        raise SettingsError("the hand, the last point, has no weight", value=weights, allowed="w_m > 0")
+    return w_0, tuple(float(w) for w in weights)
+
+
+def start_poses(count: int, limits: Array) -> Array:
+    """Low-discrepancy start poses, the same for every candidate (method section 4).
+
+    The additive recurrence frac(1/2 + k g^-j), with g the root of g^(n+1) = g + 1 (the R_n sequence), scaled to the
+    joint limits.
+
+    Args:
+        count: Number of poses K.
+        limits: Joint limits, shape (n, 2) [rad].
+
+    Returns:
+        Shape (K, n) [rad].
+    """
+    n = len(limits)
+    root = 1.0
+    for _ in range(64):
+        root = (1.0 + root) ** (1.0 / (n + 1))
+    steps = root ** -np.arange(1.0, n + 1)
+    unit = (0.5 + np.arange(count)[:, None] * steps) % 1.0
+    return np.ascontiguousarray(limits[:, 0] + unit * (limits[:, 1] - limits[:, 0]))

@@ -1,0 +1,186 @@
+"""Denavit-Hartenberg tables: modified (Craig) inside, classic (distal) in and out.
+
+A table of an n-joint arm has n + 1 rows. Row i < n carries joint i + 1, row n is the fixed tool (eq. 2):
+
+    T_i = Rx(alpha_i) Tx(a_i) Tz(d_i) Rz(theta_i + q_i),    q_n = 0,
+    T_base_tool = Rz(base_yaw) T_0 T_1 ... T_n.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armdesign.errors import DesignError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DHTable:
+    """Modified DH parameters of a serial arm with revolute joints.
+
+    Attributes:
+        alpha: Link twists, shape (n + 1,) [rad].
+        a: Link lengths along x_{i-1}, shape (n + 1,) [m].
+        d: Link offsets along z_i, shape (n + 1,) [m].
+        theta: Constant joint offsets, shape (n + 1,) [rad]; zero unless the arm was given with some.
+        base_yaw: Rotation about z before row 0 [rad].
+    """
+
+    alpha: Array
+    a: Array
+    d: Array
+    theta: Array = field(default=None)  # type: ignore[assignment]
+    base_yaw: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Normalise to read-only float arrays and check the shapes.
+
+        Raises:
+            DesignError: Fewer than one joint, columns of unequal length, or a value that is not finite.
+        """
+        if self.theta is None:
+            object.__setattr__(self, "theta", np.zeros(len(self.alpha)))
+        for name in ("alpha", "a", "d", "theta"):
+            column = np.array(getattr(self, name), dtype=float)
+            if column.ndim != 1 or len(column) != len(self.alpha):
+                raise DesignError(f"DH column '{name}' has shape {column.shape}, but alpha has {len(self.alpha)} rows")
+            if not np.isfinite(column).all():
+                raise DesignError(f"DH column '{name}' holds a value that is not finite", value=column)
+            column.setflags(write=False)
+            object.__setattr__(self, name, column)
+        if len(self.alpha) < 2:
+            raise DesignError(f"a DH table needs a row per joint and a tool row, got {len(self.alpha)} row(s)")
+        if not np.isfinite(self.base_yaw):
+            raise DesignError("base_yaw is not finite", value=self.base_yaw)
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return len(self.alpha) - 1
+
+    @property
+    def length(self) -> float:
+        """Total length L = sum(|a_i| + |d_i|), tool included [m]."""
+        return float(np.sum(np.abs(self.a) + np.abs(self.d)))
+
+    def base(self) -> Array:
+        """Base frame before row 0, Rz(base_yaw), shape (4, 4)."""
+        return rot_z(self.base_yaw)
+
+    def placements(self) -> Array:
+        """Constant part of every row, Rx(alpha) Tx(a) Tz(d) Rz(theta), shape (n + 1, 4, 4).
+
+        The base yaw is part of the first one, so that their product with the joint rotations is the whole arm.
+        """
+        rows = np.stack(
+            [
+                rot_x(alpha) @ translation(a, 0.0, d) @ rot_z(theta)
+                for alpha, a, d, theta in zip(self.alpha, self.a, self.d, self.theta, strict=True)
+            ]
+        )
+        rows[0] = self.base() @ rows[0]
+        return rows
+
+    def frames(self, q: ArrayLike) -> Array:
+        """Frames of the joints and the tool relative to the base (eq. 2), by plain matrix products.
+
+        Args:
+            q: Joint angles, shape (n,) [rad].
+
+        Returns:
+            Homogeneous transforms, shape (n + 1, 4, 4); the last is the tool.
+        """
+        angles = np.asarray(q, dtype=float)
+        if angles.shape != (self.dof,):
+            raise DesignError(f"q has shape {angles.shape}, but the arm has {self.dof} joints")
+        pose = np.eye(4)
+        frames = np.empty((self.dof + 1, 4, 4))
+        for i, placement in enumerate(self.placements()):
+            pose = pose @ placement @ (rot_z(angles[i]) if i < self.dof else np.eye(4))
+            frames[i] = pose
+        return frames
+
+    @classmethod
+    def from_rows(cls, rows: ArrayLike, base_yaw: float = 0.0) -> DHTable:
+        """Build a table from rows of (alpha, a, d) or (alpha, a, d, theta).
+
+        Args:
+            rows: Shape (n + 1, 3) or (n + 1, 4) [rad, m, m(, rad)], tool row last.
+            base_yaw: Rotation about z before row 0 [rad].
+        """
+        table = np.asarray(rows, dtype=float)
+        if table.ndim != 2 or table.shape[1] not in (3, 4):
+            raise DesignError(f"DH rows have shape {table.shape}", allowed="(n + 1, 3) or (n + 1, 4)")
+        return cls(*table.T, base_yaw=base_yaw)
+
+    @classmethod
+    def from_classic(cls, rows: ArrayLike) -> DHTable:
+        """Convert a classic table, A_i = Rz(theta_i + q_i) Tz(d_i) Tx(a_i) Rx(alpha_i), exactly.
+
+        The twist and length behind joint i move to the next row, since
+        Rz Tz (Tx Rx) Rz Tz (Tx Rx) = (Tz Rz) (Rx Tx Tz Rz) (Rx Tx).
+
+        Args:
+            rows: Shape (n, 3) or (n, 4): (alpha, a, d) or (alpha, a, d, theta), one row a joint [rad, m, m(, rad)].
+
+        Returns:
+            The modified table; its tool row carries the last twist and length.
+        """
+        table = np.asarray(rows, dtype=float)
+        if table.ndim != 2 or table.shape[1] not in (3, 4) or len(table) < 1:
+            raise DesignError(f"classic DH rows have shape {table.shape}", allowed="(n, 3) or (n, 4)")
+        alpha, a, d = table[:, :3].T
+        theta = table[:, 3] if table.shape[1] == 4 else np.zeros(len(table))
+        return cls(np.r_[0.0, alpha], np.r_[0.0, a], np.r_[d, 0.0], np.r_[theta, 0.0])
+
+    def to_classic(self) -> ClassicDH:
+        """The same arm in classic form; what does not fit a joint's row is kept as a base and a tool frame."""
+        first = rot_x(self.alpha[0]) @ translation(self.a[0], 0.0, 0.0)
+        last = translation(0.0, 0.0, self.d[-1]) @ rot_z(self.theta[-1])
+        rows = np.stack([self.alpha[1:], self.a[1:], self.d[:-1], self.theta[:-1]], axis=1)
+        return ClassicDH(rows=rows, base=self.base() @ first, tool=last)
+
+
+@dataclass(frozen=True)
+class ClassicDH:
+    """Classic DH rows between two constant frames: base A_1(q_1) ... A_n(q_n) tool.
+
+    Attributes:
+        rows: (alpha, a, d, theta) per joint, shape (n, 4) [rad, m, m, rad].
+        base: Constant frame before the first row, shape (4, 4).
+        tool: Constant frame after the last row, shape (4, 4).
+    """
+
+    rows: Array
+    base: Array
+    tool: Array
+
+    def pose(self, q: ArrayLike) -> Array:
+        """Tool frame relative to the base, shape (4, 4)."""
+        pose = self.base
+        for (alpha, a, d, theta), angle in zip(self.rows, np.asarray(q, dtype=float), strict=True):
+            pose = pose @ rot_z(theta + angle) @ translation(a, 0.0, d) @ rot_x(alpha)
+        return pose @ self.tool
+
+
+def rot_x(angle: float) -> Array:
+    """Homogeneous rotation about x, shape (4, 4)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0, 0, 0], [0, c, -s, 0], [0, s, c, 0], [0, 0, 0, 1]])
+
+
+def rot_z(angle: float) -> Array:
+    """Homogeneous rotation about z, shape (4, 4)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+
+def translation(x: float, y: float, z: float) -> Array:
+    """Homogeneous translation, shape (4, 4)."""
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, z
+    return pose

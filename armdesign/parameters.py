@@ -1,0 +1,265 @@
+"""Declared parameters: one named, validated, documented entry each, in dataclasses that read and write TOML.
+
+A section is a frozen dataclass whose fields are made by :func:`parameter`. From that one declaration come the check of
+a value, the message that names the allowed range, the commented TOML and the documentation.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from armdesign.errors import SettingsError
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What values an entry takes."""
+
+    def check(self, name: str, value: Any) -> Any:  # noqa: ANN401 (values come from TOML)
+        """Return the value in its normal form.
+
+        Raises:
+            SettingsError: The value is of the wrong type or out of range; the message names the entry.
+        """
+        raise NotImplementedError
+
+    def describe(self) -> str:
+        """The allowed values in words."""
+        raise NotImplementedError
+
+    def refuse(self, name: str, value: object) -> SettingsError:
+        """The error for a value that is not allowed."""
+        return SettingsError(f"setting '{name}' is {value!r}", value=value, allowed=self.describe())
+
+
+@dataclass(frozen=True)
+class Number(Kind):
+    """A number between two bounds; ``above`` leaves the lower bound itself out."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    unit: str = ""
+    integer: bool = False
+    above: bool = False
+
+    def check(self, name: str, value: Any) -> float | int:  # noqa: ANN401
+        """See Kind.check."""
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            raise self.refuse(name, value)
+        if self.integer and value != int(value):
+            raise self.refuse(name, value)
+        if not self.low <= value <= self.high or (self.above and value == self.low):
+            raise self.refuse(name, value)
+        return int(value) if self.integer else float(value)
+
+    def describe(self) -> str:
+        """See Kind.describe."""
+        noun = "a whole number" if self.integer else "a number"
+        unit = f" {self.unit}" if self.unit else ""
+        if math.isinf(self.high):
+            if math.isinf(self.low):
+                return noun + unit
+            return f"{noun} {'above' if self.above else 'of at least'} {self.low:g}{unit}"
+        return f"{noun} {'above' if self.above else 'from'} {self.low:g} {'up ' if self.above else ''}to {self.high:g}{unit}"
+
+
+@dataclass(frozen=True)
+class Choice(Kind):
+    """One of a few words."""
+
+    options: tuple[str, ...]
+
+    def check(self, name: str, value: Any) -> str:  # noqa: ANN401
+        """See Kind.check."""
+        if value not in self.options:
+            raise self.refuse(name, value)
+        return str(value)
+
+    def describe(self) -> str:
+        """See Kind.describe."""
+        return ", ".join(self.options)
+
+
+@dataclass(frozen=True)
+class Switch(Kind):
+    """True or false."""
+
+    def check(self, name: str, value: Any) -> bool:  # noqa: ANN401
+        """See Kind.check."""
+        if not isinstance(value, bool):
+            raise self.refuse(name, value)
+        return value
+
+    def describe(self) -> str:
+        """See Kind.describe."""
+        return "true, false"
+
+
+@dataclass(frozen=True)
+class Text(Kind):
+    """Free text."""
+
+    what: str = "a text"
+
+    def check(self, name: str, value: Any) -> str:  # noqa: ANN401
+        """See Kind.check."""
+        if not isinstance(value, str) or not value:
+            raise self.refuse(name, value)
+        return value
+
+    def describe(self) -> str:
+        """See Kind.describe."""
+        return self.what
+
+
+@dataclass(frozen=True)
+class Several(Kind):
+    """A list of values of one kind, between two lengths."""
+
+    item: Kind
+    least: int = 0
+    most: int = 1000
+
+    def check(self, name: str, value: Any) -> tuple[Any, ...]:  # noqa: ANN401
+        """See Kind.check."""
+        if not isinstance(value, (list, tuple)) or not self.least <= len(value) <= self.most:
+            raise self.refuse(name, value)
+        return tuple(self.item.check(f"{name}[{i}]", entry) for i, entry in enumerate(value))
+
+    def describe(self) -> str:
+        """See Kind.describe."""
+        count = f"{self.least} to {self.most}" if self.least != self.most else f"{self.least}"
+        return f"a list of {count} entries, each {self.item.describe()}"
+
+
+@dataclass(frozen=True)
+class Interval(Kind):
+    """A pair [lower, upper] of numbers; equal ends fix the value."""
+
+    number: Number
+
+    def check(self, name: str, value: Any) -> tuple[float, float]:  # noqa: ANN401
+        """See Kind.check."""
+        if not isinstance(value, (list, tuple)) or len(value) != 2:
+            raise self.refuse(name, value)
+        low, high = (self.number.check(name, end) for end in value)
+        if low > high:
+            raise SettingsError(
+                f"setting '{name}' is {[low, high]!r}: its bounds are upside down",
+                value=value,
+                allowed=self.describe(),
+                fix=f"Write [{high:g}, {low:g}]",
+            )
+        return low, high
+
+    def describe(self) -> str:
+        """See Kind.describe."""
+        return f"a pair [lower, upper], lower <= upper, each {self.number.describe()}"
+
+
+@dataclass(frozen=True)
+class Table(Kind):
+    """Named values of one kind."""
+
+    item: Kind
+
+    def check(self, name: str, value: Any) -> dict[str, Any]:  # noqa: ANN401
+        """See Kind.check."""
+        if not isinstance(value, Mapping):
+            raise self.refuse(name, value)
+        return {str(key): self.item.check(f"{name}.{key}", entry) for key, entry in value.items()}
+
+    def describe(self) -> str:
+        """See Kind.describe."""
+        return f"a table of entries, each {self.item.describe()}"
+
+
+def parameter(default: Any, kind: Kind, doc: str, *, optional: bool = False) -> Any:  # noqa: ANN401
+    """Declare one parameter as a dataclass field.
+
+    Args:
+        default: Published or recommended value; None where ``optional`` means "not set".
+        kind: What values it takes.
+        doc: One or two lines for the TOML comment and the manual, with the unit.
+        optional: Whether None is allowed.
+    """
+    metadata = {"kind": kind, "doc": doc, "optional": optional}
+    if isinstance(default, dict):
+        return dataclasses.field(default_factory=lambda: dict(default), metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+class Section:
+    """Base of the dataclasses made of parameters."""
+
+    def __post_init__(self) -> None:
+        """Check and normalise every value.
+
+        Raises:
+            SettingsError: A value is not allowed.
+        """
+        for entry in dataclasses.fields(self):  # type: ignore[arg-type]
+            value = getattr(self, entry.name)
+            if value is None and entry.metadata["optional"]:
+                continue
+            object.__setattr__(self, entry.name, entry.metadata["kind"].check(self.full_name(entry.name), value))
+
+    @classmethod
+    def title(cls) -> str:
+        """Name of the section's TOML table."""
+        return cls.__name__.removesuffix("Settings").lower()
+
+    @classmethod
+    def full_name(cls, name: str) -> str:
+        """Name of an entry as the user writes it."""
+        return f"{cls.title()}.{name}"
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Names of the section's entries."""
+        return tuple(entry.name for entry in dataclasses.fields(cls))  # type: ignore[arg-type]
+
+
+def toml_value(value: Any) -> str:  # noqa: ANN401
+    """A value as TOML, floats with all their digits."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, str):
+        return toml_string(value)
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{toml_string(k)} = {toml_value(v)}" for k, v in value.items()) + " }" if value else "{}"
+    return "[" + ", ".join(toml_value(entry) for entry in value) + "]"
+
+
+def toml_string(text: str) -> str:
+    """A TOML basic string: quotes, backslashes and control characters escaped."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c >= " " and c != "\x7f" else f"\\u{ord(c):04X}" for c in escaped) + '"'
+
+
+def section_toml(section: Section, *, comments: bool) -> str:
+    """A section as TOML.
+
+    Args:
+        section: The section.
+        comments: Whether each entry is preceded by its description and allowed values.
+    """
+    lines = [f"[{section.title()}]"]
+    for entry in dataclasses.fields(section):  # type: ignore[arg-type]
+        value = getattr(section, entry.name)
+        if comments:
+            lines += [f"# {line}" for line in str(entry.metadata["doc"]).splitlines()]
+            lines += [f"# Allowed: {entry.metadata['kind'].describe()}."]
+        if value is not None:
+            lines.append(f"{entry.name} = {toml_value(value)}")
+        elif comments:
+            lines.append(f"# {entry.name} =   (not set)")
+        if comments:
+            lines.append("")
+    return "\n".join(lines).rstrip() + "\n"

@@ -1,0 +1,66 @@
+"""Reading the entries of a saved swarm state, with errors that name the entry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from armdesign.errors import SearchError
+from armdesign.swarm import checks
+from armdesign.swarm.space import Array, Mask
+
+FIX = "Start the search anew, or restore the saved state"
+
+
+def entry(state: Mapping[str, Any], name: str) -> Any:  # noqa: ANN401
+    """The entry of that name.
+
+    Raises:
+        SearchError: There is none.
+    """
+    if name not in state:
+        raise SearchError(f"the saved search has no entry '{name}'", value=name, fix=FIX)
+    return state[name]
+
+
+def settings(state: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    """An entry that holds settings by name.
+
+    Raises:
+        SearchError: It is missing or something else.
+    """
+    value = entry(state, name)
+    if not isinstance(value, Mapping):
+        message = f"entry '{name}' of the saved search is a {type(value).__name__}"
+        raise SearchError(message, value=value, allowed="settings by name", fix=FIX)
+    return value
+
+
+def array(state: Mapping[str, Any], name: str, shape: tuple[int | None, ...], *, infinite: bool = False) -> Array:
+    """An entry of numbers, copied; None in the shape stands for any length.
+
+    Args:
+        state: The saved state.
+        name: The entry.
+        shape: Its shape.
+        infinite: Whether +inf may occur in it.
+
+    Raises:
+        SearchError: It is missing, does not hold numbers or has another shape.
+    """
+    what = f"entry '{name}' of the saved search"
+    values = checks.numbers(what, entry(state, name), shape, FIX)
+    if not np.all(np.isfinite(values) | (infinite & np.isposinf(values))):
+        raise SearchError(f"{what} holds a value that is not finite", fix=FIX)
+    return values
+
+
+def flags(state: Mapping[str, Any], name: str, shape: tuple[int | None, ...]) -> Mask:
+    """An entry of true and false, copied; None in the shape stands for any length.
+
+    Raises:
+        SearchError: It is missing, holds something else or has another shape.
+    """
+    return checks.flags(f"entry '{name}' of the saved search", entry(state, name), shape, FIX)
