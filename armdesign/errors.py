@@ -16,9 +16,7 @@ class ArmDesignError(Exception):
         fix: What the user can do about it.
     """
 
-    def __init__(
-        self, message: str, *, value: object = None, allowed: object = None, fix: str | None = None
-    ) -> None:
+    def __init__(self, message: str, *, value: object = None, allowed: object = None, fix: str | None = None) -> None:
         """Compose the sentence out of its parts.
 
         Args:

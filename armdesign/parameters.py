@@ -61,10 +61,10 @@ class Number(Kind):
         noun = "a whole number" if self.integer else "a number"
         unit = f" {self.unit}" if self.unit else ""
         if math.isinf(self.high):
-            if math.isinf(self.low):
-                return noun + unit
-            return f"{noun} {'above' if self.above else 'of at least'} {self.low:g}{unit}"
-        return f"{noun} {'above' if self.above else 'from'} {self.low:g} {'up ' if self.above else ''}to {self.high:g}{unit}"
+            lowest = "" if math.isinf(self.low) else f" {'above' if self.above else 'of at least'} {self.low:g}"
+            return noun + lowest + unit
+        span = f"above {self.low:g} up to" if self.above else f"from {self.low:g} to"
+        return f"{noun} {span} {self.high:g}{unit}"
 
 
 @dataclass(frozen=True)
@@ -233,7 +233,9 @@ def toml_value(value: Any) -> str:  # noqa: ANN401
     if isinstance(value, str):
         return toml_string(value)
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{toml_string(k)} = {toml_value(v)}" for k, v in value.items()) + " }" if value else "{}"
+        return (
+            "{ " + ", ".join(f"{toml_string(k)} = {toml_value(v)}" for k, v in value.items()) + " }" if value else "{}"
+        )
     return "[" + ", ".join(toml_value(entry) for entry in value) + "]"
 
 

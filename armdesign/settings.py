@@ -13,7 +13,18 @@ from pathlib import Path
 from typing import Any
 
 from armdesign.errors import SettingsError
-from armdesign.parameters import Choice, Interval, Number, Section, Several, Switch, Table, Text, parameter, section_toml
+from armdesign.parameters import (
+    Choice,
+    Interval,
+    Number,
+    Section,
+    Several,
+    Switch,
+    Table,
+    Text,
+    parameter,
+    section_toml,
+)
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -78,8 +89,9 @@ class DesignSettings(Section):
     )
     bounds: dict[str, tuple[float, float]] = parameter(
         {}, Table(Interval(Number(-360.0, 360.0))),
-        "Bounds of single entries, over those above; equal ends fix an entry. Names: alpha_i, a_i, d_i with i = 0..n-1\n"
-        'or tool, and base_yaw [deg, m]. Example: bounds = { "alpha_0" = [-90, 0], "d_tool" = [0.15, 0.15] }',
+        "Bounds of single entries, over those above; equal ends fix an entry.\n"
+        "Names: alpha_i, a_i, d_i with i = 0..n-1 or tool, and base_yaw [deg, m].\n"
+        'Example: bounds = { "alpha_0" = [-90, 0], "d_tool" = [0.15, 0.15] }',
     )  # fmt: skip
     length: tuple[float, float] = parameter(
         (0.6, 1.2), Interval(METRES), "L_min, L_max: bounds of the total length, tool included [m]."
@@ -119,7 +131,9 @@ class FitnessSettings(Section):
     )  # fmt: skip
     lambda_f: float = parameter(15.0, Number(0.0, 1e6), "lambda_f, factor of the path fitness f.")
     lambda_E: float = parameter(5.0, Number(0.0, 1e6), "lambda_E, factor of the area E.")
-    delta: float = parameter(0.01, Number(0.0, 1.0, "m", above=True), "Length of the pieces the arm is cut into for E [m].")
+    delta: float = parameter(
+        0.01, Number(0.0, 1.0, "m", above=True), "Length of the pieces the arm is cut into for E [m]."
+    )
     continuity: float = parameter(
         10.0, Number(0.0, 3600.0, "deg", above=True), "eps: largest |q_t - q_{t-1}| from frame to frame [deg]."
     )
@@ -138,7 +152,9 @@ class SolverSettings(Section):
     """Damped least squares along the path (method sections 3 and 4)."""
 
     starts: int = parameter(
-        64, Number(1, 4096, integer=True), "Start poses that are looked at for the first frame, the same for every arm."
+        128,
+        Number(1, 4096, integer=True),
+        "Start poses that are looked at for the first frame, the same for every arm.",
     )
     descents: int = parameter(
         12, Number(1, 64, integer=True), "How many of them, the best by their error, are solved from."
@@ -239,7 +255,8 @@ def read_study(path: Path) -> Study:
         raise SettingsError(f"the settings {path} are not UTF-8 text", value=str(path)) from error
     except tomllib.TOMLDecodeError as error:
         raise SettingsError(
-            f"the settings {path} are not valid TOML: {error}", fix="'armdesign search --write-config' prints a file to start from"
+            f"the settings {path} are not valid TOML: {error}",
+            fix="'armdesign search --write-config' prints a file to start from",
         ) from error
     try:
         study = Study().replace(tables)

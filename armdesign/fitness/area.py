@@ -8,7 +8,7 @@ from armdesign.compilation import branch
 
 
 @branch
-def frame_area(chain, match, points, delta):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def frame_area(chain, match, points, delta):
     """E_t: the length-weighted mean distance of the arm to the demonstrator's segments.
 
     The sigma cut the arm into parts, part i lies between sigma_{i-1} and sigma_i. Each part is cut into

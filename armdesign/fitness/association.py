@@ -39,7 +39,7 @@ MATCH = np.dtype(
 
 
 @leaf
-def associate(match, chain, points, weights, free):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def associate(match, chain, points, weights, free):
     """Tie every point to its place on the arm.
 
     Args:
@@ -71,7 +71,7 @@ def associate(match, chain, points, weights, free):  # type: ignore[no-untyped-d
 
 
 @leaf
-def closest_points(match, chain, points, free):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def closest_points(match, chain, points, free):
     """Each point's own closest place. Returns whether they already stand in order along the arm."""
     in_order = True
     reached = 0.0
@@ -98,7 +98,7 @@ def closest_points(match, chain, points, free):  # type: ignore[no-untyped-def] 
 
 
 @branch
-def ordered_points(match, chain, weights, free):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def ordered_points(match, chain, weights, free):
     """Best ordered places: cost[i, k] is the least cost of the first i points on the first k segments."""
     for k in range(chain.segments + 1):
         match.cost[0, k], match.choice[0, k] = 0.0, 0
@@ -126,7 +126,7 @@ def ordered_points(match, chain, weights, free):  # type: ignore[no-untyped-def]
 
 
 @branch
-def isotonic_run(match, chain, weights, first, last, k):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def isotonic_run(match, chain, weights, first, last, k):
     """Put points first..last - 1 on segment k in order, by pooling adjacent violators.
 
     The places are left in ``match.level``, the first point of each pool in ``match.head``. Limiting an isotonic

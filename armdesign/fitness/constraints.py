@@ -81,15 +81,19 @@ class DesignSpace:
         if table.dof != self.dof:
             raise DesignError(f"the design has {table.dof} joints, the search space {self.dof}")
         entries = np.r_[np.stack([table.alpha, table.a, table.d], axis=1).ravel(), table.base_yaw]
-        differing = [n for n, x, low, f in zip(self.names, entries, self.lower, self.free, strict=True) if not f and x != low]
+        differing = [
+            n for n, x, low, f in zip(self.names, entries, self.lower, self.free, strict=True) if not f and x != low
+        ]
         if differing:
             raise DesignError(f"the design differs in entries fixed here: {', '.join(differing)}")
-        return entries[self.free]
+        chosen: Array = entries[self.free]
+        return chosen
 
     def lengths(self, Phi: ArrayLike) -> Array:
         """Total length L = sum(a_i + d_i) of each design, shape (N,) [m]."""
         rows, _ = self.rows(Phi)
-        return np.abs(rows[:, :, 1:3]).sum(axis=(1, 2))
+        total: Array = np.abs(rows[:, :, 1:3]).sum(axis=(1, 2))
+        return total
 
     def admissible(self, Phi: ArrayLike) -> NDArray[np.bool_]:
         """Whether each design lies in Omega_l: bounds, L_min < L < L_max, no two consecutive joints on one axis."""
@@ -99,7 +103,10 @@ class DesignSpace:
         length = np.abs(rows[:, :, 1:3]).sum(axis=(1, 2))
         coaxial = (np.abs(rows[:, 1:-1, 0]) < self.coaxial[0]) & (np.abs(rows[:, 1:-1, 1]) < self.coaxial[1])
         inside = ((designs >= lower) & (designs <= upper)).all(axis=1)
-        return inside & (length > self.length[0]) & (length < self.length[1]) & ~coaxial.any(axis=1)
+        verdict: NDArray[np.bool_] = (
+            inside & (length > self.length[0]) & (length < self.length[1]) & ~coaxial.any(axis=1)
+        )
+        return verdict
 
     def sample(self, rng: np.random.Generator, count: int) -> Array:
         """Draw designs uniformly from Omega_l by rejection.
@@ -156,7 +163,7 @@ def design_space(settings: DesignSettings) -> DesignSpace:
     """
     n = settings.dof
     labels = [*map(str, range(n)), "tool"]
-    names = tuple(f"{column}_{label}" for label in labels for column in COLUMNS) + ("base_yaw",)
+    names = (*(f"{column}_{label}" for label in labels for column in COLUMNS), "base_yaw")
     limits = {name: (0.0, 0.0) for name in names}
     for label in labels:
         limits[f"alpha_{label}"] = settings.alpha
@@ -185,7 +192,9 @@ def design_space(settings: DesignSettings) -> DesignSpace:
         (float(np.deg2rad(settings.coaxial_twist)), settings.coaxial_offset),
     )  # fmt: skip
     if not space.free.any():
-        raise SettingsError("every entry of the design is fixed", fix="Free one in [design], or use 'armdesign evaluate'")
+        raise SettingsError(
+            "every entry of the design is fixed", fix="Free one in [design], or use 'armdesign evaluate'"
+        )
     return space
 
 
@@ -201,4 +210,5 @@ def joint_limits(settings: DesignSettings) -> Array:
             f"setting 'design.joint_limits' has {len(pairs)} pairs for {settings.dof} joints",
             allowed=f"1 or {settings.dof} pairs",
         )
-    return np.deg2rad(np.array(pairs if len(pairs) == settings.dof else pairs * settings.dof))
+    limits: Array = np.deg2rad(np.array(pairs if len(pairs) == settings.dof else pairs * settings.dof))
+    return limits

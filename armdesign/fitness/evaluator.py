@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armdesign.compilation import entry
 from armdesign.errors import DesignError
 from armdesign.fitness.association import MATCH
 from armdesign.fitness.orientation import ATTITUDE
-from armdesign.fitness.path import DONE, IDLE, MAX_DESCENTS, REPLAY, TRACE, WALK, advance, begin_walk
+from armdesign.fitness.path import IDLE, REPLAY, TRACE, WALK, advance, exchange
 from armdesign.fitness.problem import Problem
 from armdesign.fitness.temporal import FRAME, MOTION
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.dls import STEP
 from armdesign.kinematics.models import ArmBlock
-from armdesign.kinematics.skeleton import CHAIN, MAX_DOF, hang_arm
+from armdesign.kinematics.skeleton import CHAIN
 
 Array = NDArray[np.float64]
 JOINTS_PER_BLOCK = 96
@@ -74,23 +73,6 @@ class PathResult:
     distance: Array
     mount: Array
     start_error: float
-
-
-@entry
-def exchange(walks, chains, placements, q, problems, starts, rows, yaws, cutoffs, outcome, cursor):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
-    """Collect finished walks and give their places to the next candidates. Returns the index of the next one."""
-    for b in range(len(walks)):
-        if walks[b].phase == DONE:
-            outcome[walks[b].candidate] = walks[b]
-            walks[b].phase = IDLE
-        if walks[b].phase == IDLE and cursor < len(rows):
-            n = rows.shape[1] - 1
-            hang_arm(chains[b], placements, b * n, rows[cursor], yaws[cursor])
-            begin_walk(walks[b], problems[0], n, starts, cutoffs[cursor], cursor)
-            for j in range(n):
-                q[b * n + j] = walks[b].trial[j]
-            cursor += 1
-    return cursor
 
 
 class BlockEvaluator:
@@ -185,33 +167,29 @@ class BlockEvaluator:
 
     def _exchange(self, rows: Array, yaw: Array, cutoff: Array, outcome: NDArray[np.void], cursor: int) -> int:
         """Collect what is done, load what is next; returns the index of the next candidate."""
-        return int(
-            exchange(
-                self.walks, self.chains, self.arms.placements, self.arms.q, self.problem.record, self.problem.starts,
-                rows, yaw, cutoff, outcome, cursor,
-            )  # fmt: skip
-        )
+        problem, arms = self.problem, self.arms
+        state = (self.walks, self.chains, arms.placements, arms.q)
+        return int(exchange(*state, problem.record, problem.starts, rows, yaw, cutoff, outcome, cursor))
 
     def _advance(self, trace: NDArray[np.void]) -> int:
         """One step of the whole block."""
-        self.arms.update()
-        return int(
-            advance(
-                self.walks, self.chains, self.frames, self.attitudes, self.motion, self.match, self.step,
-                self.problem.record, self.problem.P, self.problem.R, self.problem.starts, self.arms.poses, self.arms.jacobian, self.arms.q,
-                trace,
-            )  # fmt: skip
-        )
+        problem, arms = self.problem, self.arms
+        arms.update()
+        state = (self.walks, self.chains, self.frames, self.attitudes, self.motion, self.match, self.step)
+        task = (problem.record, problem.P, problem.R, problem.starts)
+        return int(advance(*state, *task, arms.poses, arms.jacobian, arms.q, trace))
 
     def _scores(self, outcome: NDArray[np.void]) -> Scores:
         """Turn finished walks into scores."""
         record, frames = self.problem.record[0], self.problem.frames
         valid, pruned = outcome["valid"] == 1, outcome["pruned"] == 1
         scored = valid & ~pruned
-        f = np.where(scored, outcome["f_sum"] / frames, np.inf)
-        E = np.where(scored, outcome["E_sum"] / frames, np.inf)
+        f, E = outcome["f_sum"] / frames, outcome["E_sum"] / frames
+        r = record["lambda_f"] * f + record["lambda_E"] * E
+        for values in (r, f, E):
+            values[~scored] = np.inf
         return Scores(
-            fitness=record["lambda_f"] * f + record["lambda_E"] * E,
+            fitness=r,
             path_fitness=f,
             area=E,
             valid=valid,
@@ -242,3 +220,10 @@ def as_rows(tables: Sequence[DHTable]) -> tuple[Array, Array]:
     """DH tables as the arrays the evaluator takes: rows (N, n + 1, 4) and base yaw (N,)."""
     rows = np.stack([np.stack([t.alpha, t.a, t.d, t.theta], axis=1) for t in tables])
     return rows, np.array([t.base_yaw for t in tables])
+
+
+def compile_kernels(problem: Problem) -> None:
+    """Compile the kernels, or load them from the disk cache, by evaluating nothing but one arm on one frame."""
+    first = replace(problem, P=problem.P[:1], R=problem.R[:1])
+    straight = DHTable(np.zeros(problem.dof + 1), np.full(problem.dof + 1, 0.1), np.full(problem.dof + 1, 0.1))
+    BlockEvaluator(first, block=1).follow(straight)

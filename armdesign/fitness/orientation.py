@@ -30,7 +30,7 @@ ATTITUDE = np.dtype(
 
 
 @branch
-def compare_orientation(attitude, chain, target, metric):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def compare_orientation(attitude, chain, target, metric):
     """Write hand, rho and e_R for the present pose.
 
     Args:
@@ -56,7 +56,7 @@ def compare_orientation(attitude, chain, target, metric):  # type: ignore[no-unt
 
 
 @branch
-def rotation_between(hand, target, D, rho):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def rotation_between(hand, target, D, rho):
     """Rho = -log(target hand^T), the rotation vector from target to hand in the base frame; D is scratch (3, 3)."""
     for i in range(3):
         for j in range(3):
@@ -83,7 +83,7 @@ def rotation_between(hand, target, D, rho):  # type: ignore[no-untyped-def]  # n
 
 
 @branch
-def roll_pitch_yaw_difference(hand, target, rho):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def roll_pitch_yaw_difference(hand, target, rho):
     """Rho = roll, pitch, yaw of hand minus those of target, each wrapped to (-pi, pi]."""
     rho[0] = np.arctan2(hand[2, 1], hand[2, 2]) - np.arctan2(target[2, 1], target[2, 2])
     rho[1] = pitch_of(hand) - pitch_of(target)
@@ -96,13 +96,13 @@ def roll_pitch_yaw_difference(hand, target, rho):  # type: ignore[no-untyped-def
 
 
 @branch
-def pitch_of(rotation):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def pitch_of(rotation):
     """Pitch of R = Rz(yaw) Ry(pitch) Rx(roll)."""
     return np.arctan2(-rotation[2, 0], np.sqrt(rotation[0, 0] ** 2 + rotation[1, 0] ** 2))
 
 
 @branch
-def axis_turn(hand, target, rho):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def axis_turn(hand, target, rho):
     """Rho = the smallest rotation vector that takes the target's z axis to the hand's."""
     rho[0] = target[1, 2] * hand[2, 2] - target[2, 2] * hand[1, 2]
     rho[1] = target[2, 2] * hand[0, 2] - target[0, 2] * hand[2, 2]
@@ -117,7 +117,7 @@ def axis_turn(hand, target, rho):  # type: ignore[no-untyped-def]  # noqa: ANN00
 
 
 @branch
-def orientation_jacobian(attitude, jacobian, first, n, metric):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def orientation_jacobian(attitude, jacobian, first, n, metric):
     """Write the linear model rho + K x at the present pose, from the angular part of Pinocchio's world Jacobian.
 
     Args:

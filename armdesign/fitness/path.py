@@ -21,7 +21,7 @@ from armdesign.fitness.area import frame_area
 from armdesign.fitness.association import MAX_POINTS
 from armdesign.fitness.temporal import differentiate_frame, evaluate_frame
 from armdesign.kinematics.dls import multiply, propose
-from armdesign.kinematics.skeleton import MAX_DOF, update_skeleton
+from armdesign.kinematics.skeleton import MAX_DOF, hang_arm, update_skeleton
 
 IDLE, SAMPLE, DESCEND, OPEN, FOLLOW, REPLAY, DONE = range(7)
 MOUNT_IDENTITY, MOUNT_START = 0, 1
@@ -64,7 +64,10 @@ WALK = np.dtype(
         ("kept_count", np.int64),
         ("best_q", np.float64, MAX_DOF),
         ("best_g", np.float64),
-        ("start_error", np.float64),  # smallest distance of the hand at the start, of the chosen start once there is one
+        (
+            "start_error",
+            np.float64,
+        ),  # smallest distance of the hand at the start, of the chosen start once there is one
         # the frame at hand
         ("q", np.float64, MAX_DOF),  # accepted angles
         ("trial", np.float64, MAX_DOF),  # angles to be judged next
@@ -107,7 +110,7 @@ TRUST = 1.0  # longest step of a start pose [rad]
 
 
 @branch
-def begin_walk(walk, problem, n, starts, cutoff, candidate):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def begin_walk(walk, problem, n, starts, cutoff, candidate):
     """Put a new candidate at its first start pose."""
     walk.phase, walk.candidate, walk.cutoff = SAMPLE, candidate, cutoff
     walk.t, walk.k, walk.kept_count, walk.best_g = 0, 0, 0, np.inf
@@ -118,7 +121,7 @@ def begin_walk(walk, problem, n, starts, cutoff, candidate):  # type: ignore[no-
 
 
 @branch
-def begin_frame(walk, problem, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def begin_frame(walk, problem, n):
     """The trial opens a frame; the ball is centred there unless the caller moves it."""
     walk.fresh, walk.closing, walk.tries = 1, 0, 0
     walk.damping, walk.model = SMALLEST_DAMPING, NEWTON if problem.second_order == 1 else GAUSS
@@ -127,7 +130,7 @@ def begin_frame(walk, problem, n):  # type: ignore[no-untyped-def]  # noqa: ANN0
 
 
 @branch
-def keep_start(walk, value, limit):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def keep_start(walk, value, limit):
     """Insert the start pose at hand into the best few, stable for equal values."""
     place = walk.kept_count if walk.kept_count < limit else limit
     while place > 0 and value < walk.kept_value[place - 1]:
@@ -140,7 +143,7 @@ def keep_start(walk, value, limit):  # type: ignore[no-untyped-def]  # noqa: ANN
 
 
 @leaf
-def compose(step, frame, attitude, n, model, stiffness):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def compose(step, frame, attitude, n, model, stiffness):
     """Model of the whole objective: the position part plus stiffness |rho + K x|^2 / 2."""
     for i in range(n):
         step.gradient[i] = frame.slope[i]
@@ -155,7 +158,7 @@ def compose(step, frame, attitude, n, model, stiffness):  # type: ignore[no-unty
 
 
 @leaf
-def error_after(attitude, move, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def error_after(attitude, move, n):
     """e_R the linear model expects behind a move, |rho + K x|."""
     x, y, z = attitude.base_rho[0], attitude.base_rho[1], attitude.base_rho[2]
     for j in range(n):
@@ -166,7 +169,7 @@ def error_after(attitude, move, n):  # type: ignore[no-untyped-def]  # noqa: ANN
 
 
 @branch
-def solve_model(step, frame, attitude, walk, problem, n, radius, mu, w_0):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def solve_model(step, frame, attitude, walk, problem, n, radius, mu, w_0):
     """Leave the best step of the present model in ``step.move``; False where the model is not convex.
 
     With orientation the model is the position part plus w_0 |rho + K x|, a norm with a kink where the orientation is
@@ -192,7 +195,7 @@ def solve_model(step, frame, attitude, walk, problem, n, radius, mu, w_0):  # ty
 
 
 @leaf
-def predicted_decrease(step, frame, attitude, walk, n, w_0):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def predicted_decrease(step, frame, attitude, walk, n, w_0):
     """How much the model says the objective falls with ``step.move``."""
     multiply(frame.newton if walk.model == NEWTON else frame.gauss, step.move, step.work, n)
     total = 0.0
@@ -204,7 +207,7 @@ def predicted_decrease(step, frame, attitude, walk, n, w_0):  # type: ignore[no-
 
 
 @branch
-def propose_trial(step, frame, attitude, walk, problem, n, w_0, m):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def propose_trial(step, frame, attitude, walk, problem, n, w_0, m):
     """Propose the next trial from the model at q. Returns False where the frame counts as solved."""
     radius = problem.radius if walk.phase == FOLLOW else TRUST
     trace = 0.0
@@ -234,7 +237,7 @@ def propose_trial(step, frame, attitude, walk, problem, n, w_0, m):  # type: ign
 
 
 @leaf
-def judge(frame, walk, problem, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def judge(frame, walk, problem, n):
     """Accept or reject the trial just evaluated, and set damping and model for the next one."""
     walk.tries += 1
     walk.steps += 1
@@ -257,7 +260,7 @@ def judge(frame, walk, problem, n):  # type: ignore[no-untyped-def]  # noqa: ANN
 
 
 @branch
-def book(walk, frame, match, attitude, chain, points, problem, trace, n, w_0):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def book(walk, frame, match, attitude, chain, points, problem, trace, n, w_0):
     """Add the frame at the present poses to the sums, and to the trace where one is kept."""
     area = frame_area(chain, match, points, problem.delta)
     walk.f_sum += frame.g
@@ -274,7 +277,7 @@ def book(walk, frame, match, attitude, chain, points, problem, trace, n, w_0):  
 
 
 @branch
-def over(walk, problem, frames):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def over(walk, problem, frames):
     """Whether the walk ends behind the frame just booked: the last one, or the sum is past the cutoff.
 
     The fitness is a mean of terms >= 0, so a partial sum beyond the cutoff settles it (method section 7).
@@ -291,7 +294,7 @@ def over(walk, problem, frames):  # type: ignore[no-untyped-def]  # noqa: ANN001
 
 
 @branch
-def set_mount(attitude, chain, target, kind):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def set_mount(attitude, chain, target, kind):
     """Mount of the hand on the end-effector: identity, or such that e_R = 0 at the present pose."""
     for i in range(3):
         for j in range(3):
@@ -305,7 +308,7 @@ def set_mount(attitude, chain, target, kind):  # type: ignore[no-untyped-def]  #
 
 
 @branch
-def tip_error(chain, point):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def tip_error(chain, point):
     """Distance of the end-effector to a point [m]."""
     total = 0.0
     for c in range(3):
@@ -314,7 +317,7 @@ def tip_error(chain, point):  # type: ignore[no-untyped-def]  # noqa: ANN001, AN
 
 
 @branch
-def next_descent(walk, problem, starts, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def next_descent(walk, problem, starts, n):
     """Go to the next start pose to be solved from, or to the best one found; without one the walk is over."""
     if walk.k < walk.kept_count:
         for j in range(n):
@@ -330,7 +333,9 @@ def next_descent(walk, problem, starts, n):  # type: ignore[no-untyped-def]  # n
 
 
 @entry
-def advance(walks, chains, frames, attitudes, motions, matches, steps, problems, P, R, starts, poses, jacobian, q, traces):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def advance(
+    walks, chains, frames, attitudes, motions, matches, steps, problems, P, R, starts, poses, jacobian, q, traces
+):
     """Judge the trial of every arm of the block and propose the next one.
 
     Args:
@@ -374,7 +379,7 @@ def advance(walks, chains, frames, attitudes, motions, matches, steps, problems,
 
 
 @branch
-def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R, starts, jacobian, first, trace):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R, starts, jacobian, first, trace):
     """One evaluation of one arm; more than one only where the next frame opens at the same pose."""
     n, m = chain.dof, P.shape[1]
     while True:
@@ -404,9 +409,7 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
                     differentiate_frame(
                         frame, motion, match, attitude, chain, jacobian, first, weights, w_0, problem.metric
                     )
-                if walk.tries < problem.max_steps and propose_trial(
-                    step, frame, attitude, walk, problem, n, w_0, m
-                ):
+                if walk.tries < problem.max_steps and propose_trial(step, frame, attitude, walk, problem, n, w_0, m):
                     return
                 if not moved:  # the poses are those of a rejected trial: go back once
                     walk.closing = 1
@@ -440,3 +443,20 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
             return
         walk.phase = FOLLOW
         begin_frame(walk, problem, n)
+
+
+@entry
+def exchange(walks, chains, placements, q, problems, starts, rows, yaws, cutoffs, outcome, cursor):
+    """Collect finished walks and give their places to the next candidates. Returns the index of the next one."""
+    for b in range(len(walks)):
+        if walks[b].phase == DONE:
+            outcome[walks[b].candidate] = walks[b]
+            walks[b].phase = IDLE
+        if walks[b].phase == IDLE and cursor < len(rows):
+            n = rows.shape[1] - 1
+            hang_arm(chains[b], placements, b * n, rows[cursor], yaws[cursor])
+            begin_walk(walks[b], problems[0], n, starts, cutoffs[cursor], cursor)
+            for j in range(n):
+                q[b * n + j] = walks[b].trial[j]
+            cursor += 1
+    return cursor

@@ -42,7 +42,7 @@ SMALLEST_ROOT = 1e-12
 
 
 @branch
-def evaluate_frame(frame, match, attitude, chain, points, target, weights, free, w_0, metric):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def evaluate_frame(frame, match, attitude, chain, points, target, weights, free, w_0, metric):
     """Write value and g (eq. 3) for the present pose.
 
     Args:
@@ -73,7 +73,7 @@ def evaluate_frame(frame, match, attitude, chain, points, target, weights, free,
 
 
 @leaf
-def differentiate_frame(frame, motion, match, attitude, chain, jacobian, first, weights, w_0, metric):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def differentiate_frame(frame, motion, match, attitude, chain, jacobian, first, weights, w_0, metric):
     """Write slope, newton and gauss of the position part, and K of the orientation part.
 
     Args:
@@ -110,7 +110,7 @@ def differentiate_frame(frame, motion, match, attitude, chain, jacobian, first, 
 
 
 @leaf
-def add_point(frame, motion, match, p, movers, jacobian, first, weight):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def add_point(frame, motion, match, p, movers, jacobian, first, weight):
     """Add w |r|^2 / 2 of one point with sigma held.
 
     Columns are v_j + omega_j x place (Pinocchio's world Jacobian); the second derivative of a place by joints
@@ -135,7 +135,7 @@ def add_point(frame, motion, match, p, movers, jacobian, first, weight):  # type
 
 
 @leaf
-def remove_sliding(frame, motion, match, chain, jacobian, first, weights):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def remove_sliding(frame, motion, match, chain, jacobian, first, weights):
     """Eliminate the sliding of every pool: subtract b b^T / W, W the pool's weight.
 
     b_j = sum_i w_i (u . column_ij + r_i . (omega_j x u)) couples the place along the segment's direction u to q_j;
@@ -166,7 +166,7 @@ def remove_sliding(frame, motion, match, chain, jacobian, first, weights):  # ty
 
 
 @leaf
-def sliding_slope(motion, match, jacobian, joint, j, u, start, end, weights, full):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def sliding_slope(motion, match, jacobian, joint, j, u, start, end, weights, full):
     """b_j of one pool, with the turning of the segment (full = 1) or without (full = 0)."""
     total = 0.0
     for i in range(start, end):
@@ -182,7 +182,7 @@ def sliding_slope(motion, match, jacobian, joint, j, u, start, end, weights, ful
 
 
 @branch
-def take_root(frame, n, m):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def take_root(frame, n, m):
     """Turn the derivatives of S / 2 into those of sqrt(S) / m.
 
     The Gauss-Newton part keeps the majorizer of the reweighted norm; the full one subtracts the radial direction.

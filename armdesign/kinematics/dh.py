@@ -26,14 +26,14 @@ class DHTable:
         alpha: Link twists, shape (n + 1,) [rad].
         a: Link lengths along x_{i-1}, shape (n + 1,) [m].
         d: Link offsets along z_i, shape (n + 1,) [m].
-        theta: Constant joint offsets, shape (n + 1,) [rad]; zero unless the arm was given with some.
+        theta: Constant joint offsets, shape (n + 1,) [rad]; zeros where left out.
         base_yaw: Rotation about z before row 0 [rad].
     """
 
     alpha: Array
     a: Array
     d: Array
-    theta: Array = field(default=None)  # type: ignore[assignment]
+    theta: Array = field(default_factory=lambda: np.zeros(0))
     base_yaw: float = 0.0
 
     def __post_init__(self) -> None:
@@ -42,7 +42,7 @@ class DHTable:
         Raises:
             DesignError: Fewer than one joint, columns of unequal length, or a value that is not finite.
         """
-        if self.theta is None:
+        if len(self.theta) == 0:
             object.__setattr__(self, "theta", np.zeros(len(self.alpha)))
         for name in ("alpha", "a", "d", "theta"):
             column = np.array(getattr(self, name), dtype=float)
@@ -115,7 +115,8 @@ class DHTable:
         table = np.asarray(rows, dtype=float)
         if table.ndim != 2 or table.shape[1] not in (3, 4):
             raise DesignError(f"DH rows have shape {table.shape}", allowed="(n + 1, 3) or (n + 1, 4)")
-        return cls(*table.T, base_yaw=base_yaw)
+        theta = table[:, 3] if table.shape[1] == 4 else np.zeros(len(table))
+        return cls(table[:, 0], table[:, 1], table[:, 2], theta, base_yaw)
 
     @classmethod
     def from_classic(cls, rows: ArrayLike) -> DHTable:

@@ -33,7 +33,7 @@ ROUNDING = 1.0 - 1e-12
 
 
 @leaf
-def factorise(step, n, shift):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def factorise(step, n, shift):
     """Cholesky factor of H + shift I with held joints taken out; False where that is not positive definite."""
     L = step.factor
     for i in range(n):
@@ -56,7 +56,7 @@ def factorise(step, n, shift):  # type: ignore[no-untyped-def]  # noqa: ANN001, 
 
 
 @leaf
-def solve_lower(L, x, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def solve_lower(L, x, n):
     """Solve L y = x in place; L holds its inverse diagonal."""
     for i in range(n):
         total = x[i]
@@ -66,7 +66,7 @@ def solve_lower(L, x, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN20
 
 
 @leaf
-def solve_upper(L, x, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def solve_upper(L, x, n):
     """Solve L^T y = x in place; L holds its inverse diagonal."""
     for i in range(n - 1, -1, -1):
         x[i] *= L[i, i]
@@ -75,7 +75,7 @@ def solve_upper(L, x, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN20
 
 
 @leaf
-def multiply(matrix, x, result, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def multiply(matrix, x, result, n):
     """Result = H x for a symmetric H given by its lower triangle."""
     for i in range(n):
         total = matrix[i, i] * x[i]
@@ -86,7 +86,7 @@ def multiply(matrix, x, result, n):  # type: ignore[no-untyped-def]  # noqa: ANN
 
 
 @leaf
-def squared_norm(x, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def squared_norm(x, n):
     """Sum of squares of the first entries of x."""
     total = 0.0
     for i in range(n):
@@ -95,7 +95,7 @@ def squared_norm(x, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
 
 
 @branch
-def propose(step, n, q, previous, radius, lower, upper, mu):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def propose(step, n, q, previous, radius, lower, upper, mu):
     """Minimise the damped model inside the limits and the ball; the step is left in ``step.move``.
 
     Args:
@@ -129,7 +129,7 @@ def propose(step, n, q, previous, radius, lower, upper, mu):  # type: ignore[no-
 
 
 @branch
-def release_pulled_back(step, n, q, lower, upper):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def release_pulled_back(step, n, q, lower, upper):
     """Free joints that the model, at the step found, pulls off the limit they are held at."""
     if not any_held(step, n):
         return False
@@ -146,16 +146,16 @@ def release_pulled_back(step, n, q, lower, upper):  # type: ignore[no-untyped-de
 
 
 @branch
-def any_held(step, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def any_held(step, n):
     """Whether any joint is held at a limit."""
+    count = 0
     for j in range(n):
-        if step.held[j] == 1:
-            return True
-    return False
+        count += step.held[j]
+    return count > 0
 
 
 @branch
-def hold_violators(step, n, q, lower, upper):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def hold_violators(step, n, q, lower, upper):
     """Stop joints that overstep a limit there and hold them. Returns whether there were any."""
     found = False
     for j in range(n):
@@ -167,7 +167,7 @@ def hold_violators(step, n, q, lower, upper):  # type: ignore[no-untyped-def]  #
 
 
 @branch
-def solve_free(step, n, q, previous, radius, mu):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def solve_free(step, n, q, previous, radius, mu):
     """Minimise over the free joints with the held ones where they are, inside the ball.
 
     With p = q - q_previous the constrained minimiser is y - p, y = (H + (mu + nu) I)^-1 ((H + mu I) p - g), and the
@@ -191,7 +191,7 @@ def solve_free(step, n, q, previous, radius, mu):  # type: ignore[no-untyped-def
 
 
 @branch
-def add_held(step, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def add_held(step, n):
     """Work = minus the gradient of the model for the free joints with the held ones moved; 0 for the held."""
     for j in range(n):
         step.work[j] = -step.gradient[j]
@@ -205,7 +205,7 @@ def add_held(step, n):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
 
 
 @branch
-def land_on_ball(step, n, q, previous, room, mu):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def land_on_ball(step, n, q, previous, room, mu):
     """The free joints' part of the step when the ball binds: find the multiplier nu."""
     for j in range(n):
         step.reach[j] = 0.0 if step.held[j] == 1 else q[j] + step.move[j] - previous[j]
@@ -232,7 +232,7 @@ def land_on_ball(step, n, q, previous, room, mu):  # type: ignore[no-untyped-def
 
 
 @branch
-def pull_to_centre(step, n, q, previous, mu):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def pull_to_centre(step, n, q, previous, mu):
     """Reach = (H + mu I) p - g for the free joints, with p = q - q_previous; 0 for the held."""
     add_held(step, n)
     for j in range(n):

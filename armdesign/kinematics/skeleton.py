@@ -40,7 +40,7 @@ CHAIN = np.dtype(
 
 
 @branch
-def hang_arm(chain, placements, first, rows, yaw):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def hang_arm(chain, placements, first, rows, yaw):
     """Write a design into a chain record and into Pinocchio's joint placements.
 
     The placement of joint i is Rx(alpha_i) Tx(a_i) Tz(d_i) Rz(theta_i), eq. 2, with the base yaw before the first.
@@ -72,7 +72,7 @@ def hang_arm(chain, placements, first, rows, yaw):  # type: ignore[no-untyped-de
 
 
 @branch
-def turn_about_z(pose, cos, sin):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def turn_about_z(pose, cos, sin):
     """Turn the axes and the origin of one pose (12,) about the base's z, in place."""
     for i in range(0, 12, 3):
         x, y = pose[i], pose[i + 1]
@@ -80,7 +80,7 @@ def turn_about_z(pose, cos, sin):  # type: ignore[no-untyped-def]  # noqa: ANN00
 
 
 @branch
-def cut_into_segments(chain, rows):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def cut_into_segments(chain, rows):
     """Write the pieces of the skeleton that have a length, base to tool."""
     arc, k = 0.0, 0
     for row in range(len(rows)):
@@ -95,7 +95,7 @@ def cut_into_segments(chain, rows):  # type: ignore[no-untyped-def]  # noqa: ANN
 
 
 @branch
-def update_skeleton(chain, poses, first):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201
+def update_skeleton(chain, poses, first):
     """Bring start, direction and tip of a chain up to date with the joint poses.
 
     Args:

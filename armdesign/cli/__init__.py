@@ -1,0 +1,43 @@
+"""The command line: a thin layer over plain functions; heavy imports happen inside the commands."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from armdesign import __version__
+from armdesign.cli.evaluate import evaluate
+from armdesign.cli.search import search
+
+app = typer.Typer(
+    name="armdesign",
+    help="Turn a recorded human-arm demonstration into the robot arm that does the job.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+app.command()(search)
+app.command()(evaluate)
+
+
+def show_version(wanted: bool) -> None:
+    """Print the version and end."""
+    if wanted:
+        typer.echo(f"armdesign {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=show_version, is_eager=True, help="Print the version and end.")
+    ] = False,
+) -> None:
+    """Turn a recorded human-arm demonstration into the robot arm that does the job."""
+
+
+def main() -> None:
+    """Entry point of the ``armdesign`` command."""
+    app()

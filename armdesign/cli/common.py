@@ -1,0 +1,171 @@
+"""What the commands share: errors as one sentence, settings from flags, progress and tables."""
+
+from __future__ import annotations
+
+import functools
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeVar
+
+import typer
+
+from armdesign.errors import ArmDesignError, SettingsError
+
+if TYPE_CHECKING:
+    from armdesign.search import Progress
+    from armdesign.settings import Study
+
+Arguments = ParamSpec("Arguments")
+Outcome = TypeVar("Outcome")
+BAD_INPUT, INTERRUPTED = 2, 130
+
+ConfigOption = Annotated[
+    Path | None, typer.Option("--config", help="TOML file with any of the settings; flags go over it.")
+]
+ScenarioOption = Annotated[
+    str | None, typer.Option("--scenario", help="Published weights: packaging (default) or welding (with orientation).")
+]
+BaseOption = Annotated[
+    str | None,
+    typer.Option(
+        "--base", help="Point the base stands at; default: the first. 'origin': points count from it already."
+    ),
+]
+PointsOption = Annotated[
+    str | None,
+    typer.Option("--points", help="Points to follow, shoulder to hand, e.g. elbow,wrist,hand; default: all."),
+]
+OrientationOption = Annotated[
+    str | None, typer.Option("--orientation", help="Point whose orientation the end-effector follows.")
+]
+WeightsOption = Annotated[
+    str | None,
+    typer.Option("--weights", help="w_1,...,w_m, or w_0,w_1,...,w_m with the orientation's first; fractions allowed."),
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no table.")]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace the run in the output folder.")]
+
+
+def one_sentence_errors(command: Callable[Arguments, Outcome]) -> Callable[Arguments, Outcome]:
+    """Turn errors for bad input into one sentence on stderr and exit code 2, Ctrl-C into 130."""
+
+    @functools.wraps(command)
+    def wrapped(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Outcome:
+        try:
+            return command(*args, **kwargs)
+        except ArmDesignError as error:
+            typer.echo(f"armdesign: {error}", err=True)
+            raise typer.Exit(BAD_INPUT) from error
+        except KeyboardInterrupt as error:
+            typer.echo("armdesign: interrupted, nothing was written", err=True)
+            raise typer.Exit(INTERRUPTED) from error
+
+    return wrapped
+
+
+def names(text: str | None) -> list[str] | None:
+    """A comma-separated list of names."""
+    return None if text is None else [part.strip() for part in text.split(",") if part.strip()]
+
+
+def read_settings(config: Path | None, changes: dict[str, dict[str, Any]]) -> Study:
+    """Settings of the file, with the flags that were given over them."""
+    from armdesign.settings import Study, read_study  # noqa: PLC0415
+
+    study = Study() if config is None else read_study(config)
+    given = {
+        section: {name: value for name, value in entries.items() if value is not None}
+        for section, entries in changes.items()
+    }
+    return study.replace(given)
+
+
+def task_changes(base: str | None, points: str | None, orientation: str | None) -> dict[str, Any]:
+    """Task settings from the flags."""
+    return {"base": base, "points": names(points), "orientation": orientation}
+
+
+def with_weights(study: Study, scenario: str | None, weights: str | None, point_count: int) -> Study:
+    """Settings with the weights of the flags: --weights as given, --scenario instead of the file's."""
+    if scenario is not None:
+        study = study.replace({"fitness": {"scenario": scenario, "weights": (), "orientation_weight": None}})
+    if weights is None:
+        return study
+    values = [weight(part) for part in weights.split(",") if part.strip()]
+    w_0 = values.pop(0) if len(values) == point_count + 1 else 0.0
+    return study.replace({"fitness": {"weights": values, "orientation_weight": w_0}})
+
+
+def weight(text: str) -> float:
+    """A weight, as a number or a fraction."""
+    try:
+        return float(Fraction(text.strip()))
+    except (ValueError, ZeroDivisionError) as error:
+        raise SettingsError(
+            f"--weights has an entry {text.strip()!r}", value=text, allowed="numbers or fractions such as 0.5 or 1/6"
+        ) from error
+
+
+@contextmanager
+def announce_compiling(quiet: bool) -> Iterator[None]:
+    """Say so when the kernels have to be compiled, which happens once per machine and version."""
+    message = "Compiling the kernels, once on this machine; this takes about half a minute ..."
+    timer = threading.Timer(1.5, lambda: typer.echo(message, err=True))
+    timer.daemon = True
+    if not quiet:
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+class ProgressLine:
+    """Progress of a search on stderr: one line that is rewritten in a terminal, a line per tenth elsewhere."""
+
+    def __init__(self) -> None:
+        """Start the clock."""
+        self.terminal = sys.stderr.isatty()
+        self.shown = 0.0
+        self.tenth = -1
+
+    def __call__(self, progress: Progress) -> None:
+        """Show an iteration if it is time to."""
+        last = progress.iteration == progress.iterations
+        if self.terminal:
+            now = time.monotonic()
+            if last or now - self.shown > 0.1:
+                self.shown = now
+                sys.stderr.write("\r\x1b[2K" + progress_text(progress) + ("\n" if last else ""))
+                sys.stderr.flush()
+            return
+        tenth = 10 * progress.iteration // progress.iterations
+        if tenth > self.tenth or last:
+            self.tenth = tenth
+            typer.echo(progress_text(progress), err=True)
+
+
+def progress_text(progress: Progress) -> str:
+    """Iteration, best fitness in the paper's terms, valid particles, time left."""
+    left = progress.elapsed / progress.iteration * (progress.iterations - progress.iteration)
+    if progress.fitness == float("inf"):
+        best = "no valid arm yet"
+    else:
+        best = f"r {progress.fitness:.4f}  f {progress.path_fitness * 1e3:.2f} mm  E {progress.area * 1e3:.2f} mm"
+    digits = len(str(progress.iterations))
+    return (
+        f"iteration {progress.iteration:{digits}d}/{progress.iterations}  {best}  "
+        f"valid {progress.valid}/{progress.particles}  {clock(left)} left"
+    )
+
+
+def clock(seconds: float) -> str:
+    """A duration as m:ss or h:mm:ss."""
+    total = round(seconds)
+    hours, minutes = divmod(total // 60, 60)
+    return f"{hours}:{minutes:02d}:{total % 60:02d}" if hours else f"{minutes}:{total % 60:02d}"

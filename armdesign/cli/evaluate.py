@@ -1,0 +1,88 @@
+"""``armdesign evaluate``: score a given arm on a task."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from armdesign.cli.common import (
+    BaseOption,
+    ConfigOption,
+    OrientationOption,
+    OverwriteOption,
+    PointsOption,
+    QuietOption,
+    ScenarioOption,
+    WeightsOption,
+    announce_compiling,
+    one_sentence_errors,
+    read_settings,
+    task_changes,
+)
+from armdesign.cli.search import open_recording
+
+
+@one_sentence_errors
+def evaluate(
+    design: Annotated[
+        Path, typer.Argument(help="A run folder or its result.json, or a DH table in TOML, JSON or CSV (rad, m).")
+    ],
+    recording: Annotated[Path, typer.Argument(help="The demonstration.")],
+    convention: Annotated[
+        str | None,
+        typer.Option("--convention", help="modified or classic; default: what the file says, else modified."),
+    ] = None,
+    scenario: ScenarioOption = None,
+    config: ConfigOption = None,
+    base: BaseOption = None,
+    points: PointsOption = None,
+    orientation: OrientationOption = None,
+    weights: WeightsOption = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Also write a run folder.")] = None,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Score a given arm on a task: fitness, errors per point, and with --out its trajectory and URDF.
+
+    The settings are those of --config, else those a result.json carries, else the published ones.
+    """
+    from armdesign import runfolder  # noqa: PLC0415
+    from armdesign.cli.tables import evaluation_table  # noqa: PLC0415
+    from armdesign.evaluation import check_design, evaluate_design  # noqa: PLC0415
+    from armdesign.fitness.evaluator import compile_kernels  # noqa: PLC0415
+    from armdesign.kinematics.dh_files import read_design  # noqa: PLC0415
+    from armdesign.study import prepare  # noqa: PLC0415
+
+    table = read_design(design, convention)
+    check_design(table)
+    carried = {} if config is not None else settings_of(design)
+    flags = {"task": task_changes(base, points, orientation), "design": {"dof": table.dof}}
+    study = read_settings(config, carried)
+    study = study.replace({k: {n: v for n, v in entries.items() if v is not None} for k, entries in flags.items()})
+    _, demonstration, study = open_recording(recording, study, scenario, weights)
+    prepared = prepare(demonstration, study)
+    if out is not None:
+        runfolder.claim_folder(out, overwrite=overwrite)
+    with announce_compiling(quiet):
+        compile_kernels(prepared.problem())
+    evaluation = evaluate_design(table, prepared)
+    if not quiet:
+        typer.echo("\n".join(prepared.notes), err=True)
+    typer.echo(evaluation_table(evaluation, prepared))
+    if out is not None:
+        written = runfolder.write_evaluation(out, evaluation, prepared)
+        typer.echo("\n".join(["Written:", *(f"  {out / name}" for name in written.files)]))
+
+
+def settings_of(design: Path) -> dict[str, dict[str, Any]]:
+    """The settings a result.json carries; nothing for a plain DH table."""
+    path = design / "result.json" if design.is_dir() else design
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError):
+        return {}
+    settings = content.get("settings") if isinstance(content, dict) else None
+    return settings if isinstance(settings, dict) else {}

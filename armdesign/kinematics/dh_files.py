@@ -1,0 +1,134 @@
+"""Read DH tables from files: result.json, or a table in JSON, TOML or CSV, modified or classic."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from armdesign.errors import DesignError
+from armdesign.kinematics.dh import DHTable
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+CONVENTIONS = ("modified", "classic")
+COLUMNS = ("alpha", "a", "d", "theta")
+EXAMPLE = 'rows like { "alpha": 1.57, "a": 0.3, "d": 0.0 } [rad, m]'
+
+
+def read_design(path: Path, convention: str | None = None) -> DHTable:
+    """Read an arm.
+
+    Args:
+        path: A run's result.json (or its folder), or a file with ``convention``, ``base_yaw`` and ``rows`` in JSON or
+            TOML, or a CSV with the columns alpha, a, d and optionally theta [rad, m]; ``_deg`` behind an angle's name
+            gives it in degrees. A modified table has n + 1 rows, the tool last; a classic one a row per joint.
+        convention: ``modified`` or ``classic``; by default what the file says, else modified.
+
+    Raises:
+        DesignError: The file cannot be read, or is not a DH table; the message says where.
+    """
+    path = path / "result.json" if path.is_dir() else path
+    text = read_text(path)
+    content = parse(path, text)
+    table: Any = content.get("dh", content) if isinstance(content, Mapping) else content
+    if not isinstance(table, Mapping) or not isinstance(table.get("rows"), list) or not table["rows"]:
+        raise DesignError(f"{path} holds no DH table: 'rows' is missing or empty", allowed=EXAMPLE)
+    stated = convention or table.get("convention", "modified")
+    if stated not in CONVENTIONS:
+        raise DesignError(f"{path}: convention is {stated!r}", value=stated, allowed=list(CONVENTIONS))
+    rows = np.array([row_values(path, i, row) for i, row in enumerate(table["rows"])])
+    yaw = number(path, "base_yaw", table.get("base_yaw", 0.0))
+    if stated == "classic":
+        if yaw != 0.0:
+            raise DesignError(f"{path}: a classic table has no base_yaw", value=yaw, allowed=0)
+        return DHTable.from_classic(rows)
+    if len(rows) < 2:
+        raise DesignError(f"{path}: a modified table needs a row per joint and a tool row, this has {len(rows)}")
+    return DHTable.from_rows(rows, yaw)
+
+
+def read_text(path: Path) -> str:
+    """The file's text."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise DesignError(f"cannot read the design {path}: {error.strerror}", value=str(path)) from error
+    except UnicodeDecodeError as error:
+        raise DesignError(f"the design {path} is not text", allowed="JSON, TOML or CSV") from error
+
+
+def parse(path: Path, text: str) -> Any:  # noqa: ANN401 (file content)
+    """The file's content as plain Python values, by its form rather than its ending."""
+    stripped = text.lstrip()
+    try:
+        if stripped.startswith(("{", "[{", "[[{")) or path.suffix.lower() == ".json":
+            return json.loads(text)
+        first = next((line for line in stripped.splitlines() if line and not line.startswith("#")), "")
+        if "=" not in first and not first.startswith("["):
+            return {"rows": csv_rows(path, text)}
+        return tomllib.loads(text)
+    except json.JSONDecodeError as error:
+        raise DesignError(
+            f"the design {path} is not valid JSON: line {error.lineno}, column {error.colno}: {error.msg}"
+        ) from error
+    except tomllib.TOMLDecodeError as error:
+        raise DesignError(f"the design {path} is not valid TOML: {error}") from error
+
+
+def csv_rows(path: Path, text: str) -> list[dict[str, str]]:
+    """Rows of a CSV table with a header; lines that start with # are comments."""
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    reader = csv.DictReader(lines, skipinitialspace=True)
+    names = [name.strip() for name in reader.fieldnames or ()]
+    if not {"a", "d"} <= set(names):
+        raise DesignError(f"{path}: the header is '{', '.join(names)}'", allowed="alpha,a,d or alpha,a,d,theta")
+    return [
+        {(k or "").strip(): (v or "").strip() for k, v in row.items() if k and k.strip() in allowed_names()}
+        for row in reader
+    ]
+
+
+def allowed_names() -> tuple[str, ...]:
+    """Names a column may have."""
+    return (*COLUMNS, "alpha_deg", "theta_deg")
+
+
+def row_values(path: Path, index: int, row: object) -> list[float]:
+    """One row as (alpha, a, d, theta) [rad, m, m, rad]."""
+    where = f"rows[{index}]"
+    if isinstance(row, (list, tuple)) and len(row) in (3, 4):
+        row = dict(zip(COLUMNS, row, strict=False))
+    if not isinstance(row, Mapping):
+        raise DesignError(f"{path}: {where} is {row!r}", value=row, allowed=EXAMPLE)
+    unknown = [name for name in row if name not in allowed_names()]
+    if unknown:
+        raise DesignError(f"{path}: {where} has an unknown entry '{unknown[0]}'", allowed=list(allowed_names()))
+    values = []
+    for name in COLUMNS:
+        if f"{name}_deg" in row:
+            values.append(float(np.deg2rad(number(path, f"{where}.{name}_deg", row[f"{name}_deg"]))))
+        elif name in row or name == "theta":
+            values.append(number(path, f"{where}.{name}", row.get(name, 0.0)))
+        else:
+            raise DesignError(f"{path}: {where} has no '{name}'", value=dict(row), allowed=EXAMPLE)
+    return values
+
+
+def number(path: Path, where: str, value: object) -> float:
+    """A finite number out of a file."""
+    try:
+        result = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        result = float("nan")
+    if not np.isfinite(result) or isinstance(value, bool):
+        raise DesignError(f"{path}: {where} is {value!r}", value=value, allowed="a finite number")
+    return result
