@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOMES = {
-    "ArmDesignError": "armdesign.errors",
-    "DHTable": "armdesign.kinematics.dh",
-    "Study": "armdesign.settings",
-    "arm_model": "armdesign.kinematics.models",
-    "evaluate_design": "armdesign.evaluation",
-    "prepare": "armdesign.study",
-    "read_design": "armdesign.kinematics.dh_files",
-    "read_recording": "armdesign.demonstration",
-    "read_study": "armdesign.settings",
-    "search": "armdesign.search",
-    "write_search": "armdesign.runfolder",
+    "ArmDesignError": ("armdesign.errors", "ArmDesignError"),
+    "DHTable": ("armdesign.kinematics.dh", "DHTable"),
+    "Study": ("armdesign.settings", "Study"),
+    "arm_model": ("armdesign.kinematics.models", "arm_model"),
+    "evaluate_design": ("armdesign.evaluation", "evaluate_design"),
+    "prepare": ("armdesign.study", "prepare"),
+    "read_design": ("armdesign.kinematics.dh_files", "read_design"),
+    "read_recording": ("armdesign.demonstration", "read_recording"),
+    "read_study": ("armdesign.settings", "read_study"),
+    "search_arm": ("armdesign.search", "search"),
+    "write_search": ("armdesign.runfolder", "write_search"),
 }
 __all__ = [
     "ArmDesignError",
@@ -31,7 +31,7 @@ __all__ = [
     "read_design",
     "read_recording",
     "read_study",
-    "search",
+    "search_arm",
     "write_search",
 ]
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from armdesign.kinematics.dh_files import read_design
     from armdesign.kinematics.models import arm_model
     from armdesign.runfolder import write_search
-    from armdesign.search import search
+    from armdesign.search import search as search_arm
     from armdesign.settings import Study, read_study
     from armdesign.study import prepare
 
@@ -52,4 +52,5 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401 (any public name)
     """Load a public name from its home on first use, so that the import of the package stays quick."""
     if name not in _HOMES:
         raise AttributeError(f"module 'armdesign' has no attribute '{name}'")
-    return getattr(import_module(_HOMES[name]), name)
+    module, attribute = _HOMES[name]
+    return getattr(import_module(module), attribute)

@@ -35,7 +35,8 @@ class Scores:
         pruned: Whether the candidate was dropped at its cutoff, shape (N,).
         start_error: Distance of the hand to its first point at the start; of the best try where invalid, (N,) [m].
         steps: Kernel evaluations spent, shape (N,).
-        accepted: Accepted steps among them, shape (N,).
+        start_steps: Those of them spent on the start, shape (N,).
+        accepted: Accepted steps, shape (N,).
         frames: Frames solved, shape (N,).
     """
 
@@ -46,6 +47,7 @@ class Scores:
     pruned: NDArray[np.bool_]
     start_error: Array
     steps: NDArray[np.int64]
+    start_steps: NDArray[np.int64]
     accepted: NDArray[np.int64]
     frames: NDArray[np.int64]
 
@@ -196,6 +198,7 @@ class BlockEvaluator:
             pruned=pruned,
             start_error=outcome["start_error"].copy(),
             steps=outcome["steps"].copy(),
+            start_steps=outcome["start_steps"].copy(),
             accepted=outcome["accepted"].copy(),
             frames=outcome["t"].copy(),
         )
@@ -224,6 +227,6 @@ def as_rows(tables: Sequence[DHTable]) -> tuple[Array, Array]:
 
 def compile_kernels(problem: Problem) -> None:
     """Compile the kernels, or load them from the disk cache, by evaluating nothing but one arm on one frame."""
-    first = replace(problem, P=problem.P[:1], R=problem.R[:1])
+    first = replace(problem, P=problem.P[:1].copy(), R=problem.R[:1].copy())
     straight = DHTable(np.zeros(problem.dof + 1), np.full(problem.dof + 1, 0.1), np.full(problem.dof + 1, 0.1))
     BlockEvaluator(first, block=1).follow(straight)

@@ -84,6 +84,7 @@ WALK = np.dtype(
         ("f_sum", np.float64),
         ("E_sum", np.float64),
         ("steps", np.int64),
+        ("start_steps", np.int64),  # those spent on the start
         ("accepted", np.int64),
         ("pruned", np.int64),
         ("valid", np.int64),
@@ -319,6 +320,7 @@ def tip_error(chain, point):
 @branch
 def next_descent(walk, problem, starts, n):
     """Go to the next start pose to be solved from, or to the best one found; without one the walk is over."""
+    walk.start_steps = walk.steps
     if walk.k < walk.kept_count:
         for j in range(n):
             walk.trial[j] = starts[walk.kept[walk.k], j]

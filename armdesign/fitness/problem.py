@@ -73,7 +73,7 @@ def make_problem(
         TaskError: Too many points, or an orientation weight without orientation.
         SettingsError: The weights do not fit the points.
     """
-    points = np.ascontiguousarray(P, dtype=float)
+    points = np.array(P, dtype=float, order="C")  # a writable copy: Numba compiles read-only arrays anew
     bounds = np.asarray(limits, dtype=float)
     m = points.shape[1]
     if m > MAX_POINTS:
@@ -86,8 +86,8 @@ def make_problem(
     record = np.zeros(1, dtype=PROBLEM)
     fill_fitness(record[0], fitness, m, dt)
     fill_solver(record[0], solver, bounds)
-    rotations = np.eye(3)[None] if R is None or w_0 == 0.0 else np.asarray(R, dtype=float)
-    return Problem(points, np.ascontiguousarray(rotations), record, start_poses(solver.starts, bounds))
+    rotations = np.eye(3)[None] if R is None or w_0 == 0.0 else R
+    return Problem(points, np.array(rotations, dtype=float, order="C"), record, start_poses(solver.starts, bounds))
 
 
 def fill_fitness(record: np.void, fitness: FitnessSettings, m: int, dt: float) -> None:

@@ -1,0 +1,169 @@
+"""The best pose of an arm for one frame alone: min over q of g (eq. 3) without continuity, from many start poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armdesign.errors import DesignError, SettingsError, TaskError
+from armdesign.fitness.evaluator import BlockEvaluator, as_rows
+from armdesign.fitness.path import DESCEND, GAUSS, MOUNT_IDENTITY, NEWTON, SAMPLE, SMALLEST_DAMPING, WALK
+from armdesign.fitness.problem import Problem, make_problem
+from armdesign.kinematics.dh import DHTable
+from armdesign.settings import FitnessSettings, SolverSettings
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """The best pose found for one frame.
+
+    Attributes:
+        q: Joint angles, shape (n,) [rad].
+        g: Temporal fitness there, eq. 3 [m].
+        orientation_error: e_R; 0 where orientation has no weight [rad].
+        sigma: Places of the points on the arm, arc length / L, shape (m,).
+        distance: Distances of the points to their places, shape (m,) [m].
+        found: g at the end of every descent, shape (K,) [m].
+        steps: Kernel evaluations spent on all of them.
+    """
+
+    q: Array
+    g: float
+    orientation_error: float
+    sigma: Array
+    distance: Array
+    found: Array
+    steps: int
+
+
+class PoseSolver(BlockEvaluator):
+    """Minimises g of one frame over the joint limits, one descent from each of K low-discrepancy start poses.
+
+    There is no ball around a previous pose, the hand is not held to its point, and the mount is the identity whatever
+    the settings say: within a single frame it could turn any orientation error to 0. The first K start poses are the
+    same for every larger K, so that more starts never find less.
+    """
+
+    def __init__(
+        self,
+        limits: ArrayLike,
+        fitness: FitnessSettings,
+        solver: SolverSettings | None = None,
+        *,
+        starts: int = 64,
+        block: int | None = None,
+    ) -> None:
+        """Allocate a block in which the descents run side by side.
+
+        Args:
+            limits: Joint limits, shape (n, 2) [rad].
+            fitness: Settings of the fitness with one weight per point (see resolve_weights).
+            solver: Settings of the solver; its ``starts`` and ``descents`` are not used.
+            starts: Number of descents K.
+            block: Descents side by side; any value gives the same pose.
+
+        Raises:
+            SettingsError: There is no start, or the settings hold no weights.
+        """
+        if starts < 1:
+            raise SettingsError(f"a pose cannot be sought from {starts} starts", value=starts, allowed="1 or more")
+        if not fitness.weights:
+            raise SettingsError("the fitness settings hold no weights", allowed="one weight per point")
+        points = np.zeros((1, len(fitness.weights), 3))
+        alone = replace(fitness, mount="identity")
+        solver = replace(solver or SolverSettings(), starts=starts)
+        problem = make_problem(points, np.eye(3)[None], 1.0, limits, alone, solver)
+        problem.record["start_weights"] = problem.record["weights"]
+        problem.record["mount"] = MOUNT_IDENTITY
+        problem.record["reach"] = np.inf
+        super().__init__(problem, block)
+
+    def solve(self, table: DHTable, points: ArrayLike, rotation: ArrayLike | None = None) -> Pose:
+        """Find the best pose of one arm for one frame.
+
+        Args:
+            table: The arm.
+            points: Demonstrated points p_1..p_m, shape (m, 3) [m].
+            rotation: R_hand, shape (3, 3); needed where the orientation has a weight.
+
+        Raises:
+            DesignError: The arm has another number of joints than the limits.
+            TaskError: The points or the rotation are not what the settings ask for.
+        """
+        if table.dof != self.problem.dof:
+            raise DesignError(f"the arm has {table.dof} joints, there are limits for {self.problem.dof}")
+        self.problem = with_frame(self.problem, points, rotation)
+        rows, yaw = as_rows([table])
+        count = len(self.problem.starts)
+        outcome = np.zeros(count, dtype=WALK)
+        self._run(np.repeat(rows, count, axis=0), np.repeat(yaw, count), np.full(count, np.inf), outcome)
+        best = outcome[int(np.argmin(outcome["f_sum"]))]
+        q = best["best_q"][: table.dof].copy()
+        path = self.replay(table, q[None])
+        return Pose(
+            q=q,
+            g=float(path.g[0]),
+            orientation_error=float(path.orientation_error[0]),
+            sigma=path.sigma[0],
+            distance=path.distance[0],
+            found=outcome["f_sum"].copy(),
+            steps=int(outcome["steps"].sum()),
+        )
+
+    def _exchange(self, rows: Array, yaw: Array, cutoff: Array, outcome: NDArray[np.void], cursor: int) -> int:
+        """Load what is next and send candidate k straight to its descent from start pose k."""
+        cursor = super()._exchange(rows, yaw, cutoff, outcome, cursor)
+        n, problem = self.problem.dof, self.problem
+        for b in np.flatnonzero(self.walks["phase"] == SAMPLE):
+            walk = self.walks[b]
+            start = problem.starts[walk["candidate"]]
+            walk["phase"], walk["kept_count"], walk["kept"][0] = DESCEND, 1, walk["candidate"]
+            walk["fresh"], walk["closing"], walk["tries"], walk["damping"] = 1, 0, 0, SMALLEST_DAMPING
+            walk["model"] = NEWTON if problem.record[0]["second_order"] else GAUSS
+            walk["trial"][:n] = walk["previous"][:n] = self.arms.q[b * n : (b + 1) * n] = start
+        return cursor
+
+
+def best_pose(
+    table: DHTable,
+    points: ArrayLike,
+    rotation: ArrayLike | None,
+    limits: ArrayLike,
+    fitness: FitnessSettings,
+    *,
+    starts: int = 64,
+) -> Pose:
+    """Find the best pose of one arm for one frame; for many arms or frames keep one :class:`PoseSolver`.
+
+    Args:
+        table: The arm.
+        points: Demonstrated points p_1..p_m, shape (m, 3) [m].
+        rotation: R_hand, shape (3, 3), or None where the orientation has no weight.
+        limits: Joint limits, shape (n, 2) [rad].
+        fitness: Settings of the fitness with one weight per point.
+        starts: Number of start poses K.
+    """
+    return PoseSolver(limits, fitness, starts=starts).solve(table, points, rotation)
+
+
+def with_frame(problem: Problem, points: ArrayLike, rotation: ArrayLike | None) -> Problem:
+    """The problem with another single frame.
+
+    Raises:
+        TaskError: A shape does not fit, or the orientation is missing.
+    """
+    P = np.ascontiguousarray(points, dtype=float)[None]
+    if P.shape != problem.P.shape:
+        raise TaskError(f"the points have shape {P.shape[1:]}", allowed=problem.P.shape[1:])
+    if rotation is None:
+        if problem.record[0]["w_0"] > 0.0:
+            raise TaskError("the orientation has a weight, but there is no rotation to compare with")
+        return replace(problem, P=P)
+    R = np.ascontiguousarray(rotation, dtype=float)[None]
+    if R.shape != (1, 3, 3):
+        raise TaskError(f"the rotation has shape {R.shape[1:]}", allowed=(3, 3))
+    return replace(problem, P=P, R=R)

@@ -1,0 +1,70 @@
+"""The README's code blocks run as they stand."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    """Code blocks of one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+
+
+def shell_lines() -> list[str]:
+    """The armdesign commands of all shell blocks; installing and testing is what runs this."""
+    lines = [line for block in blocks("bash") for line in block.splitlines()]
+    return [part.strip() for line in lines for part in line.split("&&") if part.strip().startswith("armdesign")]
+
+
+@pytest.fixture(scope="module")
+def workplace(tmp_path_factory):
+    """A folder that looks like a checkout to the commands."""
+    folder = tmp_path_factory.mktemp("readme")
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    return folder
+
+
+def test_first_screen_has_both_commands():
+    first_screen = "\n".join(README.splitlines()[:30])
+    assert "pip install . && armdesign search examples/packaging.csv" in first_screen
+    assert "pip install '.[test]' && pytest" in first_screen
+
+
+def test_shell_blocks_run_in_order(workplace):
+    command = f'"{sys.executable}" -c "from armdesign.cli import main; main()"'
+    for line in shell_lines():
+        outcome = subprocess.run(
+            line.replace("armdesign", command, 1),
+            shell=True,
+            cwd=workplace,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert outcome.returncode == 0, (line, outcome.stderr)
+    assert (workplace / "runs" / "weld" / "arm.urdf").is_file()
+    assert "[design]" in (workplace / "study.toml").read_text(encoding="utf-8")
+
+
+def test_python_blocks_run(workplace):
+    for block in blocks("python"):
+        outcome = subprocess.run(
+            [sys.executable, "-c", block], cwd=workplace, capture_output=True, text=True, check=False, env=os.environ
+        )
+        assert outcome.returncode == 0, outcome.stderr
+    assert (workplace / "my_run" / "result.json").is_file()
+
+
+def test_linked_files_exist():
+    for target in re.findall(r"\]\((?!https?://)([^)#]+)\)", README):
+        assert (ROOT / target).exists(), target
