@@ -89,6 +89,7 @@ def write_search(folder: Path, result: SearchResult) -> Written:
         "converged_at": effort.iterations,
         "mean_valid": effort.mean_valid,
         "rejected": asdict(result.rejections),
+        "stopped_by": result.stopped_by,
         "wall_time": result.wall_time,
     }
     write_whole(folder / "history.csv", history_csv(result.history))

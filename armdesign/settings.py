@@ -190,6 +190,17 @@ class SearchSettings(Section):
     angle_interval: int = parameter(
         2, Number(1, 10**6, integer=True), "D: angular entries move only in every D-th iteration (RA-PSO)."
     )
+    patience: int | None = parameter(
+        None, Number(1, 10**6, integer=True),
+        "Stop after this many iterations without a gain of 0.1 %; not set: never.", optional=True,
+    )  # fmt: skip
+    target: float | None = parameter(
+        None, Number(0.0, 1e6, "m"), "Stop once the fitness r is this low [m]; not set: never.", optional=True
+    )
+    time_limit: float | None = parameter(
+        None, Number(0.0, 1e9, "s", above=True),
+        "Stop after this time [s], the iteration at hand finished; not set: never.", optional=True,
+    )  # fmt: skip
     prune: bool = parameter(
         True, Switch(), "Drop a candidate once its partial sum passes its own best; changes nothing but the time."
     )

@@ -17,8 +17,10 @@ import typer
 from armdesign.errors import ArmDesignError, SettingsError
 
 if TYPE_CHECKING:
+    from armdesign.compute import InProcess, WorkerPool
     from armdesign.search import Progress
     from armdesign.settings import Study
+    from armdesign.study import Prepared
 
 Arguments = ParamSpec("Arguments")
 Outcome = TypeVar("Outcome")
@@ -51,6 +53,13 @@ QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress an
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace the run in the output folder.")]
 
 
+WorkersOption = Annotated[
+    int | None, typer.Option("--workers", help="Worker processes on this machine; default: all cores where it pays.")
+]
+PAYS_PER_WORKER = 2000
+"""Candidates a search must have per worker before a further process pays for its start."""
+
+
 def one_sentence_errors(command: Callable[Arguments, Outcome]) -> Callable[Arguments, Outcome]:
     """Turn errors for bad input into one sentence on stderr and exit code 2, Ctrl-C into 130."""
 
@@ -62,7 +71,7 @@ def one_sentence_errors(command: Callable[Arguments, Outcome]) -> Callable[Argum
             typer.echo(f"armdesign: {error}", err=True)
             raise typer.Exit(BAD_INPUT) from error
         except KeyboardInterrupt as error:
-            typer.echo("armdesign: interrupted, nothing was written", err=True)
+            typer.echo("armdesign: stopped", err=True)
             raise typer.Exit(INTERRUPTED) from error
 
     return wrapped
@@ -169,3 +178,38 @@ def clock(seconds: float) -> str:
     total = round(seconds)
     hours, minutes = divmod(total // 60, 60)
     return f"{hours}:{minutes:02d}:{total % 60:02d}" if hours else f"{minutes}:{total % 60:02d}"
+
+
+def seconds(text: str | None) -> float | None:
+    """A duration such as 90, 90s, 30m, 2h or 1.5d in seconds.
+
+    Raises:
+        SettingsError: It is not one.
+    """
+    if text is None:
+        return None
+    units = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
+    number, unit = (text[:-1], text[-1]) if text[-1:] in units else (text, "s")
+    try:
+        return float(number) * units[unit]
+    except ValueError as error:
+        raise SettingsError(
+            f"--time-limit is {text!r}", value=text, allowed="a duration such as 90s, 30m, 2h or 1d"
+        ) from error
+
+
+def open_backend(prepared: Prepared, workers: int | None) -> WorkerPool | InProcess:
+    """Who evaluates: as many worker processes as asked for, by default as many as pay.
+
+    Raises:
+        SettingsError: A number of workers below 1.
+    """
+    from armdesign.compute import InProcess, WorkerPool  # noqa: PLC0415
+    from armdesign.compute.processes import available_cores  # noqa: PLC0415
+
+    if workers is not None and workers < 1:
+        raise SettingsError(f"--workers is {workers}", value=workers, allowed="a whole number of at least 1")
+    settings = prepared.study.search
+    paying = settings.particles * settings.iterations // PAYS_PER_WORKER
+    count = workers if workers is not None else max(1, min(available_cores(), paying))
+    return InProcess(prepared) if count == 1 else WorkerPool(prepared, count)

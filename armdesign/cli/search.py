@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from armdesign.cli.common import (
+    INTERRUPTED,
     BaseOption,
     ConfigOption,
     OrientationOption,
@@ -17,10 +18,13 @@ from armdesign.cli.common import (
     QuietOption,
     ScenarioOption,
     WeightsOption,
+    WorkersOption,
     announce_compiling,
     clock,
     one_sentence_errors,
+    open_backend,
     read_settings,
+    seconds,
     task_changes,
     with_weights,
 )
@@ -32,6 +36,15 @@ if TYPE_CHECKING:
     from armdesign.search import SearchResult
     from armdesign.settings import Study
     from armdesign.study import Prepared
+
+
+STOPPED = {
+    "iterations": "",
+    "patience": ", stopped for want of gain",
+    "target": ", stopped at the target",
+    "time_limit": ", stopped at the time limit",
+    "interrupted": ", interrupted",
+}
 
 
 @one_sentence_errors
@@ -52,6 +65,15 @@ def search(
         int | None, typer.Option("--iterations", help="Number of iterations M (default 200).")
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Seed of the random numbers (default 0).")] = None,
+    patience: Annotated[
+        int | None, typer.Option("--patience", help="Stop after this many iterations without a gain of 0.1 %.")
+    ] = None,
+    target: Annotated[float | None, typer.Option("--target", help="Stop once the fitness r is this low [m].")] = None,
+    time_limit: Annotated[str | None, typer.Option("--time-limit", help="Stop after this time, e.g. 30m.")] = None,
+    workers: WorkersOption = None,
+    resume: Annotated[
+        Path | None, typer.Option("--resume", help="Go on with the search in this run folder where it stopped.")
+    ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Run folder to write (default runs/NAME).")] = None,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
@@ -61,14 +83,26 @@ def search(
 ) -> None:
     """Search the arm that follows a recorded demonstration best.
 
-    Writes a run folder: result.json, arm.urdf, trajectory.csv, task.csv, history.csv and study.toml.
+    Writes a run folder: result.json, arm.urdf, trajectory.csv, task.csv, history.csv and study.toml. Its state is saved
+    after every iteration: Ctrl-C ends it with the best arm so far, and --resume goes on, also after a crash.
     """
+    if resume is not None:
+        take_up(resume, workers, quiet=quiet)
+        return
     study = read_settings(
         config,
         {
             "task": task_changes(base, points, orientation),
             "design": {"dof": dof},
-            "search": {"algorithm": algorithm, "particles": particles, "iterations": iterations, "seed": seed},
+            "search": {
+                "algorithm": algorithm,
+                "particles": particles,
+                "iterations": iterations,
+                "seed": seed,
+                "patience": patience,
+                "target": target,
+                "time_limit": seconds(time_limit),
+            },
         },
     )
     if write_config:
@@ -76,7 +110,7 @@ def search(
         typer.echo(with_weights(study, scenario, weights, count).to_toml(comments=True), nl=False)
         return
     source, demonstration, study = open_recording(recording, study, scenario, weights)
-    run(demonstration, study, folder_for(source, study, out), overwrite=overwrite, quiet=quiet)
+    begin(demonstration, study, folder_for(source, study, out), workers, overwrite=overwrite, quiet=quiet)
 
 
 def open_recording(
@@ -107,25 +141,55 @@ def folder_for(source: Path, study: Study, out: Path | None) -> Path:
     return free_folder(Path("runs"), name)
 
 
-def run(demonstration: Recording, study: Study, folder: Path, *, overwrite: bool, quiet: bool) -> None:
-    """Prepare, search and write, saying what is decided and done."""
+def begin(
+    demonstration: Recording, study: Study, folder: Path, workers: int | None, *, overwrite: bool, quiet: bool
+) -> None:
+    """Prepare the task, start the run folder and search."""
     from armdesign import runfolder  # noqa: PLC0415
-    from armdesign.fitness.evaluator import compile_kernels  # noqa: PLC0415
-    from armdesign.search import search as search_arm  # noqa: PLC0415
+    from armdesign.lock import locked  # noqa: PLC0415
+    from armdesign.running import start_run  # noqa: PLC0415
     from armdesign.study import prepare  # noqa: PLC0415
 
     prepared = prepare(demonstration, study)
     prepared.space()
-    problem = prepared.problem()
+    prepared.problem()
     runfolder.claim_folder(folder, overwrite=overwrite)
+    with locked(folder):
+        start_run(folder, prepared)
+    carry_on(folder, prepared, workers, quiet=quiet)
+
+
+def take_up(folder: Path, workers: int | None, *, quiet: bool) -> None:
+    """Go on with the search of a run folder."""
+    from armdesign.running import finished, open_run  # noqa: PLC0415
+
+    if finished(folder):
+        typer.echo(f"{folder} is finished; nothing to resume.", err=True)
+        return
+    carry_on(folder, open_run(folder), workers, quiet=quiet)
+
+
+def carry_on(folder: Path, prepared: Prepared, workers: int | None, *, quiet: bool) -> None:
+    """Search in a run folder, saying what is decided and done."""
+    from armdesign.fitness.evaluator import compile_kernels  # noqa: PLC0415
+    from armdesign.running import carry_out  # noqa: PLC0415
+
     if not quiet:
         typer.echo(opening(prepared), err=True)
     with announce_compiling(quiet):
-        compile_kernels(problem)
-    result = search_arm(prepared, on_progress=None if quiet else ProgressLine())
-    written = runfolder.write_search(folder, result)
+        compile_kernels(prepared.problem())
+
+    def on_interrupt() -> None:
+        typer.echo("\nStopping after this iteration; once more stops at once.", err=True)
+
+    progress = None if quiet else ProgressLine()
+    with open_backend(prepared, workers) as backend:
+        result, written = carry_out(folder, prepared, backend, on_progress=progress, on_interrupt=on_interrupt)
     if not quiet:
         typer.echo(closing(result, written))
+    if result.stopped_by == "interrupted":
+        typer.echo(f"Interrupted; go on with: armdesign search --resume {folder}", err=True)
+        raise typer.Exit(INTERRUPTED)
 
 
 def opening(prepared: Prepared) -> str:
@@ -149,7 +213,7 @@ def closing(result: SearchResult, written: Written) -> str:
 
     count = int(result.history.evaluations[-1])
     lines = [
-        f"Best of {count} candidates in {clock(result.wall_time)}:",
+        f"Best of {count} candidates in {clock(result.wall_time)}{STOPPED[result.stopped_by]}:",
         evaluation_table(result.best, result.prepared),
         "Written:",
         *(f"  {written.folder / name}" for name in written.files),

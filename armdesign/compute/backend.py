@@ -1,0 +1,67 @@
+"""What a search needs of whoever evaluates its candidates, and the simplest one: this process."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign.fitness.evaluator import Scores
+from armdesign.fitness.robot import Rejections, RobotFitness
+from armdesign.study import Prepared
+
+Array = NDArray[np.float64]
+S = TypeVar("S")
+
+
+class Backend(Protocol):
+    """Evaluates candidates on the task it was made for."""
+
+    def evaluate(self, Phi: Array, cutoff: Array) -> tuple[Scores, Rejections]:
+        """Scores of designs Phi (N, D) in their order; those past their cutoff (N,) may be dropped."""
+        ...
+
+    def close(self) -> None:
+        """Let go of processes and connections."""
+        ...
+
+
+class Closing:
+    """Makes a backend close when its ``with`` block ends."""
+
+    def close(self) -> None:
+        """Let go of what is held; nothing by default."""
+
+    def __enter__(self: S) -> S:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class InProcess(Closing):
+    """Evaluates in this process."""
+
+    def __init__(self, prepared: Prepared, block: int | None = None) -> None:
+        """Allocate a block of arms.
+
+        Args:
+            prepared: Task and settings.
+            block: Arms side by side; any value gives the same scores.
+        """
+        self.fitness = RobotFitness(prepared.problem(), prepared.space(), block)
+
+    def evaluate(self, Phi: Array, cutoff: Array) -> tuple[Scores, Rejections]:
+        """See Backend.evaluate."""
+        return self.fitness.evaluate(Phi, cutoff)
+
+
+def join(parts: Sequence[Scores]) -> Scores:
+    """Scores of consecutive chunks as one."""
+    names = vars(parts[0])
+    return Scores(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})

@@ -1,0 +1,181 @@
+"""A search in a run folder: locked, saved after every iteration, interruptible, and taken up again where it stopped."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from armdesign import checkpoint, runfolder
+from armdesign.compute import Backend
+from armdesign.compute.processes import CandidateKillsWorkersError
+from armdesign.demonstration import read_plain_csv, task_from_recording, task_recording, write_plain_csv
+from armdesign.errors import RunFolderError, SearchError
+from armdesign.files import write_whole
+from armdesign.lock import locked
+from armdesign.search import Progress, Search, SearchResult
+from armdesign.settings import read_study
+from armdesign.study import Prepared
+
+STUDY, TASK, NOTES, FAILED = "study.toml", "task.csv", "notes.json", "failed_candidate.json"
+
+
+class Interrupts:
+    """Counts requests to stop: the first ends the search after the iteration, the second at once."""
+
+    def __init__(self, on_first: Callable[[], None] | None = None) -> None:
+        """Nothing requested yet."""
+        self.requested = False
+        self.on_first = on_first
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Signal handler."""
+        if self.requested:
+            raise KeyboardInterrupt
+        self.requested = True
+        if self.on_first is not None:
+            self.on_first()
+
+
+@contextmanager
+def interruptible(on_first: Callable[[], None] | None = None) -> Iterator[Interrupts]:
+    """Catch Ctrl-C and SIGTERM while the block runs; outside the main thread there is nothing to catch."""
+    interrupts = Interrupts(on_first)
+    if threading.current_thread() is not threading.main_thread():
+        yield interrupts
+        return
+    before = {number: signal.signal(number, interrupts) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield interrupts
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def start_run(folder: Path, prepared: Prepared) -> None:
+    """Write what a later process needs to take the run up: the settings, the task, the notes.
+
+    Args:
+        folder: The run folder, see runfolder.claim_folder.
+        prepared: Task and settings.
+    """
+    checkpoint.remove_states(folder)
+    (folder / "result.json").unlink(missing_ok=True)
+    write_plain_csv(folder / TASK, task_recording(prepared.task))
+    write_whole(folder / NOTES, json.dumps({"base": prepared.task.base, "notes": list(prepared.notes)}) + "\n")
+    write_whole(folder / STUDY, prepared.study.to_toml())
+
+
+def open_run(folder: Path) -> Prepared:
+    """Task and settings of a run folder, to the last bit as they were when it was started.
+
+    Raises:
+        RunFolderError: The folder holds no run.
+    """
+    if not (folder / STUDY).is_file():
+        raise RunFolderError(f"{folder} holds no run to resume: {STUDY} is missing", value=str(folder))
+    try:
+        told: dict[str, Any] = json.loads((folder / NOTES).read_text(encoding="utf-8"))
+        base, notes = str(told["base"]), tuple(map(str, told["notes"]))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RunFolderError(f"{folder} holds no run to resume: {NOTES} is missing or damaged") from error
+    study = read_study(folder / STUDY)
+    return Prepared(study, task_from_recording(read_plain_csv(folder / TASK), base=base), notes)
+
+
+def finished(folder: Path) -> bool:
+    """Whether a run folder holds the result of a search that was not interrupted."""
+    try:
+        content = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(content, dict) and content.get("stopped_by") != "interrupted"
+
+
+def identity(folder: Path) -> str:
+    """Digest of the task and the settings a state belongs to."""
+    digest = hashlib.sha256()
+    for name in (STUDY, TASK):
+        digest.update((folder / name).read_bytes())
+    return digest.hexdigest()
+
+
+def carry_out(
+    folder: Path,
+    prepared: Prepared,
+    backend: Backend,
+    *,
+    on_progress: Callable[[Progress], None] | None = None,
+    on_interrupt: Callable[[], None] | None = None,
+) -> tuple[SearchResult, runfolder.Written]:
+    """Search, or go on searching, in a run folder that was started, and write the result.
+
+    Args:
+        folder: The run folder.
+        prepared: Its task and settings, see start_run and open_run.
+        backend: Who evaluates.
+        on_progress: Called after every iteration.
+        on_interrupt: Called when Ctrl-C or SIGTERM asks for the end of the search.
+
+    Raises:
+        RunFolderError: Another process is at it, the saved state cannot be used, or the disk cannot be written.
+        SearchError: Nothing was found, or a candidate kills the workers.
+    """
+    with locked(folder), interruptible(on_interrupt) as interrupts:
+        run, key = Search(prepared, backend), identity(folder)
+        state = checkpoint.load_state(folder, key)
+        if state is not None:
+            run.restore(state)
+        writer = checkpoint.StateWriter(folder)
+        try:
+            reason = iterate(run, lambda: writer.submit(checkpoint.pack(run.state(), key)), interrupts, on_progress)
+        except CandidateKillsWorkersError as error:
+            save_candidate(folder, run, error)
+            raise
+        finally:
+            writer.close()
+        result = outcome(run, reason, folder)
+        written = runfolder.write_search(folder, result)
+        if reason != "interrupted":
+            checkpoint.remove_states(folder)
+            (folder / NOTES).unlink(missing_ok=True)
+        return result, written
+
+
+def iterate(
+    run: Search, save: Callable[[], None], interrupts: Interrupts, on_progress: Callable[[Progress], None] | None
+) -> str:
+    """Iterate until a stop rule holds or somebody asks for the end; returns why."""
+    while (reason := run.ended_by()) is None:
+        if interrupts.requested:
+            return "interrupted"
+        progress = run.advance()
+        save()
+        if on_progress is not None:
+            on_progress(progress)
+    return reason
+
+
+def outcome(run: Search, reason: str, folder: Path) -> SearchResult:
+    """The result; an interrupted search that has found nothing yet says how to go on.
+
+    Raises:
+        SearchError: No candidate has reached the first frame.
+    """
+    if reason == "interrupted" and run.leader[0] == float("inf"):
+        raise SearchError(
+            "interrupted before any arm reached the first frame", fix=f"Go on with: armdesign search --resume {folder}"
+        )
+    return run.result(reason)
+
+
+def save_candidate(folder: Path, run: Search, error: SearchError) -> None:
+    """Keep the design that brought the workers down."""
+    content = runfolder.dh_content(run.space.table(error.value))  # type: ignore[arg-type]
+    write_whole(folder / FAILED, json.dumps({"error": str(error), "dh": content}, indent=2) + "\n")
