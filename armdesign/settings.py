@@ -151,13 +151,17 @@ class FitnessSettings(Section):
 class SolverSettings(Section):
     """Damped least squares along the path (method sections 3 and 4)."""
 
-    starts: int = parameter(
-        128,
-        Number(1, 4096, integer=True),
-        "Start poses that are looked at for the first frame, the same for every arm.",
-    )
-    descents: int = parameter(
-        12, Number(1, 64, integer=True), "How many of them, the best by their error, are solved from."
+    starts: int | None = parameter(
+        None, Number(1, 4096, integer=True),
+        "Start poses that are looked at for the first frame, the same for every arm; not set: by the joints.",
+        optional=True,
+    )  # fmt: skip
+    descents: int | None = parameter(
+        None, Number(1, 256, integer=True),
+        "How many of them, the best by their error, are roughly solved from; not set: by the joints.", optional=True,
+    )  # fmt: skip
+    finalists: int = parameter(
+        6, Number(1, 16, integer=True), "How many of the outcomes, the best that differ, are solved to the end."
     )
     tolerance: float = parameter(
         1e-5, Number(0.0, 0.1, above=True),

@@ -9,7 +9,7 @@ import numpy as np
 from armdesign.demonstration import Recording, Task, build_task, task_from_recording
 from armdesign.errors import TaskError
 from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
-from armdesign.fitness.problem import Problem, make_problem, resolve_weights
+from armdesign.fitness.problem import Problem, make_problem, resolve_weights, start_counts
 from armdesign.settings import Study
 
 ORIGIN = "origin"
@@ -65,8 +65,10 @@ def prepare(recording: Recording, study: Study) -> Prepared:
     if wanted is not None and oriented is None:
         notes.append(f"The orientation of '{wanted}' is not followed: the orientation weight w_0 is 0.")
     notes += check_reach(task, study.design.length[1])
+    starts, descents = start_counts(study.solver, study.design.dof)
     settled = study.replace(
         {
+            "solver": {"starts": starts, "descents": descents},
             "task": {"base": task.base, "points": task.points, "orientation": oriented},
             "fitness": {"weights": weights, "orientation_weight": w_0},
         }

@@ -7,6 +7,10 @@ import numpy as np
 from armdesign.compilation import branch
 
 
+ROUNDING = 1e-9
+"""Part of a piece that is put down to rounding: a part of ten whole pieces is cut into ten."""
+
+
 @branch
 def frame_area(chain, match, points, delta):
     """E_t: the length-weighted mean distance of the arm to the demonstrator's segments.
@@ -28,7 +32,7 @@ def frame_area(chain, match, points, delta):
     for i in range(len(points)):
         end = chain.arc[match.segment[i]] + match.along[i]
         length = end - begin
-        pieces = int(np.ceil(length / delta))
+        pieces = int(np.ceil(length / delta - ROUNDING))
         if pieces > 0:
             piece = length / pieces
             ax = points[i - 1, 0] if i > 0 else 0.0

@@ -5,7 +5,8 @@ every arm one damped least squares step is judged and the next one proposed. Arm
 of their place in the block, so the result is the same for any block size. An arm goes through these phases:
 
     SAMPLE   judge each of the start poses as it is, keep the best few
-    DESCEND  solve the first frame from each of those, the hand held to its point (method section 4)
+    DESCEND  solve the first frame roughly from each of those, the hand drawn to its point
+    POLISH   solve it to the end from the best few of the outcomes, the hand held to its point (method section 4)
     OPEN     take the best start that reaches, fix the mount, book frame 0
     FOLLOW   solve frame t from q_{t-1}, book it, go on, until the last frame or the cutoff
     REPLAY   book given joint angles as they are
@@ -23,15 +24,16 @@ from armdesign.fitness.temporal import differentiate_frame, evaluate_frame
 from armdesign.kinematics.dls import multiply, propose
 from armdesign.kinematics.skeleton import MAX_DOF, hang_arm, update_skeleton
 
-IDLE, SAMPLE, DESCEND, OPEN, FOLLOW, REPLAY, DONE = range(7)
+IDLE, SAMPLE, DESCEND, POLISH, OPEN, FOLLOW, REPLAY, DONE = range(8)
 MOUNT_IDENTITY, MOUNT_START = 0, 1
 NEWTON, GAUSS = 0, 1
-MAX_DESCENTS = 64
+MAX_DESCENTS, MAX_FINALISTS = 256, 16
 
 PROBLEM = np.dtype(
     [
         ("weights", np.float64, MAX_POINTS),
-        ("start_weights", np.float64, MAX_POINTS),  # the same with the hand's raised, for DESCEND
+        ("drawn_weights", np.float64, MAX_POINTS),  # the same with the hand's raised, for DESCEND
+        ("held_weights", np.float64, MAX_POINTS),  # the same with the hand's raised further, for POLISH
         ("w_0", np.float64),
         ("free", np.int64),  # number of free sigma
         ("metric", np.int64),
@@ -47,6 +49,7 @@ PROBLEM = np.dtype(
         ("floor", np.float64),  # the same, absolute [m]
         ("max_steps", np.int64),
         ("descents", np.int64),
+        ("finalists", np.int64),
         ("second_order", np.int64),
     ]
 )
@@ -62,6 +65,9 @@ WALK = np.dtype(
         ("kept", np.int64, MAX_DESCENTS),  # best start poses so far, best first
         ("kept_value", np.float64, MAX_DESCENTS),
         ("kept_count", np.int64),
+        ("final_q", np.float64, (MAX_FINALISTS, MAX_DOF)),  # best outcomes of the descents, best first
+        ("final_value", np.float64, MAX_FINALISTS),
+        ("final_count", np.int64),
         ("best_q", np.float64, MAX_DOF),
         ("best_g", np.float64),
         (
@@ -107,6 +113,8 @@ TRACE = np.dtype(
 SMALLEST_DAMPING = 1e-9
 KINK = 1e-7  # e_R below which the orientation counts as met [rad]
 KINK_RANGE = 0.3  # e_R below which meeting it in one step is tried [rad]
+SAME_POSE = 0.05  # poses nearer than this count as one [rad]
+ROUGH = 1e-3  # tolerance of the descents
 TRUST = 1.0  # longest step of a start pose [rad]
 
 
@@ -114,7 +122,7 @@ TRUST = 1.0  # longest step of a start pose [rad]
 def begin_walk(walk, problem, n, starts, cutoff, candidate):
     """Put a new candidate at its first start pose."""
     walk.phase, walk.candidate, walk.cutoff = SAMPLE, candidate, cutoff
-    walk.t, walk.k, walk.kept_count, walk.best_g = 0, 0, 0, np.inf
+    walk.t, walk.k, walk.kept_count, walk.final_count, walk.best_g = 0, 0, 0, 0, np.inf
     walk.f_sum, walk.E_sum, walk.steps, walk.accepted = 0.0, 0.0, 0, 0
     walk.pruned, walk.valid, walk.start_error, walk.closing = 0, 0, np.inf, 0
     for j in range(n):
@@ -141,6 +149,32 @@ def keep_start(walk, value, limit):
     if place < limit:
         walk.kept[place], walk.kept_value[place] = walk.k, value
         walk.kept_count = min(walk.kept_count + 1, limit)
+
+
+@branch
+def keep_finalist(walk, n, limit):
+    """Insert the outcome of a descent into the best few, unless the same pose is among them."""
+    for i in range(walk.final_count):
+        distance = 0.0
+        for j in range(n):
+            distance += (walk.final_q[i, j] - walk.q[j]) ** 2
+        if distance < SAME_POSE * SAME_POSE:
+            if walk.value < walk.final_value[i]:
+                for j in range(n):
+                    walk.final_q[i, j] = walk.q[j]
+            return
+    place = walk.final_count if walk.final_count < limit else limit
+    while place > 0 and walk.value < walk.final_value[place - 1]:
+        if place < limit:
+            walk.final_value[place] = walk.final_value[place - 1]
+            for j in range(n):
+                walk.final_q[place, j] = walk.final_q[place - 1, j]
+        place -= 1
+    if place < limit:
+        walk.final_value[place] = walk.value
+        for j in range(n):
+            walk.final_q[place, j] = walk.q[j]
+        walk.final_count = min(walk.final_count + 1, limit)
 
 
 @leaf
@@ -211,10 +245,11 @@ def predicted_decrease(step, frame, attitude, walk, n, w_0):
 def propose_trial(step, frame, attitude, walk, problem, n, w_0, m):
     """Propose the next trial from the model at q. Returns False where the frame counts as solved."""
     radius = problem.radius if walk.phase == FOLLOW else TRUST
+    tolerance = max(problem.tolerance, ROUGH) if walk.phase == DESCEND else problem.tolerance
     trace = 0.0
     for j in range(n):
         trace += frame.gauss[j, j]
-        if walk.phase == DESCEND:
+        if walk.phase != FOLLOW:
             walk.previous[j] = walk.q[j]
     while True:
         mu = walk.damping * (trace / n + 1e-12)
@@ -230,7 +265,7 @@ def propose_trial(step, frame, attitude, walk, problem, n, w_0, m):
     gain = walk.predicted
     if w_0 == 0.0:
         gain = walk.g - np.sqrt(max(2.0 * (walk.value - walk.predicted), 0.0)) / m
-    if not gain > max(problem.tolerance * walk.g, problem.floor):
+    if not gain > max(tolerance * walk.g, problem.floor):
         return False
     for j in range(n):
         walk.trial[j] = min(max(walk.q[j] + step.move[j], problem.lower[j]), problem.upper[j])
@@ -318,13 +353,18 @@ def tip_error(chain, point):
 
 
 @branch
-def next_descent(walk, problem, starts, n):
+def next_start(walk, problem, starts, n):
     """Go to the next start pose to be solved from, or to the best one found; without one the walk is over."""
     walk.start_steps = walk.steps
-    if walk.k < walk.kept_count:
+    if walk.phase in (SAMPLE, DESCEND) and walk.k < walk.kept_count:
         for j in range(n):
             walk.trial[j] = starts[walk.kept[walk.k], j]
         walk.phase = DESCEND
+    elif walk.phase == DESCEND or walk.k < walk.final_count:
+        walk.k = 0 if walk.phase == DESCEND else walk.k
+        for j in range(n):
+            walk.trial[j] = walk.final_q[walk.k, j]
+        walk.phase = POLISH
     elif walk.best_g < np.inf:
         for j in range(n):
             walk.trial[j] = walk.best_q[j]
@@ -387,11 +427,15 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
     while True:
         phase = walk.phase
         points, target = P[walk.t], R[min(walk.t, len(R) - 1)]
-        starting = phase in (SAMPLE, DESCEND)
+        starting = phase in (SAMPLE, DESCEND, POLISH)
         w_0 = 0.0 if starting and problem.mount == MOUNT_START else problem.w_0
-        if phase in (SAMPLE, DESCEND, OPEN) and problem.w_0 > 0.0:
+        if (starting or phase == OPEN) and problem.w_0 > 0.0:
             set_mount(attitude, chain, target, MOUNT_IDENTITY if starting else problem.mount)
-        weights = problem.start_weights[:m] if starting else problem.weights[:m]
+        weights = problem.weights[:m]
+        if phase == POLISH:
+            weights = problem.held_weights[:m]
+        elif starting:
+            weights = problem.drawn_weights[:m]
         evaluate_frame(frame, match, attitude, chain, points, target, weights, problem.free, w_0, problem.metric)
         if phase == SAMPLE:
             walk.steps += 1
@@ -402,9 +446,9 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
                     walk.trial[j] = starts[walk.k, j]
             else:
                 walk.k = 0
-                next_descent(walk, problem, starts, n)
+                next_start(walk, problem, starts, n)
             return
-        if phase in (DESCEND, FOLLOW):
+        if phase in (DESCEND, POLISH, FOLLOW):
             if walk.closing == 0:
                 moved = judge(frame, walk, problem, n)
                 if moved:
@@ -421,6 +465,11 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
             for j in range(n):
                 walk.trial[j] = walk.q[j]
         if phase == DESCEND:
+            keep_finalist(walk, n, problem.finalists)
+            walk.k += 1
+            next_start(walk, problem, starts, n)
+            return
+        if phase == POLISH:
             error = tip_error(chain, points[m - 1])
             if error <= problem.reach:
                 evaluate_frame(
@@ -434,7 +483,7 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
             elif walk.best_g == np.inf:
                 walk.start_error = min(walk.start_error, error)
             walk.k += 1
-            next_descent(walk, problem, starts, n)
+            next_start(walk, problem, starts, n)
             return
         book(walk, frame, match, attitude, chain, points, problem, trace, n, w_0)
         if over(walk, problem, len(P)):

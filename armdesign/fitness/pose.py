@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from armdesign.errors import DesignError, SettingsError, TaskError
 from armdesign.fitness.evaluator import BlockEvaluator, as_rows
-from armdesign.fitness.path import DESCEND, GAUSS, MOUNT_IDENTITY, NEWTON, SAMPLE, SMALLEST_DAMPING, WALK
+from armdesign.fitness.path import GAUSS, MOUNT_IDENTITY, NEWTON, POLISH, SAMPLE, SMALLEST_DAMPING, WALK
 from armdesign.fitness.problem import Problem, make_problem
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings import FitnessSettings, SolverSettings
@@ -77,7 +77,7 @@ class PoseSolver(BlockEvaluator):
         alone = replace(fitness, mount="identity")
         solver = replace(solver or SolverSettings(), starts=starts)
         problem = make_problem(points, np.eye(3)[None], 1.0, limits, alone, solver)
-        problem.record["start_weights"] = problem.record["weights"]
+        problem.record["held_weights"] = problem.record["weights"]
         problem.record["mount"] = MOUNT_IDENTITY
         problem.record["reach"] = np.inf
         super().__init__(problem, block)
@@ -121,7 +121,7 @@ class PoseSolver(BlockEvaluator):
         for b in np.flatnonzero(self.walks["phase"] == SAMPLE):
             walk = self.walks[b]
             start = problem.starts[walk["candidate"]]
-            walk["phase"], walk["kept_count"], walk["kept"][0] = DESCEND, 1, walk["candidate"]
+            walk["phase"], walk["k"], walk["final_count"] = POLISH, 0, 1
             walk["fresh"], walk["closing"], walk["tries"], walk["damping"] = 1, 0, 0, SMALLEST_DAMPING
             walk["model"] = NEWTON if problem.record[0]["second_order"] else GAUSS
             walk["trial"][:n] = walk["previous"][:n] = self.arms.q[b * n : (b + 1) * n] = start

@@ -14,6 +14,7 @@ from armdesign.fitness.path import MOUNT_IDENTITY, MOUNT_START, PROBLEM
 from armdesign.settings import FitnessSettings, SolverSettings
 
 Array = NDArray[np.float64]
+DRAWN_HAND = 10.0  # weight of the hand while starts are compared, high enough to lead it to its point
 HELD_HAND = 1000.0  # weight of the hand while the start is solved, so that it ends on its point
 SCENARIOS = {"packaging": (0.0, (1 / 6, 1 / 3, 1 / 2)), "welding": (0.2, (0.0, 0.1, 0.7))}
 """Published weights (w_0, (w_1, w_2, w_3)), method section 8."""
@@ -85,15 +86,17 @@ def make_problem(
         raise TaskError(f"orientation_weight is {w_0:g}, but the task has no orientation", value=w_0)
     record = np.zeros(1, dtype=PROBLEM)
     fill_fitness(record[0], fitness, m, dt)
-    fill_solver(record[0], solver, bounds)
+    starts, descents = start_counts(solver, len(bounds))
+    fill_solver(record[0], solver, bounds, descents)
     rotations = np.eye(3)[None] if R is None or w_0 == 0.0 else R
-    return Problem(points, np.array(rotations, dtype=float, order="C"), record, start_poses(solver.starts, bounds))
+    return Problem(points, np.array(rotations, dtype=float, order="C"), record, start_poses(starts, bounds))
 
 
 def fill_fitness(record: np.void, fitness: FitnessSettings, m: int, dt: float) -> None:
     """Write the fitness settings into a PROBLEM record, in metres and radians."""
-    record["weights"][:m] = record["start_weights"][:m] = fitness.weights
-    record["start_weights"][m - 1] = HELD_HAND
+    for name, hand in (("weights", fitness.weights[-1]), ("drawn_weights", DRAWN_HAND), ("held_weights", HELD_HAND)):
+        record[name][:m] = fitness.weights
+        record[name][m - 1] = hand
     record["w_0"] = fitness.orientation_weight or 0.0
     record["free"] = m - 1 if fitness.tie_hand else m
     record["metric"] = METRICS.index(fitness.orientation_metric)
@@ -104,12 +107,13 @@ def fill_fitness(record: np.void, fitness: FitnessSettings, m: int, dt: float) -
     record["radius"] = np.deg2rad(degrees)
 
 
-def fill_solver(record: np.void, solver: SolverSettings, limits: Array) -> None:
+def fill_solver(record: np.void, solver: SolverSettings, limits: Array, descents: int) -> None:
     """Write the solver settings and the joint limits into a PROBLEM record."""
     n = len(limits)
     record["lower"][:n], record["upper"][:n] = limits[:, 0], limits[:, 1]
     record["tolerance"], record["floor"] = solver.tolerance, solver.floor
-    record["max_steps"], record["descents"] = solver.max_steps, solver.descents
+    record["max_steps"], record["descents"] = solver.max_steps, descents
+    record["finalists"] = solver.finalists
     record["second_order"] = solver.second_order
 
 
@@ -143,6 +147,15 @@ def resolve_weights(fitness: FitnessSettings, m: int) -> tuple[float, tuple[floa
     if weights[-1] + w_0 <= 0.0:
         raise SettingsError("the hand, the last point, has no weight", value=weights, allowed="w_m > 0")
     return w_0, tuple(float(w) for w in weights)
+
+
+def start_counts(solver: SolverSettings, dof: int) -> tuple[int, int]:
+    """Start poses looked at, and how many of them are solved from: as set, else by the number of joints.
+
+    The more joints, the more basins the first frame has; benchmarks/starts.py measures how often the best is found.
+    """
+    descents = solver.descents or (24 if dof <= 3 else 64)
+    return solver.starts or max(128, 2 * descents), descents
 
 
 def start_poses(count: int, limits: Array) -> Array:

@@ -23,13 +23,13 @@ STEP = np.dtype(
         ("factor", np.float64, (MAX_DOF, MAX_DOF)),  # Cholesky factor of the damped free part, inverse diagonal
         ("move", np.float64, MAX_DOF),  # the step x
         ("work", np.float64, MAX_DOF),  # right-hand side, then intermediate results; 0 where held
-        ("reach", np.float64, MAX_DOF),  # q + x - q_previous; 0 where held
         ("held", np.int64, MAX_DOF),  # 1 where a joint is held at a limit
     ]
 )
 """Scratch of one step; one record an arm."""
 
 ROUNDING = 1.0 - 1e-12
+MULTIPLIER_STEPS = 40
 
 
 @leaf
@@ -98,11 +98,15 @@ def squared_norm(x, n):
 def propose(step, n, q, previous, radius, lower, upper, mu):
     """Minimise the damped model inside the limits and the ball; the step is left in ``step.move``.
 
+    The ball enters by its multiplier nu >= 0: x(nu) minimises m(x) + mu |x|^2 / 2 + nu |p + x|^2 / 2 inside the limits,
+    with p = q - q_previous, and |p + x(nu)| falls with nu until it meets the radius. Newton's method on
+    1 / |p + x| - 1 / radius, between brackets, as the active limits may change on the way.
+
     Args:
         step: Record of type STEP with gradient and matrix set.
         n: Number of joints.
         q: Present joint angles, inside the limits and the ball [rad].
-        previous: Centre of the ball [rad].
+        previous: Centre of the ball, inside the limits [rad].
         radius: Radius of the ball; infinite for none [rad].
         lower: Lower limits [rad].
         upper: Upper limits [rad].
@@ -116,85 +120,92 @@ def propose(step, n, q, previous, radius, lower, upper, mu):
         pinned_high = q[j] >= upper[j] and step.gradient[j] < 0.0
         step.held[j] = 1 if pinned_low or pinned_high or lower[j] == upper[j] else 0
         step.move[j] = 0.0
-    released = False
-    for _ in range(2 * n + 2):
-        if not solve_free(step, n, q, previous, radius, mu):
+    if not solve_in_limits(step, n, q, previous, lower, upper, mu, 0.0):
+        return False
+    norm = distance_moved(step, n, q, previous)
+    if norm <= radius:
+        return True
+    nu, low, high, aim = 0.0, 0.0, np.inf, radius * ROUNDING
+    for _ in range(MULTIPLIER_STEPS):
+        nu = next_multiplier(step, n, q, previous, norm, aim, nu, low, high)
+        if not solve_in_limits(step, n, q, previous, lower, upper, mu, nu):
             return False
-        if hold_violators(step, n, q, lower, upper):
-            continue
-        if released or not release_pulled_back(step, n, q, lower, upper):
+        norm = distance_moved(step, n, q, previous)
+        if norm > aim:
+            low = nu
+        else:
+            high = nu
+        if aim * (1.0 - 1e-10) <= norm <= radius:
             return True
-        released = True
+    pull_inside(step, n, q, previous, aim)
     return True
 
 
 @branch
-def release_pulled_back(step, n, q, lower, upper):
-    """Free joints that the model, at the step found, pulls off the limit they are held at."""
-    if not any_held(step, n):
-        return False
-    multiply(step.matrix, step.move, step.work, n)
-    found = False
+def pull_inside(step, n, q, previous, radius):
+    """Bring the free joints towards the centre of the ball until the step lies in it."""
+    held, free = 0.0, 0.0
     for j in range(n):
-        if step.held[j] == 1 and lower[j] < upper[j]:
-            slope = step.gradient[j] + step.work[j]
-            at_low = q[j] + step.move[j] <= lower[j]
-            if (at_low and slope < 0.0) or (not at_low and slope > 0.0):
-                step.held[j] = 0
-                found = True
-    return found
-
-
-@branch
-def any_held(step, n):
-    """Whether any joint is held at a limit."""
-    count = 0
-    for j in range(n):
-        count += step.held[j]
-    return count > 0
-
-
-@branch
-def hold_violators(step, n, q, lower, upper):
-    """Stop joints that overstep a limit there and hold them. Returns whether there were any."""
-    found = False
-    for j in range(n):
-        if step.held[j] == 0 and not lower[j] <= q[j] + step.move[j] <= upper[j]:
-            step.move[j] = (lower[j] if q[j] + step.move[j] < lower[j] else upper[j]) - q[j]
-            step.held[j] = 1
-            found = True
-    return found
-
-
-@branch
-def solve_free(step, n, q, previous, radius, mu):
-    """Minimise over the free joints with the held ones where they are, inside the ball.
-
-    With p = q - q_previous the constrained minimiser is y - p, y = (H + (mu + nu) I)^-1 ((H + mu I) p - g), and the
-    multiplier nu >= 0 solves |y| = radius: Newton's method on 1 / |y| - 1 / radius, which converges from below.
-    """
-    if not factorise(step, n, mu):
-        return False
-    add_held(step, n)
-    solve_lower(step.factor, step.work, n)
-    solve_upper(step.factor, step.work, n)
-    used, free = 0.0, 0.0
-    for j in range(n):
+        square = (q[j] + step.move[j] - previous[j]) ** 2
         if step.held[j] == 1:
-            used += (q[j] + step.move[j] - previous[j]) ** 2
+            held += square
         else:
-            step.move[j] = step.work[j]
-            free += (q[j] + step.move[j] - previous[j]) ** 2
-    if free + used <= radius * radius:
-        return True
-    return land_on_ball(step, n, q, previous, np.sqrt(max(radius * radius - used, 0.0)) * ROUNDING, mu)
+            free += square
+    if held + free > radius * radius:
+        shrink = np.sqrt(max(radius * radius - held, 0.0) / free) if free > 0.0 else 0.0
+        for j in range(n):
+            if step.held[j] == 0:
+                away = q[j] - previous[j]
+                step.move[j] = shrink * (away + step.move[j]) - away
 
 
 @branch
-def add_held(step, n):
-    """Work = minus the gradient of the model for the free joints with the held ones moved; 0 for the held."""
+def next_multiplier(step, n, q, previous, norm, radius, nu, low, high):
+    """Newton's step for the ball's multiplier, or the middle of its bracket where that leaves it."""
     for j in range(n):
-        step.work[j] = -step.gradient[j]
+        step.work[j] = 0.0 if step.held[j] == 1 else q[j] + step.move[j] - previous[j]
+    solve_lower(step.factor, step.work, n)
+    slope = squared_norm(step.work, n)
+    guess = nu + norm * norm / slope * (norm - radius) / radius if slope > 0.0 else np.inf
+    if low < guess < high:
+        return guess
+    return 0.5 * (low + high) if high < np.inf else 10.0 * nu + 1e-3
+
+
+@branch
+def distance_moved(step, n, q, previous):
+    """Distance of q + x from the centre of the ball."""
+    total = 0.0
+    for j in range(n):
+        total += (q[j] + step.move[j] - previous[j]) ** 2
+    return np.sqrt(total)
+
+
+@branch
+def solve_in_limits(step, n, q, previous, lower, upper, mu, nu):
+    """Minimise (g + nu p).x + x.(H + (mu + nu) I) x / 2 inside the limits, by a primal active set.
+
+    The free joints go towards their minimiser until the first one meets a limit, where it is held; a held joint that
+    the model pulls back is released. The search starts at ``step.move`` with the joints in ``step.held``.
+    """
+    for _ in range(4 * n + 4):
+        if not factorise(step, n, mu + nu):
+            return False
+        free_target(step, n, q, previous, nu)
+        solve_lower(step.factor, step.work, n)
+        solve_upper(step.factor, step.work, n)
+        if stop_at_limit(step, n, q, lower, upper):
+            continue
+        if not any_held(step, n) or not release_one(step, n, q, previous, lower, upper, mu, nu):
+            break
+    return True
+
+
+@branch
+def free_target(step, n, q, previous, nu):
+    """Work = right-hand side for the free joints with the held ones where they are; 0 for the held."""
+    for j in range(n):
+        step.work[j] = -step.gradient[j] - nu * (q[j] - previous[j])
     for k in range(n):
         if step.held[k] == 1:
             for j in range(n):
@@ -205,41 +216,50 @@ def add_held(step, n):
 
 
 @branch
-def land_on_ball(step, n, q, previous, room, mu):
-    """The free joints' part of the step when the ball binds: find the multiplier nu."""
-    for j in range(n):
-        step.reach[j] = 0.0 if step.held[j] == 1 else q[j] + step.move[j] - previous[j]
-    nu = 0.0
-    for _ in range(20):
-        norm = np.sqrt(squared_norm(step.reach, n))
-        if norm <= room * (1.0 + 1e-9) or norm == 0.0:
-            break
-        for j in range(n):
-            step.work[j] = step.reach[j]
-        solve_lower(step.factor, step.work, n)
-        nu += norm * norm / squared_norm(step.work, n) * (norm - room) / max(room, 1e-12)
-        if not factorise(step, n, mu + nu):
-            return False
-        pull_to_centre(step, n, q, previous, mu)
-        solve_lower(step.factor, step.reach, n)
-        solve_upper(step.factor, step.reach, n)
-    norm = np.sqrt(squared_norm(step.reach, n))
-    shrink = min(1.0, room / norm) if norm > 0.0 else 1.0
+def stop_at_limit(step, n, q, lower, upper):
+    """Go from ``step.move`` towards ``step.work`` up to the first limit; returns whether there was one, now held."""
+    share, stopped, limit = 1.0, -1, 0.0
     for j in range(n):
         if step.held[j] == 0:
-            step.move[j] = shrink * step.reach[j] - (q[j] - previous[j])
+            target = q[j] + step.work[j]
+            bound = min(max(target, lower[j]), upper[j])
+            if target != bound:
+                reach = (bound - q[j] - step.move[j]) / (step.work[j] - step.move[j])
+                if reach < share:
+                    share, stopped, limit = max(reach, 0.0), j, bound
+    for j in range(n):
+        if step.held[j] == 0:
+            step.move[j] += share * (step.work[j] - step.move[j])
+            if share == 1.0:
+                step.move[j] = step.work[j]
+    if stopped < 0:
+        return False
+    step.move[stopped] = limit - q[stopped]
+    step.held[stopped] = 1
     return True
 
 
 @branch
-def pull_to_centre(step, n, q, previous, mu):
-    """Reach = (H + mu I) p - g for the free joints, with p = q - q_previous; 0 for the held."""
-    add_held(step, n)
+def release_one(step, n, q, previous, lower, upper, mu, nu):
+    """Free the held joint that the model pulls off its limit the most; returns whether there is one."""
+    multiply(step.matrix, step.move, step.work, n)
+    worst, chosen = 0.0, -1
     for j in range(n):
-        step.reach[j] = step.work[j] + mu * (q[j] - previous[j])
-        for k in range(n):
-            if step.held[k] == 0:
-                step.reach[j] += step.matrix[max(j, k), min(j, k)] * (q[k] - previous[k])
+        if step.held[j] == 1 and lower[j] < upper[j]:
+            slope = step.gradient[j] + nu * (q[j] - previous[j]) + step.work[j] + (mu + nu) * step.move[j]
+            pull = -slope if q[j] + step.move[j] <= lower[j] else slope
+            if pull > worst:
+                worst, chosen = pull, j
+    if chosen < 0:
+        return False
+    step.held[chosen] = 0
+    return True
+
+
+@branch
+def any_held(step, n):
+    """Whether any joint is held at a limit."""
+    count = 0
     for j in range(n):
-        if step.held[j] == 1:
-            step.reach[j] = 0.0
+        count += step.held[j]
+    return count > 0

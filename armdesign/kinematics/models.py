@@ -71,7 +71,7 @@ class ArmBlock:
         self.q: NDArray[np.float64] = np.zeros(self.model.nq)
         self.poses = _se3_view(self.data.oMi)
         self.placements = _se3_view(self.model.jointPlacements)
-        self.jacobian: NDArray[np.float64] = self.data.J.T
+        self.jacobian: NDArray[np.float64] = self.data.J.T.reshape(-1, 6)  # a single joint's is a vector
         self._check_views()
 
     def update(self) -> None:
@@ -94,7 +94,7 @@ class ArmBlock:
                 pose = exact[k + 1]
                 if not np.array_equal(view[k], np.r_[pose.rotation.T.ravel(), pose.translation]):
                     raise RuntimeError("Pinocchio stores SE3 in another layout than armdesign's kernels read")
-        if not np.array_equal(self.jacobian, self.data.J.T) or self.jacobian.strides != (48, 8):
+        if not np.array_equal(self.jacobian, self.data.J.T.reshape(-1, 6)) or not self.jacobian.flags.c_contiguous:
             raise RuntimeError("Pinocchio stores the Jacobian in another layout than armdesign's kernels read")
 
 
