@@ -43,6 +43,7 @@ def source_stamp() -> str:
     """Hash of the source of every module that may hold kernels."""
     package = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(path for room in KERNEL_ROOMS for path in (package / room).glob("*.py")):
+    kernels = (path for room in KERNEL_ROOMS for path in (package / room).glob("*.py"))
+    for path in (Path(__file__), *sorted(kernels)):
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -48,11 +49,15 @@ class Number(Kind):
 
     def check(self, name: str, value: Any) -> float | int:  # noqa: ANN401
         """See Kind.check."""
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise self.refuse(name, value)
+        if isinstance(value, float) and not math.isfinite(value):
             raise self.refuse(name, value)
         if self.integer and value != int(value):
             raise self.refuse(name, value)
         if not self.low <= value <= self.high or (self.above and value == self.low):
+            raise self.refuse(name, value)
+        if abs(value) > sys.float_info.max:
             raise self.refuse(name, value)
         return int(value) if self.integer else float(value)
 
@@ -60,11 +65,18 @@ class Number(Kind):
         """See Kind.describe."""
         noun = "a whole number" if self.integer else "a number"
         unit = f" {self.unit}" if self.unit else ""
+        low, high = plain(self.low), plain(self.high)
+        if math.isinf(self.high) and math.isinf(self.low):
+            return noun + (f" [{self.unit}]" if self.unit else "")
         if math.isinf(self.high):
-            lowest = "" if math.isinf(self.low) else f" {'above' if self.above else 'of at least'} {self.low:g}"
-            return noun + lowest + unit
-        span = f"above {self.low:g} up to" if self.above else f"from {self.low:g} to"
-        return f"{noun} {span} {self.high:g}{unit}"
+            return f"{noun} {'above' if self.above else 'of at least'} {low}{unit}"
+        span = f"above {low} up to" if self.above else f"from {low} to"
+        return f"{noun} {span} {high}{unit}"
+
+
+def plain(bound: float) -> str:
+    """A bound without exponent where it is whole."""
+    return str(int(bound)) if math.isfinite(bound) and bound == int(bound) else f"{bound:g}"
 
 
 @dataclass(frozen=True)
@@ -107,7 +119,7 @@ class Text(Kind):
 
     def check(self, name: str, value: Any) -> str:  # noqa: ANN401
         """See Kind.check."""
-        if not isinstance(value, str) or not value:
+        if not isinstance(value, str) or not value or not is_unicode(value):
             raise self.refuse(name, value)
         return value
 
@@ -222,6 +234,15 @@ class Section:
     def names(cls) -> tuple[str, ...]:
         """Names of the section's entries."""
         return tuple(entry.name for entry in dataclasses.fields(cls))  # type: ignore[arg-type]
+
+
+def is_unicode(text: str) -> bool:
+    """Whether a text can be stored as UTF-8; a file name of stray bytes cannot."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def toml_value(value: Any) -> str:  # noqa: ANN401

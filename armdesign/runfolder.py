@@ -43,13 +43,15 @@ def claim_folder(folder: Path, *, overwrite: bool = False) -> Path:
     Raises:
         RunFolderError: It holds a run already, is a file, or cannot be written.
     """
-    if folder.exists() and not folder.is_dir():
-        raise RunFolderError(f"the output {folder} is a file", value=str(folder), fix="Name a folder with --out")
-    if (folder / "result.json").exists() and not overwrite:
-        raise RunFolderError(
-            f"{folder} already holds a run", value=str(folder), fix="Name another with --out, or add --overwrite"
-        )
     try:
+        if folder.exists() and not folder.is_dir():
+            raise RunFolderError(f"the output {folder} is a file", value=str(folder), fix="Name a folder with --out")
+        if holds_run(folder) and not overwrite:
+            unfinished = "" if (folder / "result.json").exists() else f", go on with it by --resume {folder}"
+            raise RunFolderError(
+                f"{folder} already holds a run", value=str(folder),
+                fix=f"Name another with --out{unfinished}, or add --overwrite",
+            )  # fmt: skip
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".writable"
         probe.touch()
@@ -62,10 +64,15 @@ def claim_folder(folder: Path, *, overwrite: bool = False) -> Path:
     return folder
 
 
+def holds_run(folder: Path) -> bool:
+    """Whether a folder holds a run, finished or not."""
+    return any((folder / name).exists() for name in ("result.json", "state.npz", "state-previous.npz"))
+
+
 def free_folder(parent: Path, name: str) -> Path:
     """The first of NAME, NAME-2, NAME-3, ... below parent that holds no run."""
     folder, k = parent / name, 2
-    while (folder / "result.json").exists():
+    while holds_run(folder):
         folder, k = parent / f"{name}-{k}", k + 1
     return folder
 
@@ -92,29 +99,46 @@ def write_search(folder: Path, result: SearchResult) -> Written:
         "stopped_by": result.stopped_by,
         "wall_time": result.wall_time,
     }
+    clear(folder)
     write_whole(folder / "history.csv", history_csv(result.history))
-    written = write_evaluation(folder, result.best, result.prepared, extra)
-    return Written(folder, ("history.csv", *written.files))
+    written = write_parts(folder, result.best, result.prepared, extra)
+    return Written(folder, ("history.csv", *written))
 
 
-def write_evaluation(
-    folder: Path, evaluation: Evaluation, prepared: Prepared, extra: dict[str, Any] | None = None
-) -> Written:
-    """Write one arm on one task: study.toml, task.csv, trajectory.csv, arm.urdf, and result.json last.
+def write_evaluation(folder: Path, evaluation: Evaluation, prepared: Prepared) -> Written:
+    """Write one arm on one task; a search that lay in the folder before is removed.
 
     Args:
         folder: The run folder, see claim_folder.
         evaluation: The arm with its path.
         prepared: Task and settings.
-        extra: Further entries of result.json.
     """
+    clear(folder)
+    return Written(folder, write_parts(folder, evaluation, prepared, {}))
+
+
+def clear(folder: Path) -> None:
+    """Remove the result of an earlier run, so that a failure on the way leaves none that looks whole.
+
+    Raises:
+        RunFolderError: A file cannot be removed.
+    """
+    for name in ("result.json", "history.csv"):
+        try:
+            (folder / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise RunFolderError(f"cannot remove {folder / name}: {error.strerror}", value=str(folder)) from error
+
+
+def write_parts(folder: Path, evaluation: Evaluation, prepared: Prepared, extra: dict[str, Any]) -> tuple[str, ...]:
+    """Write study.toml, task.csv, trajectory.csv, arm.urdf, and result.json last; returns their names."""
     write_whole(folder / "study.toml", prepared.study.to_toml())
     write_plain_csv(folder / "task.csv", task_recording(prepared.task))
     write_whole(folder / "trajectory.csv", trajectory_csv(prepared.task.time, evaluation.path.q))
     write_whole(folder / "arm.urdf", arm_urdf(evaluation, prepared))
-    content = result_content(evaluation, prepared) | (extra or {})
+    content = result_content(evaluation, prepared) | extra
     write_whole(folder / "result.json", json.dumps(content, indent=2, allow_nan=False) + "\n")
-    return Written(folder, ("study.toml", "task.csv", "trajectory.csv", "arm.urdf", "result.json"))
+    return ("study.toml", "task.csv", "trajectory.csv", "arm.urdf", "result.json")
 
 
 def result_content(evaluation: Evaluation, prepared: Prepared) -> dict[str, Any]:

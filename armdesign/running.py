@@ -65,8 +65,8 @@ def start_run(folder: Path, prepared: Prepared) -> None:
         folder: The run folder, see runfolder.claim_folder.
         prepared: Task and settings.
     """
+    checkpoint.remove(folder / name for name in ("result.json", STUDY, FAILED))  # without settings there is no run
     checkpoint.remove_states(folder)
-    (folder / "result.json").unlink(missing_ok=True)
     write_plain_csv(folder / TASK, task_recording(prepared.task))
     write_whole(folder / NOTES, json.dumps({"base": prepared.task.base, "notes": list(prepared.notes)}) + "\n")
     write_whole(folder / STUDY, prepared.study.to_toml())
@@ -99,10 +99,17 @@ def finished(folder: Path) -> bool:
 
 
 def identity(folder: Path) -> str:
-    """Digest of the task and the settings a state belongs to."""
+    """Digest of the task and the settings a state belongs to.
+
+    Raises:
+        RunFolderError: The folder holds none, or they cannot be read.
+    """
     digest = hashlib.sha256()
-    for name in (STUDY, TASK):
-        digest.update((folder / name).read_bytes())
+    try:
+        for name in (STUDY, TASK):
+            digest.update((folder / name).read_bytes())
+    except OSError as error:
+        raise RunFolderError(f"cannot read {folder / name}: {error.strerror}", value=str(folder)) from error
     return digest.hexdigest()
 
 
@@ -111,30 +118,36 @@ def carry_out(
     prepared: Prepared,
     backend: Backend,
     *,
+    fresh: bool = False,
     on_progress: Callable[[Progress], None] | None = None,
     on_interrupt: Callable[[], None] | None = None,
+    on_note: Callable[[str], None] | None = None,
 ) -> tuple[SearchResult, runfolder.Written]:
-    """Search, or go on searching, in a run folder that was started, and write the result.
+    """Search, or go on searching, in a run folder, and write the result.
 
     Args:
         folder: The run folder.
         prepared: Its task and settings, see start_run and open_run.
         backend: Who evaluates.
+        fresh: Start the run first, under the same lock; whatever run the folder holds is given up.
         on_progress: Called after every iteration.
         on_interrupt: Called when Ctrl-C or SIGTERM asks for the end of the search.
+        on_note: Called with a sentence where something had to be decided.
 
     Raises:
         RunFolderError: Another process is at it, the saved state cannot be used, or the disk cannot be written.
         SearchError: Nothing was found, or a candidate kills the workers.
     """
     with locked(folder), interruptible(on_interrupt) as interrupts:
+        if fresh:
+            start_run(folder, prepared)
         run, key = Search(prepared, backend), identity(folder)
-        state = checkpoint.load_state(folder, key)
+        state = checkpoint.load_state(folder, key, on_note)
         if state is not None:
             run.restore(state)
-        writer = checkpoint.StateWriter(folder)
+        writer = checkpoint.StateWriter(folder, key)
         try:
-            reason = iterate(run, lambda: writer.submit(checkpoint.pack(run.state(), key)), interrupts, on_progress)
+            reason = iterate(run, lambda: writer.submit(run.state()), interrupts, on_progress)
         except CandidateKillsWorkersError as error:
             save_candidate(folder, run, error)
             raise
@@ -143,9 +156,18 @@ def carry_out(
         result = outcome(run, reason, folder)
         written = runfolder.write_search(folder, result)
         if reason != "interrupted":
-            checkpoint.remove_states(folder)
-            (folder / NOTES).unlink(missing_ok=True)
+            tidy(folder)
         return result, written
+
+
+def tidy(folder: Path) -> None:
+    """Remove what only an unfinished run needs.
+
+    Raises:
+        RunFolderError: A file cannot be removed.
+    """
+    checkpoint.remove_states(folder)
+    checkpoint.remove(folder / name for name in (NOTES, FAILED))
 
 
 def iterate(

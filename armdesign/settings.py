@@ -232,6 +232,14 @@ class Study:
         by_title = {kind.title(): kind for kind in SECTIONS}
         sections = {}
         for title, entries in changes.items():
+            home = next((kind.title() for kind in SECTIONS if title in kind.names()), None)
+            if title not in by_title and home is not None:
+                raise SettingsError(
+                    f"'{title}' stands outside of any section",
+                    value=title,
+                    allowed=list(by_title),
+                    fix=f"Move it below [{home}]",
+                )
             if title not in by_title:
                 raise SettingsError(f"unknown section [{title}]", value=title, allowed=list(by_title))
             if not isinstance(entries, Mapping):
@@ -253,7 +261,7 @@ class Study:
         return "\n".join(section_toml(getattr(self, kind.title()), comments=comments) for kind in SECTIONS)
 
 
-def read_study(path: Path) -> Study:
+def read_study(path: str | Path) -> Study:
     """Read a TOML file of settings; entries left out keep their defaults.
 
     Args:
@@ -262,13 +270,14 @@ def read_study(path: Path) -> Study:
     Raises:
         SettingsError: The file is missing or not TOML, or holds an unknown or disallowed entry.
     """
+    path = Path(path)
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise SettingsError(f"cannot read the settings {path}: {error.strerror}", value=str(path)) from error
     except UnicodeDecodeError as error:
         raise SettingsError(f"the settings {path} are not UTF-8 text", value=str(path)) from error
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError, or numbers and nesting beyond all bounds
         raise SettingsError(
             f"the settings {path} are not valid TOML: {error}",
             fix="'armdesign search --write-config' prints a file to start from",

@@ -10,7 +10,7 @@ from armdesign.demonstration import Recording, Task, build_task, task_from_recor
 from armdesign.errors import TaskError
 from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
 from armdesign.fitness.problem import Problem, make_problem, resolve_weights, start_counts
-from armdesign.settings import Study
+from armdesign.settings import Study, TaskSettings
 
 ORIGIN = "origin"
 """Name of the base where the points of a recording already count from it, as in a run's task.csv."""
@@ -42,12 +42,13 @@ class Prepared:
         return design_space(self.study.design)
 
 
-def prepare(recording: Recording, study: Study) -> Prepared:
+def prepare(recording: Recording, study: Study, *, longest: float | None = None) -> Prepared:
     """Build the task of a recording and settle every setting that was left to it.
 
     Args:
         recording: The demonstration.
         study: The settings.
+        longest: Length of the longest arm in question [m]; by default L_max of the search.
 
     Raises:
         TaskError: A point is unknown, the orientation is missing, or the start is out of reach.
@@ -62,9 +63,11 @@ def prepare(recording: Recording, study: Study) -> Prepared:
     oriented = (wanted or points[-1]) if w_0 > 0.0 else None
     task = task_of(recording, study, points, oriented)
     notes = list(task.notes)
+    if counts_from_base(recording, study) and unused_settings(study):
+        notes.append(f"The points count from the base already; not used: {', '.join(unused_settings(study))}.")
     if wanted is not None and oriented is None:
         notes.append(f"The orientation of '{wanted}' is not followed: the orientation weight w_0 is 0.")
-    notes += check_reach(task, study.design.length[1])
+    notes += check_reach(task, study.design.length[1] if longest is None else longest, searched=longest is None)
     starts, descents = start_counts(study.solver, study.design.dof)
     settled = study.replace(
         {
@@ -92,7 +95,7 @@ def task_of(recording: Recording, study: Study, points: tuple[str, ...], oriente
             allowed=available or "none: this recording holds positions only",
             fix="Name another point, or take weights with w_0 = 0 such as the packaging scenario's",
         )
-    if settings.base == ORIGIN and ORIGIN not in recording.points:
+    if counts_from_base(recording, study):
         kept = Recording(
             recording.time,
             {name: pick(recording, name) for name in points},
@@ -115,6 +118,18 @@ def task_of(recording: Recording, study: Study, points: tuple[str, ...], oriente
     )
 
 
+def counts_from_base(recording: Recording, study: Study) -> bool:
+    """Whether the recording's points count from the base already."""
+    return study.task.base == ORIGIN and ORIGIN not in recording.points
+
+
+def unused_settings(study: Study) -> list[str]:
+    """Task settings that are set but do nothing where points count from the base already."""
+    default = TaskSettings()
+    names = ("base_mode", "max_gap", "low_pass", "rate", "scale", "start", "stop")
+    return [name for name in names if getattr(study.task, name) != getattr(default, name)]
+
+
 def pick(recording: Recording, name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     """Positions of one point, or an error that lists the names there are."""
     if name not in recording.points:
@@ -122,14 +137,14 @@ def pick(recording: Recording, name: str) -> np.ndarray[tuple[int, ...], np.dtyp
     return recording.points[name]
 
 
-def check_reach(task: Task, longest: float) -> list[str]:
+def check_reach(task: Task, longest: float, *, searched: bool) -> list[str]:
     """Compare the hand's distance from the base with the longest arm allowed.
 
     Raises:
         TaskError: The first hand point lies out of reach of any arm.
     """
     distance = np.linalg.norm(task.P[:, -1], axis=1)
-    if distance[0] >= longest:
+    if searched and distance[0] >= longest:
         raise TaskError(
             f"the task is out of reach: at the start the hand is {distance[0]:.3f} m from the base, "
             f"and no arm may be longer than L_max = {longest:g} m",
@@ -141,5 +156,5 @@ def check_reach(task: Task, longest: float) -> list[str]:
         return []
     return [
         f"In {beyond} of {len(distance)} frames the hand is farther from the base (up to {distance.max():.3f} m) than "
-        f"the longest arm reaches, L_max = {longest:g} m."
+        f"{'the longest arm reaches, L_max =' if searched else 'the arm is long,'} {longest:g} m."
     ]

@@ -8,7 +8,9 @@ import typer
 
 from armdesign import __version__
 from armdesign.cli.evaluate import evaluate
+from armdesign.cli.runs import runs
 from armdesign.cli.search import search
+from armdesign.cli.sweep import sweep
 
 app = typer.Typer(
     name="armdesign",
@@ -20,6 +22,8 @@ app = typer.Typer(
 )
 app.command()(search)
 app.command()(evaluate)
+app.command()(sweep)
+app.command()(runs)
 
 
 def show_version(wanted: bool) -> None:

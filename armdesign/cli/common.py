@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import functools
+import logging
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeVar
@@ -17,7 +18,7 @@ import typer
 from armdesign.errors import ArmDesignError, SettingsError
 
 if TYPE_CHECKING:
-    from armdesign.compute import InProcess, WorkerPool
+    from armdesign.compute import Backend
     from armdesign.search import Progress
     from armdesign.settings import Study
     from armdesign.study import Prepared
@@ -56,6 +57,12 @@ OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace the 
 WorkersOption = Annotated[
     int | None, typer.Option("--workers", help="Worker processes on this machine; default: all cores where it pays.")
 ]
+ClusterOption = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster", help="Dask scheduler whose workers evaluate instead of this machine's cores, e.g. tcp://host:8786."
+    ),
+]
 PAYS_PER_WORKER = 2000
 """Candidates a search must have per worker before a further process pays for its start."""
 
@@ -88,7 +95,7 @@ def read_settings(config: Path | None, changes: dict[str, dict[str, Any]]) -> St
 
     study = Study() if config is None else read_study(config)
     given = {
-        section: {name: value for name, value in entries.items() if value is not None}
+        section: {k: v for k, v in entries.items() if v is not None} if isinstance(entries, dict) else entries
         for section, entries in changes.items()
     }
     return study.replace(given)
@@ -114,7 +121,7 @@ def weight(text: str) -> float:
     """A weight, as a number or a fraction."""
     try:
         return float(Fraction(text.strip()))
-    except (ValueError, ZeroDivisionError) as error:
+    except (ValueError, ZeroDivisionError, OverflowError) as error:
         raise SettingsError(
             f"--weights has an entry {text.strip()!r}", value=text, allowed="numbers or fractions such as 0.5 or 1/6"
         ) from error
@@ -198,18 +205,55 @@ def seconds(text: str | None) -> float | None:
         ) from error
 
 
-def open_backend(prepared: Prepared, workers: int | None) -> WorkerPool | InProcess:
-    """Who evaluates: as many worker processes as asked for, by default as many as pay.
+def check_workers(workers: int | None, cluster: str | None) -> None:
+    """Refuse a number of workers that cannot be, before anything is written.
 
     Raises:
-        SettingsError: A number of workers below 1.
+        SettingsError: A number of workers below 1, or workers and a cluster at once.
+    """
+    if workers is not None and workers < 1:
+        raise SettingsError(f"--workers is {workers}", value=workers, allowed="a whole number of at least 1")
+    if workers is not None and cluster is not None:
+        raise SettingsError("--workers and --cluster are given", fix="A cluster brings its own workers; leave one out")
+
+
+def open_backend(
+    prepared: Prepared, workers: int | None, cluster: str | None = None
+) -> AbstractContextManager[Backend]:
+    """Who evaluates: a cluster, or as many worker processes as asked for, by default as many as pay.
+
+    Raises:
+        SettingsError: A number of workers below 1, or workers and a cluster at once.
     """
     from armdesign.compute import InProcess, WorkerPool  # noqa: PLC0415
     from armdesign.compute.processes import available_cores  # noqa: PLC0415
 
-    if workers is not None and workers < 1:
-        raise SettingsError(f"--workers is {workers}", value=workers, allowed="a whole number of at least 1")
+    check_workers(workers, cluster)
+    if cluster is not None:
+        return open_cluster(prepared, cluster)
     settings = prepared.study.search
     paying = settings.particles * settings.iterations // PAYS_PER_WORKER
     count = workers if workers is not None else max(1, min(available_cores(), paying))
     return InProcess(prepared) if count == 1 else WorkerPool(prepared, count)
+
+
+@contextmanager
+def open_cluster(prepared: Prepared, address: str) -> Iterator[Backend]:
+    """The workers of a Dask scheduler; waits for the first and says so.
+
+    Raises:
+        MissingExtraError: Dask distributed is not installed.
+        SettingsError: The address is none.
+        SearchError: No scheduler answers there, or its workers run another version.
+    """
+    from armdesign.compute.dask_cluster import DaskCluster  # noqa: PLC0415
+    from armdesign.compute.dask_connection import connect  # noqa: PLC0415
+
+    for name in ("distributed", "distributed.client"):  # what goes wrong comes as a sentence
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+
+    def say(sentence: str) -> None:
+        typer.echo(sentence, err=True)
+
+    with connect(address, say=say) as client, DaskCluster(client, prepared, say=say) as backend:
+        yield backend

@@ -23,6 +23,7 @@ from armdesign.cli.common import (
     task_changes,
 )
 from armdesign.cli.search import open_recording
+from armdesign.errors import SettingsError
 
 
 @one_sentence_errors
@@ -60,10 +61,13 @@ def evaluate(
     check_design(table)
     carried = {} if config is not None else settings_of(design)
     flags = {"task": task_changes(base, points, orientation), "design": {"dof": table.dof}}
-    study = read_settings(config, carried)
+    try:
+        study = read_settings(config, carried)
+    except SettingsError as error:
+        raise SettingsError(f"{config or design}: {error}", value=error.value) from error
     study = study.replace({k: {n: v for n, v in entries.items() if v is not None} for k, entries in flags.items()})
     _, demonstration, study = open_recording(recording, study, scenario, weights)
-    prepared = prepare(demonstration, study)
+    prepared = prepare(demonstration, study, longest=table.length)
     if out is not None:
         runfolder.claim_folder(out, overwrite=overwrite)
     with announce_compiling(quiet):
@@ -71,9 +75,11 @@ def evaluate(
     evaluation = evaluate_design(table, prepared)
     if not quiet:
         typer.echo("\n".join(prepared.notes), err=True)
-    typer.echo(evaluation_table(evaluation, prepared))
-    if out is not None:
-        written = runfolder.write_evaluation(out, evaluation, prepared)
+        typer.echo(evaluation_table(evaluation, prepared))
+    if out is None:
+        return
+    written = runfolder.write_evaluation(out, evaluation, prepared)
+    if not quiet:
         typer.echo("\n".join(["Written:", *(f"  {out / name}" for name in written.files)]))
 
 

@@ -10,6 +10,7 @@ import typer
 from armdesign.cli.common import (
     INTERRUPTED,
     BaseOption,
+    ClusterOption,
     ConfigOption,
     OrientationOption,
     OverwriteOption,
@@ -20,6 +21,7 @@ from armdesign.cli.common import (
     WeightsOption,
     WorkersOption,
     announce_compiling,
+    check_workers,
     clock,
     one_sentence_errors,
     open_backend,
@@ -29,6 +31,7 @@ from armdesign.cli.common import (
     with_weights,
 )
 from armdesign.errors import SettingsError
+from armdesign.parameters import is_unicode
 
 if TYPE_CHECKING:
     from armdesign.demonstration import Recording
@@ -71,6 +74,7 @@ def search(
     target: Annotated[float | None, typer.Option("--target", help="Stop once the fitness r is this low [m].")] = None,
     time_limit: Annotated[str | None, typer.Option("--time-limit", help="Stop after this time, e.g. 30m.")] = None,
     workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     resume: Annotated[
         Path | None, typer.Option("--resume", help="Go on with the search in this run folder where it stopped.")
     ] = None,
@@ -87,7 +91,7 @@ def search(
     after every iteration: Ctrl-C ends it with the best arm so far, and --resume goes on, also after a crash.
     """
     if resume is not None:
-        take_up(resume, workers, quiet=quiet)
+        take_up(resume, workers, cluster, quiet=quiet)
         return
     study = read_settings(
         config,
@@ -106,11 +110,13 @@ def search(
         },
     )
     if write_config:
+        if recording is not None:
+            study = study.replace({"task": {"recording": str(recording.resolve())}})
         count = len(study.task.points) or 3
         typer.echo(with_weights(study, scenario, weights, count).to_toml(comments=True), nl=False)
         return
     source, demonstration, study = open_recording(recording, study, scenario, weights)
-    begin(demonstration, study, folder_for(source, study, out), workers, overwrite=overwrite, quiet=quiet)
+    begin(demonstration, study, folder_for(source, study, out), workers, cluster, overwrite=overwrite, quiet=quiet)
 
 
 def open_recording(
@@ -125,6 +131,8 @@ def open_recording(
             "no recording given", fix="Write 'armdesign search RECORDING', or set task.recording in the settings"
         )
     source = recording or Path(str(study.task.recording))
+    if not is_unicode(str(source)):
+        raise SettingsError(f"the name of the recording {str(source)!a} is not UTF-8", fix="Rename the file")
     demonstration = read_recording(source)
     study = study.replace({"task": {"recording": str(source.resolve())}})
     chosen = study.task.points or [p for p in demonstration.points if p != first_base(demonstration, study)]
@@ -142,7 +150,14 @@ def folder_for(source: Path, study: Study, out: Path | None) -> Path:
 
 
 def begin(
-    demonstration: Recording, study: Study, folder: Path, workers: int | None, *, overwrite: bool, quiet: bool
+    demonstration: Recording,
+    study: Study,
+    folder: Path,
+    workers: int | None,
+    cluster: str | None,
+    *,
+    overwrite: bool,
+    quiet: bool,
 ) -> None:
     """Prepare the task, start the run folder and search."""
     from armdesign import runfolder  # noqa: PLC0415
@@ -150,26 +165,27 @@ def begin(
     from armdesign.running import start_run  # noqa: PLC0415
     from armdesign.study import prepare  # noqa: PLC0415
 
+    check_workers(workers, cluster)
     prepared = prepare(demonstration, study)
-    prepared.space()
+    prepared.space().check_not_empty()
     prepared.problem()
     runfolder.claim_folder(folder, overwrite=overwrite)
     with locked(folder):
         start_run(folder, prepared)
-    carry_on(folder, prepared, workers, quiet=quiet)
+    carry_on(folder, prepared, workers, cluster, quiet=quiet)
 
 
-def take_up(folder: Path, workers: int | None, *, quiet: bool) -> None:
+def take_up(folder: Path, workers: int | None, cluster: str | None, *, quiet: bool) -> None:
     """Go on with the search of a run folder."""
     from armdesign.running import finished, open_run  # noqa: PLC0415
 
     if finished(folder):
         typer.echo(f"{folder} is finished; nothing to resume.", err=True)
         return
-    carry_on(folder, open_run(folder), workers, quiet=quiet)
+    carry_on(folder, open_run(folder), workers, cluster, quiet=quiet)
 
 
-def carry_on(folder: Path, prepared: Prepared, workers: int | None, *, quiet: bool) -> None:
+def carry_on(folder: Path, prepared: Prepared, workers: int | None, cluster: str | None, *, quiet: bool) -> None:
     """Search in a run folder, saying what is decided and done."""
     from armdesign.fitness.evaluator import compile_kernels  # noqa: PLC0415
     from armdesign.running import carry_out  # noqa: PLC0415
@@ -183,7 +199,7 @@ def carry_on(folder: Path, prepared: Prepared, workers: int | None, *, quiet: bo
         typer.echo("\nStopping after this iteration; once more stops at once.", err=True)
 
     progress = None if quiet else ProgressLine()
-    with open_backend(prepared, workers) as backend:
+    with open_backend(prepared, workers, cluster) as backend:
         result, written = carry_out(folder, prepared, backend, on_progress=progress, on_interrupt=on_interrupt)
     if not quiet:
         typer.echo(closing(result, written))

@@ -6,7 +6,6 @@ import numpy as np
 
 from armdesign.compilation import branch
 
-
 ROUNDING = 1e-9
 """Part of a piece that is put down to rounding: a part of ten whole pieces is cut into ten."""
 

@@ -13,7 +13,7 @@ from armdesign.settings import DesignSettings
 
 Array = NDArray[np.float64]
 COLUMNS = ("alpha", "a", "d")
-SAMPLE_BATCH, SAMPLE_BATCHES = 4096, 2000
+SAMPLE_BATCH, SAMPLE_BATCHES = 4096, 250
 
 
 @dataclass(frozen=True)
@@ -139,6 +139,22 @@ class DesignSpace:
             fix="Widen design.length or the bounds of a, d and alpha",
         )
 
+    def check_not_empty(self) -> None:
+        """Refuse a space without an arm in it, before a search begins.
+
+        Raises:
+            SettingsError: Bounds and length limits leave (next to) nothing.
+        """
+        lower, upper = self.bounds
+        shortest, longest = (float(self.lengths(corner)[0]) for corner in (lower, upper))
+        if not (shortest < self.length[1] and longest > self.length[0]):
+            raise SettingsError(
+                f"the bounds of a and d make arms of {shortest:g} to {longest:g} m, but design.length asks for "
+                f"{self.length[0]:g} to {self.length[1]:g} m",
+                fix="Widen one of them",
+            )
+        self.sample(np.random.default_rng(0), 1)
+
     def _propose(self, rng: np.random.Generator) -> Array:
         """Uniform designs in the box, or with the lengths in the simplex below L_max."""
         lower, upper = self.bounds
@@ -210,5 +226,11 @@ def joint_limits(settings: DesignSettings) -> Array:
             f"setting 'design.joint_limits' has {len(pairs)} pairs for {settings.dof} joints",
             allowed=f"1 or {settings.dof} pairs",
         )
+    for pair in pairs:
+        if not pair[0] <= 0.0 <= pair[1] or pair[0] == pair[1]:
+            raise SettingsError(
+                f"setting 'design.joint_limits' has the pair {list(pair)}", value=pair,
+                allowed="lower <= 0 <= upper, lower < upper, as tools that read URDF insist on",
+            )  # fmt: skip
     limits: Array = np.deg2rad(np.array(pairs if len(pairs) == settings.dof else pairs * settings.dof))
     return limits

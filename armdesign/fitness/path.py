@@ -114,6 +114,7 @@ SMALLEST_DAMPING = 1e-9
 KINK = 1e-7  # e_R below which the orientation counts as met [rad]
 KINK_RANGE = 0.3  # e_R below which meeting it in one step is tried [rad]
 SAME_POSE = 0.05  # poses nearer than this count as one [rad]
+TIE = 1.0 - 1e-6  # a later start has to be better by this much
 ROUGH = 1e-3  # tolerance of the descents
 TRUST = 1.0  # longest step of a start pose [rad]
 
@@ -159,10 +160,14 @@ def keep_finalist(walk, n, limit):
         for j in range(n):
             distance += (walk.final_q[i, j] - walk.q[j]) ** 2
         if distance < SAME_POSE * SAME_POSE:
-            if walk.value < walk.final_value[i]:
+            if not walk.value < walk.final_value[i]:
+                return
+            walk.final_count -= 1  # the better one takes its place below
+            for k in range(i, walk.final_count):
+                walk.final_value[k] = walk.final_value[k + 1]
                 for j in range(n):
-                    walk.final_q[i, j] = walk.q[j]
-            return
+                    walk.final_q[k, j] = walk.final_q[k + 1, j]
+            break
     place = walk.final_count if walk.final_count < limit else limit
     while place > 0 and walk.value < walk.final_value[place - 1]:
         if place < limit:
@@ -476,7 +481,7 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
                     frame, match, attitude, chain, points, target, problem.weights[:m], problem.free, w_0,
                     problem.metric,
                 )  # fmt: skip
-                if frame.g < walk.best_g:
+                if frame.g < walk.best_g * TIE:  # of equally good starts the first one, whatever the last bit
                     walk.best_g, walk.start_error = frame.g, error
                     for j in range(n):
                         walk.best_q[j] = walk.q[j]

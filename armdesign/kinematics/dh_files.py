@@ -21,10 +21,12 @@ else:
 
 CONVENTIONS = ("modified", "classic")
 COLUMNS = ("alpha", "a", "d", "theta")
+LABELS = ("row", "i", "joint", "link", "name")
+"""Columns of a CSV that only label its rows."""
 EXAMPLE = 'rows like { "alpha": 1.57, "a": 0.3, "d": 0.0 } [rad, m]'
 
 
-def read_design(path: Path, convention: str | None = None) -> DHTable:
+def read_design(path: str | Path, convention: str | None = None) -> DHTable:
     """Read an arm.
 
     Args:
@@ -36,15 +38,13 @@ def read_design(path: Path, convention: str | None = None) -> DHTable:
     Raises:
         DesignError: The file cannot be read, or is not a DH table; the message says where.
     """
-    path = path / "result.json" if path.is_dir() else path
+    path = design_file(path)
     text = read_text(path)
     content = parse(path, text)
     table: Any = content.get("dh", content) if isinstance(content, Mapping) else content
     if not isinstance(table, Mapping) or not isinstance(table.get("rows"), list) or not table["rows"]:
         raise DesignError(f"{path} holds no DH table: 'rows' is missing or empty", allowed=EXAMPLE)
-    stated = convention or table.get("convention", "modified")
-    if stated not in CONVENTIONS:
-        raise DesignError(f"{path}: convention is {stated!r}", value=stated, allowed=list(CONVENTIONS))
+    stated = settle_convention(path, table.get("convention"), convention)
     rows = np.array([row_values(path, i, row) for i, row in enumerate(table["rows"])])
     yaw = number(path, "base_yaw", table.get("base_yaw", 0.0))
     if stated == "classic":
@@ -54,6 +54,32 @@ def read_design(path: Path, convention: str | None = None) -> DHTable:
     if len(rows) < 2:
         raise DesignError(f"{path}: a modified table needs a row per joint and a tool row, this has {len(rows)}")
     return DHTable.from_rows(rows, yaw)
+
+
+def design_file(path: str | Path) -> Path:
+    """The file to read: a run folder stands for its result.json.
+
+    Raises:
+        DesignError: There can be no such path.
+    """
+    try:
+        return Path(path) / "result.json" if Path(path).is_dir() else Path(path)
+    except OSError as error:
+        raise DesignError(f"cannot read the design {path}: {error.strerror}", value=str(path)) from error
+
+
+def settle_convention(path: Path, stated: object, asked: str | None) -> str:
+    """The convention of a table: what the file states, else what was asked for, else modified.
+
+    Raises:
+        DesignError: There is no such convention, or the two contradict each other.
+    """
+    for convention in (stated, asked):
+        if convention is not None and convention not in CONVENTIONS:
+            raise DesignError(f"{path}: convention is {convention!r}", value=convention, allowed=list(CONVENTIONS))
+    if stated is not None and asked is not None and stated != asked:
+        raise DesignError(f"{path} says that it is {stated}, but {asked} was asked for", value=asked, allowed=stated)
+    return str(stated or asked or "modified")
 
 
 def read_text(path: Path) -> str:
@@ -82,6 +108,8 @@ def parse(path: Path, text: str) -> Any:  # noqa: ANN401 (file content)
         ) from error
     except tomllib.TOMLDecodeError as error:
         raise DesignError(f"the design {path} is not valid TOML: {error}") from error
+    except (ValueError, RecursionError) as error:
+        raise DesignError(f"the design {path} holds numbers or nesting beyond all bounds: {error}") from error
 
 
 def csv_rows(path: Path, text: str) -> list[dict[str, str]]:
@@ -91,10 +119,18 @@ def csv_rows(path: Path, text: str) -> list[dict[str, str]]:
     names = [name.strip() for name in reader.fieldnames or ()]
     if not {"a", "d"} <= set(names):
         raise DesignError(f"{path}: the header is '{', '.join(names)}'", allowed="alpha,a,d or alpha,a,d,theta")
-    return [
-        {(k or "").strip(): (v or "").strip() for k, v in row.items() if k and k.strip() in allowed_names()}
-        for row in reader
-    ]
+    unknown = [name for name in names if name not in (*allowed_names(), *LABELS)]
+    if unknown:
+        raise DesignError(f"{path}: unknown column '{unknown[0]}'", allowed=list(COLUMNS))
+    rows = []
+    for i, row in enumerate(reader):
+        if None in row:
+            raise DesignError(
+                f"{path}: rows[{i}] has more cells than the header has columns", fix="Write decimals with a point"
+            )
+        cells = {name.strip(): (cell or "").strip() for name, cell in row.items()}
+        rows.append({name: cell for name, cell in cells.items() if name not in LABELS})
+    return rows
 
 
 def allowed_names() -> tuple[str, ...]:
@@ -127,7 +163,7 @@ def number(path: Path, where: str, value: object) -> float:
     """A finite number out of a file."""
     try:
         result = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         result = float("nan")
     if not np.isfinite(result) or isinstance(value, bool):
         raise DesignError(f"{path}: {where} is {value!r}", value=value, allowed="a finite number")

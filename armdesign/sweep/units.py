@@ -1,0 +1,166 @@
+"""Carrying out a unit: in its run folder here, or anywhere else with the folder's files as bytes."""
+
+from __future__ import annotations
+
+import json
+import signal
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from armdesign import runfolder
+from armdesign.compute import InProcess
+from armdesign.errors import ArmDesignError, RunFolderError
+from armdesign.files import write_whole
+from armdesign.lock import locked
+from armdesign.running import NOTES, STUDY, TASK, carry_out, finished, open_run, start_run, tidy
+from armdesign.search import Progress
+from armdesign.sweep.plan import Unit
+from armdesign.sweep.store import task_folder
+
+RESULT = "result.json"
+Found = Literal["new", "begun", "finished"]
+State = Literal["finished", "interrupted", "failed"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How the work on a unit has ended.
+
+    Attributes:
+        state: finished; interrupted, to be gone on with; or failed.
+        reason: Why it failed, in a sentence.
+        files: Content of the run folder by file name, if it was asked for.
+    """
+
+    state: State
+    reason: str = ""
+    files: Mapping[str, bytes] | None = None
+
+
+def look_at(folder: Path, unit: Unit) -> Found:
+    """How far the unit has come in a sweep's folder.
+
+    Raises:
+        RunFolderError: Its run folder holds a run with other settings or of another task.
+    """
+    place = folder / unit.name
+    if not (place / STUDY).is_file():
+        return "new"
+    task = task_folder(folder, unit.recording, unit.prepared.study.design.dof) / TASK
+    try:
+        same = (place / STUDY).read_text(encoding="utf-8") == unit.prepared.study.to_toml()
+        same = same and (place / TASK).read_bytes() == task.read_bytes()
+    except (OSError, UnicodeDecodeError) as error:
+        raise RunFolderError(f"cannot read the run in {place}: {error}", value=str(place)) from error
+    if not same:
+        raise RunFolderError(
+            f"{place} holds another run: its {STUDY} or {TASK} is not that of the sweep",
+            value=str(place),
+            fix="Move it away, or name another folder with --out",
+        )
+    if finished(place):
+        return "finished"
+    return "begun" if (place / NOTES).is_file() else "new"
+
+
+def begin_unit(folder: Path, unit: Unit) -> Path:
+    """Make the unit's run folder ready to be carried out; a search that has begun is left where it stands.
+
+    Returns:
+        The run folder.
+
+    Raises:
+        RunFolderError: It cannot be written, or a process is at it.
+    """
+    place = folder / unit.name
+    if look_at(folder, unit) == "new":
+        try:
+            place.mkdir(exist_ok=True)
+        except OSError as error:
+            raise RunFolderError(f"cannot make the run folder {place}: {error.strerror}", value=str(place)) from error
+        with locked(place):
+            start_run(place, unit.prepared)
+    return place
+
+
+def carry_out_unit(
+    place: Path,
+    *,
+    on_progress: Callable[[Progress], None] | None = None,
+    stop: Callable[[], bool] | None = None,
+    bring_back: bool = False,
+) -> Outcome:
+    """Carry out the search of a run folder that was begun, in this process, to its end or to an interruption.
+
+    Args:
+        place: The run folder.
+        on_progress: Called after every iteration.
+        stop: Asked after every iteration whether to interrupt the search; for the main thread only.
+        bring_back: Whether the outcome holds the folder's files.
+    """
+    asked_to_stop: list[bool] = []
+
+    def after_iteration(progress: Progress) -> None:
+        if on_progress is not None:
+            on_progress(progress)
+        if stop is not None and stop() and not asked_to_stop:
+            signal.raise_signal(signal.SIGINT)  # the one way a search is interrupted
+
+    state: State = "finished"
+    reason = ""
+    try:
+        prepared = open_run(place)
+        result, _ = carry_out(
+            place, prepared, InProcess(prepared),
+            on_progress=after_iteration, on_interrupt=lambda: asked_to_stop.append(True),
+        )  # fmt: skip
+        if result.stopped_by == "interrupted":
+            state = "interrupted"
+    except ArmDesignError as error:  # found nothing, so far or at all; or cannot read or write
+        state, reason = ("interrupted", "") if asked_to_stop else ("failed", str(error))
+    except KeyboardInterrupt:
+        state = "interrupted"
+    return Outcome(state, reason, contents(place) if bring_back else None)
+
+
+def carry_out_elsewhere(name: str, files: Mapping[str, bytes]) -> Outcome:
+    """Carry out a unit where its run folder is not at hand, such as on a cluster; the files come back as bytes.
+
+    Args:
+        name: Name of the run folder.
+        files: Its content, from `contents`; with a saved state the search goes on from there.
+    """
+    with tempfile.TemporaryDirectory(prefix="armdesign-") as above:
+        place = Path(above) / name
+        place.mkdir()
+        for file, content in files.items():
+            write_whole(place / file, content)
+        return carry_out_unit(place, bring_back=True)
+
+
+def contents(place: Path) -> dict[str, bytes]:
+    """Files of a run folder by name, without hidden ones."""
+    return {path.name: path.read_bytes() for path in sorted(place.iterdir()) if path.is_file() and path.name[0] != "."}
+
+
+def bring_in(place: Path, unit: Unit, outcome: Outcome) -> None:
+    """Write the files of a unit that was carried out elsewhere into its run folder, the result last.
+
+    The recording lies here and maybe not there, so its digest is entered here.
+
+    Raises:
+        RunFolderError: A file cannot be written.
+    """
+    files = dict(outcome.files or {})
+    result = files.pop(RESULT, None)
+    for name, content in files.items():
+        write_whole(place / name, content)
+    if result is not None:
+        entries = json.loads(result)
+        entries["recording"]["sha256"] = runfolder.fingerprint(unit.prepared.study.task.recording)
+        write_whole(place / RESULT, json.dumps(entries, indent=2, allow_nan=False) + "\n")
+    if outcome.state == "finished":
+        tidy(place)

@@ -1,0 +1,225 @@
+"""The evaluate command: given arms from runs and files, in either convention."""
+
+import json
+
+import numpy as np
+import pytest
+
+from armdesign.kinematics.dh import DHTable
+
+ARM = np.array([[0.5, 0, 0], [1.0, 0.3, 0.1], [1.2, 0.3, 0.1], [-1.0, 0.2, 0.1], [0.5, 0.1, 0.1]])
+
+
+def modified(rows):
+    return "alpha,a,d\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows.tolist())
+
+
+def result_of(folder):
+    return json.loads((folder / "result.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("scenario", ["packaged", "welded"])
+def test_run_on_its_own_task_has_the_same_fitness_bit_for_bit(run, place, request, scenario):
+    folder, _ = request.getfixturevalue(scenario)
+    outcome = run("evaluate", folder, folder / "task.csv", "--base", "origin", "--out", "again")
+    assert outcome.exit_code == 0, outcome.output
+    first, second = result_of(folder), result_of(place / "again")
+    same = (
+        "schema_version armdesign_version dof dh length fitness path_fitness area mount points weights "
+        "orientation_weight orientation_metric point_error orientation_error start_error frames"
+    )
+    assert {name: second[name] for name in same.split()} == {name: first[name] for name in same.split()}
+    for name in ("trajectory.csv", "task.csv", "arm.urdf"):
+        assert (place / "again" / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_run_on_its_recording_has_the_same_fitness_bit_for_bit(run, place, welded, welding):
+    folder, _ = welded
+    for design in (folder, folder / "result.json"):
+        outcome = run("evaluate", design, welding, "--out", "again", "--overwrite")
+        assert outcome.exit_code == 0, outcome.output
+        assert result_of(place / "again")["fitness"] == result_of(folder)["fitness"]
+        assert result_of(place / "again")["settings"] == result_of(folder)["settings"]
+
+
+def test_table_in_any_form_is_the_same_arm(run, place, packaging):
+    rows = [dict(zip(("alpha", "a", "d"), row, strict=True)) for row in ARM.tolist()]
+    degrees = [{"alpha_deg": float(np.rad2deg(row["alpha"])), "a": row["a"], "d": row["d"]} for row in rows]
+    toml = "convention = 'modified'\n" + "".join(
+        f"[[rows]]\nalpha = {row['alpha']!r}\na = {row['a']!r}\nd = {row['d']!r}\n" for row in rows
+    )
+    classic = DHTable.from_rows(ARM).to_classic()
+    assert classic.tool[2, 3] == ARM[-1, 2]
+    forms = {
+        "rows.json": json.dumps({"rows": rows}),
+        "lists.json": json.dumps({"convention": "modified", "rows": ARM.tolist()}),
+        "nested.json": json.dumps({"dh": {"base_yaw": 0.0, "rows": degrees}}),
+        "table.toml": toml,
+        "table.csv": modified(ARM),
+        "commented.csv": "# an arm\n\n" + modified(ARM),
+    }
+    results = []
+    for name, text in forms.items():
+        (place / name).write_text(text)
+        outcome = run("evaluate", name, packaging, "--out", f"out_{name}")
+        assert outcome.exit_code == 0, outcome.output
+        results.append(result_of(place / f"out_{name}"))
+    assert {result["fitness"] for result in results if result is not results[2]} == {results[0]["fitness"]}
+    assert results[2]["fitness"] == pytest.approx(results[0]["fitness"], rel=1e-3)  # degrees cost a rounding
+
+
+def test_classic_table_is_the_same_arm(run, place, packaging):
+    rows = ARM.copy()
+    rows[0], rows[-1, 2] = 0.0, 0.0  # what a classic table cannot hold: a first twist, a last offset
+    (place / "modified.csv").write_text(modified(rows))
+    table = np.c_[rows[1:, 0], rows[1:, 1], rows[:-1, 2]]
+    (place / "classic.json").write_text(json.dumps({"convention": "classic", "rows": table.tolist()}))
+    (place / "classic.csv").write_text(modified(table))
+    (place / "far.toml").write_text("[fitness]\nreach_tolerance = 0.2\n")
+    for design, flags in (("modified.csv", ()), ("classic.json", ()), ("classic.csv", ("--convention", "classic"))):
+        more = ("--config", "far.toml", "--out", design.replace(".", "_"))
+        outcome = run("evaluate", design, packaging, *flags, *more)
+        assert outcome.exit_code == 0, outcome.output
+    results = [result_of(place / name) for name in ("modified_csv", "classic_json", "classic_csv")]
+    assert results[0]["dh"] == results[1]["dh"] == results[2]["dh"]
+    assert len({result["fitness"] for result in results}) == 1
+
+
+def test_flags_choose_another_task(run, place, packaged, packaging):
+    folder, _ = packaged
+    flags = ("--points", "forearm,hand", "--weights", "1/4,3/4", "--out", "other")
+    outcome = run("evaluate", folder, packaging, *flags)
+    assert outcome.exit_code == 0, outcome.output
+    assert result_of(place / "other")["weights"] == [0.25, 0.75]
+    assert list(result_of(place / "other")["point_error"]) == ["forearm", "hand"]
+
+
+def test_settings_of_a_file_go_before_those_a_run_carries(run, place, packaged, packaging):
+    folder, _ = packaged
+    (place / "mine.toml").write_text("[fitness]\nlambda_f = 1.0\nlambda_E = 0.0\n")
+    assert run("evaluate", folder, packaging, "--config", "mine.toml", "--out", "other").exit_code == 0
+    other = result_of(place / "other")
+    assert other["fitness"] == other["path_fitness"] == result_of(folder)["path_fitness"]
+
+
+def test_without_out_nothing_is_written(run, place, packaged, packaging):
+    folder, _ = packaged
+    outcome = run("evaluate", folder, packaging)
+    assert outcome.exit_code == 0
+    assert f"r {result_of(folder)['fitness']:.4f} m" in outcome.output
+    assert not list(place.iterdir())
+
+
+def test_quiet_prints_nothing(run, place, packaged, packaging):
+    outcome = run("evaluate", packaged[0], packaging, "--quiet", "--out", "other")
+    assert (outcome.exit_code, outcome.output) == (0, "")
+    assert (place / "other" / "result.json").is_file()
+
+
+def test_evaluation_in_a_search_s_folder_leaves_no_file_of_the_search(run, place, packaging, small):
+    assert run("search", packaging, *small, "--out", "run").exit_code == 0
+    (place / "arm.csv").write_text(modified(ARM))
+    assert run("evaluate", "arm.csv", packaging, "--out", "run", "--overwrite").exit_code == 0
+    assert not (place / "run" / "history.csv").exists()
+
+
+def test_long_arm_may_be_longer_than_a_search_allows(run, place, packaging):
+    """L_max bounds what a search looks for, not what can be scored."""
+    (place / "mine.toml").write_text("[design]\nlength = [0.1, 0.3]\n")
+    (place / "arm.csv").write_text(modified(ARM))
+    outcome = run("evaluate", "arm.csv", packaging, "--config", "mine.toml")
+    assert outcome.exit_code == 0, outcome.output
+
+
+DESIGNS = {
+    "broken.json": ('{"dh": {"rows": [[0, 0, 0', "not valid JSON: line 1, column 26: "),
+    "empty.json": ("", "not valid JSON: line 1, column 1"),
+    "none.json": ('{"dh": {}}', "holds no DH table: 'rows' is missing or empty; allowed: rows like"),
+    "text.json": ('"arm"', "holds no DH table"),
+    "short.json": ('{"rows": [[0, 0], [0, 0.5, 0.1]]}', "rows[0] is [0, 0]; allowed: rows like"),
+    "entry.json": (
+        '{"rows": [{"alpha": 0, "a": 0, "d": 0, "q": 1}]}',
+        "rows[0] has an unknown entry 'q'; allowed: alpha, a, d",
+    ),
+    "missing.json": ('{"rows": [{"alpha": 0, "a": 0}]}', "rows[0] has no 'd'"),
+    "word.json": ('{"rows": [["x", 0, 0]]}', "rows[0].alpha is 'x'; allowed: a finite number"),
+    "nan.json": ('{"rows": [[NaN, 0, 0]]}', "rows[0].alpha is nan; allowed: a finite number"),
+    "huge.json": (f'{{"rows": [[{10**400}, 0, 0]]}}', "huge.json: rows[0].alpha is 1000"),
+    "endless.json": (f'{{"rows": [[{"1" * 5000}, 0, 0]]}}', "endless.json"),
+    "yaw.json": ('{"base_yaw": "x", "rows": [[0, 0, 0], [0, 0.5, 0.1]]}', "base_yaw is 'x'"),
+    "convention.json": (
+        '{"convention": "craig", "rows": [[0, 0, 0]]}',
+        "convention is 'craig'; allowed: modified, classic",
+    ),
+    "one.json": ('{"rows": [[0, 0, 0.1]]}', "a modified table needs a row per joint and a tool row, this has 1"),
+    "eleven.json": (json.dumps({"rows": [[1, 0.1, 0]] * 12}), "the arm has 11 joints; allowed: 1 to 10"),
+    "point.json": ('{"rows": [[0, 0, 0], [0, 0, 0]]}', "the arm has no length: all a and d are 0"),
+    "broken.toml": ("rows = [[0, 0, 0]", "not valid TOML"),
+    "other.toml": ("x = 1\n", "holds no DH table"),
+    "header.csv": ("alpha,a\n1,2\n", "the header is 'alpha, a'; allowed: alpha,a,d or alpha,a,d,theta"),
+    "semicolon.csv": ("alpha;a;d\n1;2;3\n", "the header is 'alpha;a;d'"),
+    "cell.csv": ("alpha,a,d\n0,0\n1,0.3,0.1\n", "rows[0].d is ''; allowed: a finite number"),
+    "comma.csv": ("alpha,a,d\n0,0,0\n1,57,0,3,0,1\n", "rows[1] has more cells than the header has columns"),
+    "column.csv": ("alpha,a,d,offset\n0,0,0,1\n0,0.5,0.1,0\n", "unknown column 'offset'; allowed: alpha, a, d, theta"),
+    "rows.csv": ("alpha,a,d\n", "holds no DH table"),
+    "far.csv": (
+        "alpha,a,d\n0,0,0\n0,0.1,0\n0,0,0.1\n",
+        "the arm does not reach the first frame: its end-effector stays ",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_designs_that_cannot_be_used(refused, place, packaging, name):
+    content, message = DESIGNS[name]
+    (place / name).write_text(content)
+    sentence = refused("evaluate", name, packaging, "--out", "out")
+    assert message in sentence
+    assert len(sentence) < 5000
+
+
+def test_designs_that_are_none(refused, place, packaging):
+    assert "cannot read the design nothing.json: No such file" in refused("evaluate", "nothing.json", packaging)
+    (place / "folder").mkdir()
+    assert "cannot read the design folder/result.json" in refused("evaluate", "folder", packaging)
+    (place / "binary").write_bytes(bytes(range(256)))
+    assert "the design binary is not text; allowed: JSON, TOML or CSV" in refused("evaluate", "binary", packaging)
+    assert "the header is 'time, shoulder_x" in refused("evaluate", packaging, packaging)
+    assert "File name too long" in refused("evaluate", "x" * 300, packaging)
+
+
+def test_broken_run_is_refused(refused, place, packaged, packaging):
+    text = (packaged[0] / "result.json").read_text()
+    (place / "cut.json").write_text(text[: len(text) // 2])
+    assert "cut.json is not valid JSON: line " in refused("evaluate", "cut.json", packaging)
+    result = json.loads(text)
+    result["settings"]["design"]["colour"] = "red"
+    (place / "odd.json").write_text(json.dumps(result))
+    sentence = refused("evaluate", "odd.json", packaging)
+    assert "odd.json" in sentence
+    assert "unknown setting 'design.colour'" in sentence
+    result["settings"] = {"design": 3}
+    (place / "odder.json").write_text(json.dumps(result))
+    assert "'design' is a section" in refused("evaluate", "odder.json", packaging)
+
+
+def test_conventions_do_not_contradict_each_other(refused, packaged, packaging):
+    assert "convention is 'craig'; allowed: modified, classic" in refused(
+        "evaluate", packaged[0], packaging, "--convention", "craig"
+    )
+    sentence = refused("evaluate", packaged[0], packaging, "--convention", "classic")
+    assert "modified" in sentence
+    assert "classic" in sentence
+
+
+def test_earlier_run_is_kept_unless_overwriting_is_asked_for(refused, run, place, packaged, packaging):
+    assert run("evaluate", packaged[0], packaging, "--out", "out").exit_code == 0
+    assert "out already holds a run" in refused("evaluate", packaged[0], packaging, "--out", "out")
+    assert run("evaluate", packaged[0], packaging, "--out", "out", "--overwrite").exit_code == 0
+
+
+def test_settings_that_points_from_the_base_do_not_need_are_named(run, place, packaged):
+    (place / "mine.toml").write_text("[task]\nscale = 0.5\n")
+    outcome = run("evaluate", packaged[0], packaged[0] / "task.csv", "--base", "origin", "--config", "mine.toml")
+    assert outcome.exit_code == 0, outcome.output
+    assert "scale" in outcome.output

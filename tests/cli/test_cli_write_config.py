@@ -1,0 +1,67 @@
+import sys
+
+from armdesign.settings import SECTIONS, Study, read_study
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+def printed(run, *flags):
+    outcome = run("search", "--write-config", *flags)
+    assert outcome.exit_code == 0
+    return outcome.stdout
+
+
+def test_printed_settings_are_toml_and_equal_the_defaults(run, place):
+    text = printed(run)
+    (place / "study.toml").write_text(text)
+    assert read_study(place / "study.toml") == Study()
+    assert set(tomllib.loads(text)) == {kind.title() for kind in SECTIONS}
+
+
+def test_every_entry_is_there_and_documented(run):
+    lines = printed(run).splitlines()
+    for kind in SECTIONS:
+        begin = lines.index(f"[{kind.title()}]")
+        for name in kind.names():
+            row = next(i for i in range(begin, len(lines)) if lines[i].lstrip("# ").startswith(f"{name} ="))
+            assert lines[row - 1].startswith("# Allowed: ")
+            assert len(lines[row - 2]) > 5
+            assert lines[row - 2].startswith("# ")
+
+
+def test_descriptions_read_like_sentences(run):
+    for line in printed(run).splitlines():
+        assert not line.startswith("#  "), line
+        assert "a number s" not in line
+        assert "e+" not in line, line
+        assert len(line) <= 120
+
+
+def test_entries_not_set_can_be_set_by_taking_the_mark_away(run, place):
+    text = printed(run).replace("# start =   (not set)", "start = 0.5")
+    (place / "study.toml").write_text(text)
+    assert read_study(place / "study.toml").task.start == 0.5
+
+
+def test_flags_and_files_go_into_what_is_printed(run, place):
+    (place / "mine.toml").write_text("[fitness]\nlambda_E = 2.5\n")
+    text = printed(run, "--config", "mine.toml", "--dof", 5, "--weights", "0.1,0.2,0.3,0.4", "--base", "shoulder")
+    study = tomllib.loads(text)
+    assert study["fitness"]["lambda_E"] == 2.5
+    assert study["fitness"]["weights"] == [0.2, 0.3, 0.4]
+    assert study["fitness"]["orientation_weight"] == 0.1
+    assert study["design"]["dof"] == 5
+    assert study["task"]["base"] == "shoulder"
+
+
+def test_recording_goes_into_what_is_printed(run, place, packaging):
+    study = tomllib.loads(printed(run, packaging))
+    assert study["task"]["recording"] == str(packaging.resolve())
+
+
+def test_nothing_is_written(run, place):
+    printed(run)
+    assert not list(place.iterdir())

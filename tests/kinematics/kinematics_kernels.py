@@ -1,0 +1,69 @@
+"""The kinematics kernels made callable: skeletons of a block of arms, and single damped steps."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+
+from armdesign.compilation import entry, source_stamp
+from armdesign.kinematics.dls import STEP, propose
+from armdesign.kinematics.models import ArmBlock
+from armdesign.kinematics.skeleton import CHAIN, MAX_DOF, hang_arm, update_skeleton
+
+
+@entry
+def hang_block(chains, placements, rows, yaws):
+    """Hang one arm per chain."""
+    for b in range(len(chains)):
+        hang_arm(chains[b], placements, b * (rows.shape[1] - 1), rows[b], yaws[b])
+
+
+@entry
+def update_block(chains, poses):
+    """Bring every skeleton up to date."""
+    for b in range(len(chains)):
+        update_skeleton(chains[b], poses, b * chains[b].dof)
+
+
+@entry
+def propose_all(steps, n, q, previous, radius, lower, upper, mu, done):
+    """One damped step per record; the arrays have a row each."""
+    for b in range(len(steps)):
+        done[b] = propose(steps[b], n, q[b], previous[b], radius[b], lower[b], upper[b], mu[b])
+
+
+for _kernel in (hang_block, update_block, propose_all):  # the cache must notice a change in this file, too
+    if hasattr(_kernel._cache, "_cache_file"):
+        _own = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+        _kernel._cache._cache_file._source_stamp = source_stamp() + _own
+
+
+def hang(tables):
+    """A block with these arms in it, and their chains."""
+    block = ArmBlock(len(tables), tables[0].dof)
+    chains = np.zeros(len(tables), dtype=CHAIN)
+    rows = np.stack([np.stack([t.alpha, t.a, t.d, t.theta], axis=1) for t in tables])
+    hang_block(chains, block.placements, rows, np.array([t.base_yaw for t in tables]))
+    return block, chains
+
+
+def pose(block, chains, q):
+    """Pose the block, q of shape (B, n)."""
+    block.q[:] = np.asarray(q).ravel()
+    block.update()
+    update_block(chains, block.poses)
+
+
+def damped_steps(gradients, matrices, q, previous, radius, lower, upper, mu):
+    """Steps of a batch of models, shape (B, n), and whether each has one."""
+    count, n = gradients.shape
+    steps, done = np.zeros(count, dtype=STEP), np.zeros(count, dtype=np.bool_)
+    steps["gradient"][:, :n], steps["matrix"][:, :n, :n] = gradients, np.tril(matrices)
+    padded = [np.zeros((count, MAX_DOF)) for _ in range(4)]
+    for array, values in zip(padded, (q, previous, lower, upper), strict=True):
+        array[:, :n] = values
+    at, centre, low, high = padded
+    propose_all(steps, n, at, centre, radius, low, high, mu, done)
+    return steps["move"][:, :n].copy(), done
