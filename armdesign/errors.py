@@ -14,7 +14,10 @@ class ArmDesignError(Exception):
         value: The offending value, if there is one.
         allowed: The values that would have been accepted, in words or as a list.
         fix: What the user can do about it.
+        exit_code: What the command line ends with.
     """
+
+    exit_code = 2
 
     def __init__(self, message: str, *, value: object = None, allowed: object = None, fix: str | None = None) -> None:
         """Compose the sentence out of its parts.

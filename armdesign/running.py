@@ -23,7 +23,14 @@ from armdesign.search import Progress, Search, SearchResult
 from armdesign.settings import read_study
 from armdesign.study import Prepared
 
+RESULTS = ("result.json", "history.csv", "trajectory.csv", "arm.urdf")
 STUDY, TASK, NOTES, FAILED = "study.toml", "task.csv", "notes.json", "failed_candidate.json"
+
+
+class NothingYetError(SearchError):
+    """A search was interrupted before it found anything; it can be taken up again."""
+
+    exit_code = 130
 
 
 class Interrupts:
@@ -65,7 +72,7 @@ def start_run(folder: Path, prepared: Prepared) -> None:
         folder: The run folder, see runfolder.claim_folder.
         prepared: Task and settings.
     """
-    checkpoint.remove(folder / name for name in ("result.json", STUDY, FAILED))  # without settings there is no run
+    checkpoint.remove(folder / name for name in (*RESULTS, STUDY, FAILED))  # without settings there is no run
     checkpoint.remove_states(folder)
     write_plain_csv(folder / TASK, task_recording(prepared.task))
     write_whole(folder / NOTES, json.dumps({"base": prepared.task.base, "notes": list(prepared.notes)}) + "\n")
@@ -96,6 +103,16 @@ def finished(folder: Path) -> bool:
     except (OSError, ValueError):
         return False
     return isinstance(content, dict) and content.get("stopped_by") != "interrupted"
+
+
+def tidy_up(folder: Path) -> None:
+    """Clear away what a kill right behind the end of a search has left beside its result.
+
+    Raises:
+        RunFolderError: Another process is at it, or a file cannot be removed.
+    """
+    with locked(folder):
+        tidy(folder)
 
 
 def identity(folder: Path) -> str:
@@ -188,10 +205,11 @@ def outcome(run: Search, reason: str, folder: Path) -> SearchResult:
     """The result; an interrupted search that has found nothing yet says how to go on.
 
     Raises:
-        SearchError: No candidate has reached the first frame.
+        NothingYetError: Interrupted before a candidate has reached the first frame.
+        SearchError: No candidate has reached it.
     """
     if reason == "interrupted" and run.leader[0] == float("inf"):
-        raise SearchError(
+        raise NothingYetError(
             "interrupted before any arm reached the first frame", fix=f"Go on with: armdesign search --resume {folder}"
         )
     return run.result(reason)

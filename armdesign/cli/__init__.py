@@ -44,4 +44,4 @@ def root(
 
 def main() -> None:
     """Entry point of the ``armdesign`` command."""
-    app()
+    app(prog_name="armdesign")

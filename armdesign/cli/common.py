@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 Arguments = ParamSpec("Arguments")
 Outcome = TypeVar("Outcome")
-BAD_INPUT, INTERRUPTED = 2, 130
+INTERRUPTED = 130
 
 ConfigOption = Annotated[
     Path | None, typer.Option("--config", help="TOML file with any of the settings; flags go over it.")
@@ -76,7 +76,7 @@ def one_sentence_errors(command: Callable[Arguments, Outcome]) -> Callable[Argum
             return command(*args, **kwargs)
         except ArmDesignError as error:
             typer.echo(f"armdesign: {error}", err=True)
-            raise typer.Exit(BAD_INPUT) from error
+            raise typer.Exit(error.exit_code) from error
         except KeyboardInterrupt as error:
             typer.echo("armdesign: stopped", err=True)
             raise typer.Exit(INTERRUPTED) from error

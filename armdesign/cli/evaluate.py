@@ -68,13 +68,14 @@ def evaluate(
     study = study.replace({k: {n: v for n, v in entries.items() if v is not None} for k, entries in flags.items()})
     _, demonstration, study = open_recording(recording, study, scenario, weights)
     prepared = prepare(demonstration, study, longest=table.length)
-    if out is not None:
-        runfolder.claim_folder(out, overwrite=overwrite)
     with announce_compiling(quiet):
         compile_kernels(prepared.problem())
     evaluation = evaluate_design(table, prepared)
+    if out is not None:
+        runfolder.claim_folder(out, overwrite=overwrite)
     if not quiet:
-        typer.echo("\n".join(prepared.notes), err=True)
+        for note in prepared.notes:
+            typer.echo(note, err=True)
         typer.echo(evaluation_table(evaluation, prepared))
     if out is None:
         return

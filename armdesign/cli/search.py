@@ -161,8 +161,6 @@ def begin(
 ) -> None:
     """Prepare the task, start the run folder and search."""
     from armdesign import runfolder  # noqa: PLC0415
-    from armdesign.lock import locked  # noqa: PLC0415
-    from armdesign.running import start_run  # noqa: PLC0415
     from armdesign.study import prepare  # noqa: PLC0415
 
     check_workers(workers, cluster)
@@ -170,22 +168,23 @@ def begin(
     prepared.space().check_not_empty()
     prepared.problem()
     runfolder.claim_folder(folder, overwrite=overwrite)
-    with locked(folder):
-        start_run(folder, prepared)
-    carry_on(folder, prepared, workers, cluster, quiet=quiet)
+    carry_on(folder, prepared, workers, cluster, fresh=True, quiet=quiet)
 
 
 def take_up(folder: Path, workers: int | None, cluster: str | None, *, quiet: bool) -> None:
     """Go on with the search of a run folder."""
-    from armdesign.running import finished, open_run  # noqa: PLC0415
+    from armdesign.running import finished, open_run, tidy_up  # noqa: PLC0415
 
     if finished(folder):
+        tidy_up(folder)
         typer.echo(f"{folder} is finished; nothing to resume.", err=True)
         return
-    carry_on(folder, open_run(folder), workers, cluster, quiet=quiet)
+    carry_on(folder, open_run(folder), workers, cluster, fresh=False, quiet=quiet)
 
 
-def carry_on(folder: Path, prepared: Prepared, workers: int | None, cluster: str | None, *, quiet: bool) -> None:
+def carry_on(
+    folder: Path, prepared: Prepared, workers: int | None, cluster: str | None, *, fresh: bool, quiet: bool
+) -> None:
     """Search in a run folder, saying what is decided and done."""
     from armdesign.fitness.evaluator import compile_kernels  # noqa: PLC0415
     from armdesign.running import carry_out  # noqa: PLC0415
@@ -200,7 +199,15 @@ def carry_on(folder: Path, prepared: Prepared, workers: int | None, cluster: str
 
     progress = None if quiet else ProgressLine()
     with open_backend(prepared, workers, cluster) as backend:
-        result, written = carry_out(folder, prepared, backend, on_progress=progress, on_interrupt=on_interrupt)
+        result, written = carry_out(
+            folder,
+            prepared,
+            backend,
+            fresh=fresh,
+            on_progress=progress,
+            on_interrupt=on_interrupt,
+            on_note=lambda note: typer.echo(note, err=True),
+        )
     if not quiet:
         typer.echo(closing(result, written))
     if result.stopped_by == "interrupted":

@@ -38,6 +38,8 @@ Array = NDArray[np.float64]
 LARGEST, SMALLEST = 1.0, 0.1
 """Work in a chunk [s]: at most a second, so that a lost worker loses little and the ends even out; at least ten times
 what handing it out costs, 5 to 10 ms."""
+FEWEST = 40
+"""Candidates a chunk holds in any case: with fewer the block of arms stays half empty at the end of every chunk."""
 FIRST_PACE = 0.01
 """Time per candidate taken for granted until one is measured [s]."""
 
@@ -197,8 +199,8 @@ def evaluate_chunk(Phi: Array, cutoff: Array, holder: str) -> Answer:
 def cut(count: int, workers: int, pace: float) -> list[slice]:
     """Cut a generation into chunks: the large ones first, so that the small ones even out the ends.
 
-    Each takes half of an even share of what is left, but no more work than LARGEST and no less than SMALLEST, and never
-    more than an even share of the whole.
+    Each takes half of an even share of what is left, but no more work than LARGEST and no less than SMALLEST, no fewer
+    candidates than FEWEST, and before all never more than an even share of the whole.
 
     Args:
         count: Candidates.
@@ -206,8 +208,8 @@ def cut(count: int, workers: int, pace: float) -> list[slice]:
         pace: Time per candidate [s].
     """
     share = math.ceil(count / max(workers, 1))
-    largest = max(1, min(share, int(LARGEST / pace)))
-    smallest = min(largest, math.ceil(SMALLEST / pace))
+    largest = min(share, max(FEWEST, int(LARGEST / pace)))
+    smallest = min(largest, max(FEWEST, math.ceil(SMALLEST / pace)))
     chunks, first = [], 0
     while first < count:
         half_share = math.ceil((count - first) / (2 * max(workers, 1)))

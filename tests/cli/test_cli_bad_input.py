@@ -154,7 +154,7 @@ SETTINGS = {
     "no length left": ("[design]\nlength = [1.0, 1.0]\n", "'design.length' is .*; allowed: L_min below L_max"),
     "lengths nobody has": (
         "[design]\nlength = [8, 9]\n",
-        "the bounds of a and d make arms of 0.1 to 2.1 m, but design.length asks for 8 to 9 m",
+        "make arms of 0.1 to 2.1 m, but design.length asks for 8 to 9 m",
     ),
     "no such bounds": (
         "[design]\nbounds = { a_9 = [0, 1] }\n",

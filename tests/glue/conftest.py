@@ -20,7 +20,6 @@ from armdesign.settings import Study
 from armdesign.study import prepare
 
 ROOT = Path(__file__).resolve().parents[2]
-SMALL = {"dof": 6, "particles": 10, "iterations": 4}
 
 
 @pytest.fixture(scope="session")

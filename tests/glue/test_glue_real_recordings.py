@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,9 +10,10 @@ from typer.testing import CliRunner
 
 from armdesign.cli import app
 from armdesign.demonstration import read_recording
+from armdesign.demonstration.quaternions import rotation_matrices
+from armdesign.kinematics.dh import DHTable
 
-ROOT = __import__("pathlib").Path(__file__).resolve().parents[2]
-FOLDER = ROOT.parent / "shared" / "recordings" / "converted"
+FOLDER = Path(__file__).resolve().parents[3] / "shared" / "recordings" / "converted"
 FILES = ("box_lift.csv", "handover_giver.csv")
 
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the recordings are not at hand")
@@ -51,9 +53,6 @@ def test_recording_gives_an_arm_as_it_is(tmp_path, outside, name, scenario):
 
 def check_fitness(content, q, task, outside):
     """f and E once more, out of the files."""
-    from armdesign.demonstration.quaternions import rotation_matrices  # noqa: PLC0415
-    from armdesign.kinematics.dh import DHTable  # noqa: PLC0415
-
     table = DHTable.from_rows([[row["alpha"], row["a"], row["d"]] for row in content["dh"]["rows"]])
     R = rotation_matrices(task[:, 10:14]) if task.shape[1] == 14 else None
     f, E = outside.fitness(

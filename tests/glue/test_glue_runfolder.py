@@ -1,6 +1,7 @@
 """The run folder, read with nothing but JSON, CSV and URDF readers."""
 
 import csv
+import hashlib
 import json
 import re
 import sys
@@ -11,6 +12,7 @@ import pinocchio as pin
 import pytest
 import yourdfpy
 
+from armdesign import runfolder
 from armdesign.errors import RunFolderError
 from armdesign.kinematics.dh import DHTable
 from armdesign.runfolder import claim_folder, free_folder, write_search
@@ -228,8 +230,6 @@ def test_study_in_the_folder_is_that_in_the_result(finished):
 
 
 def test_result_names_the_recording(finished, examples):
-    import hashlib  # noqa: PLC0415
-
     recording = finished.content["recording"]
     assert Path(recording["path"]).resolve() in [path.resolve() for path in examples.values()]
     assert recording["sha256"] == hashlib.sha256(Path(recording["path"]).read_bytes()).hexdigest()
@@ -287,8 +287,6 @@ def test_failure_on_the_way_leaves_no_result_that_looks_whole(runs, tmp_path, mo
 
 
 def test_disk_that_fails_while_overwriting_leaves_no_mixture(runs, tmp_path, monkeypatch):
-    from armdesign import runfolder  # noqa: PLC0415
-
     folder = claim_folder(tmp_path / "run")
     folder.mkdir(exist_ok=True)
     write_search(folder, runs["packaging"].result)

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from armdesign.demonstration import Recording
@@ -94,8 +95,6 @@ def generated(rng, dof):
 
 def recording_of(table, time, path, outside, oriented):
     """Markers at fixed places on the arm, the last at its end."""
-    import pinocchio as pin  # noqa: PLC0415
-
     sigma = np.array([0.35, 0.7, 1.0])
     P = np.stack([outside.at(outside.corners(table, q), sigma) for q in path])
     points = {name: P[:, i] for i, name in enumerate(("upper", "fore", "hand"))}

@@ -8,8 +8,11 @@ import time
 import traceback
 from pathlib import Path
 
+import numpy as np
+
 from armdesign import checkpoint
 from armdesign.cli import app
+from armdesign.compute import InProcess, processes
 from armdesign.search import Search
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -84,7 +87,7 @@ def until(condition, seconds=60.0):
     """Wait until the condition holds; whether it came to."""
     deadline = time.monotonic() + seconds
     while not (met := condition()) and time.monotonic() < deadline:
-        time.sleep(0.002)
+        time.sleep(0.01)
     return bool(met)
 
 
@@ -195,3 +198,20 @@ def linger(pause):
         return advance(self)
 
     Search.advance = slow
+
+
+POISON = "ARMDESIGN_TEST_POISON"
+WORK = processes.work
+
+
+def poisoned_work(pipe, prepared, block):
+    """Body of a real worker that dies of one candidate, named in the environment by its first entry."""
+    evaluate = InProcess.evaluate
+
+    def deadly(self, Phi, cutoff):
+        if np.any(Phi[:, 0] == float(os.environ[POISON])):
+            die()
+        return evaluate(self, Phi, cutoff)
+
+    InProcess.evaluate = deadly
+    WORK(pipe, prepared, block)

@@ -7,6 +7,7 @@ import sys
 import pytest
 import survival_runs as runs
 
+from armdesign.compute import InProcess, processes
 from armdesign.compute.processes import CandidateKillsWorkersError
 from armdesign.kinematics.dh_files import read_design
 from armdesign.search import Search
@@ -64,7 +65,7 @@ def test_interrupted_before_any_arm_is_valid(tmp_path, child, begin, cli):
     folder = tmp_path / "run"
     nothing_yet = begin(folder, "--particles", 2, "--iterations", 3, "--seed", 0)
     ended = child(*nothing_yet, before=lambda: runs.at_iteration(2, runs.send(signal.SIGINT)))
-    assert ended.wait() in (2, 130)
+    assert ended.wait() == 130
     sentence = ended.said().splitlines()[-1]
     assert sentence.startswith("armdesign: interrupted before any arm reached the first frame")
     assert sentence.endswith(f"armdesign search --resume {folder}")
@@ -127,5 +128,23 @@ def test_a_candidate_that_kills_is_kept_and_named(tmp_path, begin, cli, monkeypa
     assert [row["alpha"] for row in saved["dh"]["rows"]] == wanted.alpha.tolist()
     assert read_design(folder / "failed_candidate.json").length == wanted.length
     assert ".lock" not in runs.names(folder)
+    check(folder)
+    assert runs.names(folder) == runs.FINISHED
+
+
+@pytest.mark.slow
+def test_a_candidate_that_kills_real_workers_is_kept_and_named(tmp_path, begin, cli, monkeypatch, task, check):
+    folder = tmp_path / "run"
+    Phi = Search(task, InProcess(task)).swarm.ask()[3]
+    with monkeypatch.context() as patch:
+        patch.setenv(runs.POISON, repr(float(Phi[0])))
+        patch.setattr(processes, "work", runs.poisoned_work)
+        ended = cli(*begin(folder, "-q", "--workers", 2))
+    assert ended.exit_code == 2
+    assert f"Phi = {Phi.tolist()}" in ended.output
+    saved, wanted = read_design(folder / "failed_candidate.json"), task.space().table(Phi)
+    assert [saved.alpha.tolist(), saved.a.tolist(), saved.d.tolist()] == [
+        wanted.alpha.tolist(), wanted.a.tolist(), wanted.d.tolist()
+    ]  # fmt: skip
     check(folder)
     assert runs.names(folder) == runs.FINISHED
