@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 LARGEST, SMALLEST = 1.0, 0.1
 """Work in a chunk [s]: at most a second, so that a lost worker loses little and the ends even out; at least ten times
-what handing it out costs, 5 to 10 ms."""
+what handing it out costs, 3 to 10 ms."""
 FEWEST = 40
 """Candidates a chunk holds in any case: with fewer the block of arms stays half empty at the end of every chunk."""
 FIRST_PACE = 0.01
