@@ -8,7 +8,6 @@ from the files it was sent with. Needs the extra ``cluster``.
 from __future__ import annotations
 
 import contextlib
-import tempfile
 import time
 import uuid
 from collections import deque
@@ -20,10 +19,9 @@ from typing import Any
 from armdesign.compute.backend import Closing
 from armdesign.compute.dask_connection import Kernels, explained, kernels_here, other_version
 from armdesign.errors import ArmDesignError
-from armdesign.files import write_whole
 from armdesign.search import Progress
 from armdesign.sweep.crew import News
-from armdesign.sweep.units import Outcome, carry_out_unit, contents
+from armdesign.sweep.units import Outcome, carry_out_elsewhere, contents
 
 from distributed import Client, Event, Future, get_worker, wait  # isort: skip (its lack is told above)
 from distributed import TimeoutError as StillWaitingError  # isort: skip
@@ -128,12 +126,7 @@ def carry_out_on_worker(name: str, files: Mapping[str, bytes], topic: str, kerne
         raise other_version(get_worker().address, kernels, kernels_here())
     if Event(topic).is_set():
         return Outcome("interrupted")
-    with tempfile.TemporaryDirectory(prefix="armdesign-") as above:
-        place = Path(above) / name
-        place.mkdir()
-        for file, content in files.items():
-            write_whole(place / file, content)
-        return carry_out_unit(place, on_progress=reporter(name, topic), bring_back=True)
+    return carry_out_elsewhere(name, files, on_progress=reporter(name, topic))
 
 
 def reporter(name: str, topic: str) -> Callable[[Progress], None]:

@@ -126,19 +126,22 @@ def carry_out_unit(
     return Outcome(state, reason, contents(place) if bring_back else None)
 
 
-def carry_out_elsewhere(name: str, files: Mapping[str, bytes]) -> Outcome:
+def carry_out_elsewhere(
+    name: str, files: Mapping[str, bytes], *, on_progress: Callable[[Progress], None] | None = None
+) -> Outcome:
     """Carry out a unit where its run folder is not at hand, such as on a cluster; the files come back as bytes.
 
     Args:
         name: Name of the run folder.
         files: Its content, from `contents`; with a saved state the search goes on from there.
+        on_progress: See carry_out_unit.
     """
     with tempfile.TemporaryDirectory(prefix="armdesign-") as above:
         place = Path(above) / name
         place.mkdir()
         for file, content in files.items():
             write_whole(place / file, content)
-        return carry_out_unit(place, bring_back=True)
+        return carry_out_unit(place, on_progress=on_progress, bring_back=True)
 
 
 def contents(place: Path) -> dict[str, bytes]:
