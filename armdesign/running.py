@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shlex
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -209,9 +210,8 @@ def outcome(run: Search, reason: str, folder: Path) -> SearchResult:
         SearchError: No candidate has reached it.
     """
     if reason == "interrupted" and run.leader[0] == float("inf"):
-        raise NothingYetError(
-            "interrupted before any arm reached the first frame", fix=f"Go on with: armdesign search --resume {folder}"
-        )
+        go_on = f"armdesign search --resume {shlex.quote(str(folder))}"
+        raise NothingYetError("interrupted before any arm reached the first frame", fix=f"Go on with: {go_on}")
     return run.result(reason)
 
 

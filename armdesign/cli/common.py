@@ -18,6 +18,8 @@ import typer
 from armdesign.errors import ArmDesignError, SettingsError
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from armdesign.compute import Backend
     from armdesign.search import Progress
     from armdesign.settings import Study
@@ -206,15 +208,21 @@ def seconds(text: str | None) -> float | None:
 
 
 def check_workers(workers: int | None, cluster: str | None) -> None:
-    """Refuse a number of workers that cannot be, before anything is written.
+    """Refuse workers that cannot be and a cluster that does not answer, before anything is written.
 
     Raises:
-        SettingsError: A number of workers below 1, or workers and a cluster at once.
+        SettingsError: A number of workers below 1, workers and a cluster at once, or an address that is none.
+        MissingExtraError: Dask distributed is not installed.
+        SearchError: No scheduler answers at the address.
     """
     if workers is not None and workers < 1:
         raise SettingsError(f"--workers is {workers}", value=workers, allowed="a whole number of at least 1")
     if workers is not None and cluster is not None:
         raise SettingsError("--workers and --cluster are given", fix="A cluster brings its own workers; leave one out")
+    if cluster is not None:
+        from armdesign.compute.dask_connection import check_address  # noqa: PLC0415
+
+        check_address(cluster)
 
 
 def open_backend(
@@ -239,21 +247,31 @@ def open_backend(
 
 @contextmanager
 def open_cluster(prepared: Prepared, address: str) -> Iterator[Backend]:
-    """The workers of a Dask scheduler; waits for the first and says so.
+    """The workers of a Dask scheduler as a backend; see ``cluster_client``."""
+    with cluster_client(address) as client:
+        from armdesign.compute.dask_cluster import DaskCluster  # noqa: PLC0415
+
+        with DaskCluster(client, prepared, say=say) as backend:
+            yield backend
+
+
+@contextmanager
+def cluster_client(address: str) -> Iterator[Client]:
+    """A connection to a Dask scheduler; waits for its first worker and says so.
 
     Raises:
         MissingExtraError: Dask distributed is not installed.
         SettingsError: The address is none.
         SearchError: No scheduler answers there, or its workers run another version.
     """
-    from armdesign.compute.dask_cluster import DaskCluster  # noqa: PLC0415
     from armdesign.compute.dask_connection import connect  # noqa: PLC0415
 
     for name in ("distributed", "distributed.client"):  # what goes wrong comes as a sentence
         logging.getLogger(name).setLevel(logging.CRITICAL)
+    with connect(address, say=say) as client:
+        yield client
 
-    def say(sentence: str) -> None:
-        typer.echo(sentence, err=True)
 
-    with connect(address, say=say) as client, DaskCluster(client, prepared, say=say) as backend:
-        yield backend
+def say(sentence: str) -> None:
+    """A sentence on stderr."""
+    typer.echo(sentence, err=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -211,7 +212,9 @@ def carry_on(
     if not quiet:
         typer.echo(closing(result, written))
     if result.stopped_by == "interrupted":
-        typer.echo(f"Interrupted; go on with: armdesign search --resume {folder}", err=True)
+        where = "" if cluster is None else f" --cluster {cluster}"
+        go_on = f"armdesign search --resume {shlex.quote(str(folder))}{where}"
+        typer.echo(f"Interrupted; go on with: {go_on}", err=True)
         raise typer.Exit(INTERRUPTED)
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +13,7 @@ import typer
 from armdesign.cli.common import (
     INTERRUPTED,
     BaseOption,
+    ClusterOption,
     ConfigOption,
     OrientationOption,
     PointsOption,
@@ -17,7 +21,9 @@ from armdesign.cli.common import (
     ScenarioOption,
     WeightsOption,
     announce_compiling,
+    check_workers,
     clock,
+    cluster_client,
     names,
     one_sentence_errors,
     read_settings,
@@ -68,6 +74,7 @@ def sweep(
     workers: Annotated[
         int | None, typer.Option("--workers", help="Searches at a time, each in its own process; default: all cores.")
     ] = None,
+    cluster: ClusterOption = None,
     resume: Annotated[
         Path | None, typer.Option("--resume", help="Go on with the sweep in this folder; needs nothing else.")
     ] = None,
@@ -88,6 +95,7 @@ def sweep(
     Exit code: 0 all runs are finished; 1 a run has failed, sweep.csv says why (it is tried again the next time);
     2 bad input; 130 stopped by Ctrl-C.
     """
+    check_workers(workers, cluster)
     flags = {"recordings": recordings, "--out": out, "--dof": dof, "--seeds": seeds, "--algorithm": algorithm, "--d": d}
     if resume is not None:
         folder, (asked, tasks) = resume, reopened(resume, flags)
@@ -111,7 +119,7 @@ def sweep(
     if dry_run:
         typer.echo(plan_text(folder, asked, tasks, worker_count(workers)))
         return
-    carry_out(folder, asked, tasks, worker_count(workers), quiet=quiet)
+    carry_out(folder, asked, tasks, worker_count(workers), cluster, quiet=quiet)
 
 
 def reopened(folder: Path, flags: dict[str, Any]) -> tuple[Sweep, Tasks]:
@@ -215,21 +223,19 @@ def worker_count(workers: int | None) -> int:
     return workers or available_cores()
 
 
-def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, *, quiet: bool) -> None:
+def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool) -> None:
     """Carry out a sweep, saying how it goes and how it went."""
     from armdesign.sweep import run_sweep  # noqa: PLC0415
-
-    def hire(units: int) -> Crew:
-        return local_crew(min(workers, units), tasks, quiet=quiet)
 
     def on_interrupt() -> None:
         typer.echo("\nStopping: the runs at hand finish their iteration; once more stops at once.", err=True)
 
-    go_on = f"Go on with: armdesign sweep --resume {folder}"
+    where = "" if cluster is None else f" --cluster {cluster}"
+    go_on = f"Go on with: armdesign sweep --resume {shlex.quote(str(folder))}{where}"
+    on_change = None if quiet else SweepLine()
     try:
-        ledger = run_sweep(
-            folder, asked, tasks, hire, on_change=None if quiet else SweepLine(), on_interrupt=on_interrupt
-        )
+        with hiring(workers, cluster, tasks, quiet=quiet) as hire:
+            ledger = run_sweep(folder, asked, tasks, hire, on_change=on_change, on_interrupt=on_interrupt)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
@@ -240,6 +246,18 @@ def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, *, quiet: 
         raise typer.Exit(INTERRUPTED)
     if ledger.count("failed"):
         raise typer.Exit(SOME_FAILED)
+
+
+@contextmanager
+def hiring(workers: int, cluster: str | None, tasks: Tasks, *, quiet: bool) -> Iterator[Callable[[int], Crew]]:
+    """How to get a crew for a number of units: the workers of a cluster, or processes on this machine."""
+    if cluster is None:
+        yield lambda units: local_crew(min(workers, units), tasks, quiet=quiet)
+        return
+    with cluster_client(cluster) as client:
+        from armdesign.sweep.dask_crew import DaskCrew  # noqa: PLC0415
+
+        yield lambda units: DaskCrew(client)
 
 
 def local_crew(workers: int, tasks: Tasks, *, quiet: bool) -> Crew:

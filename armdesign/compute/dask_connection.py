@@ -31,7 +31,11 @@ PATIENCE = 5.0
 """How often a waiting client looks whether there are workers left [s]."""
 
 
-def connect(address: str, *, timeout: float = 10.0, say: Say | None = None) -> Client:
+TIMEOUT = 10.0
+"""How long a scheduler may take to answer [s]."""
+
+
+def connect(address: str, *, timeout: float = TIMEOUT, say: Say | None = None) -> Client:
     """Connect to a scheduler and wait for its first worker.
 
     Args:
@@ -63,7 +67,7 @@ def connect(address: str, *, timeout: float = 10.0, say: Say | None = None) -> C
     return client
 
 
-def check_address(address: str, timeout: float) -> None:
+def check_address(address: str, timeout: float = TIMEOUT) -> None:
     """See that a scheduler answers: a Dask client waits without end for a listener that never speaks.
 
     Raises:

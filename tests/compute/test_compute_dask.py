@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from armdesign.cli import app
 from armdesign.compute import InProcess
 from armdesign.compute.dask_cluster import FEWEST, LARGEST, SMALLEST, DaskCluster, cut
-from armdesign.compute.dask_connection import connect
+from armdesign.compute.dask_connection import check_address, connect
 from armdesign.compute.processes import CandidateKillsWorkersError
 from armdesign.demonstration import read_recording
 from armdesign.errors import SearchError
@@ -296,7 +296,7 @@ def test_an_address_that_is_none_is_refused(address, tmp_path):
 
 
 def test_a_wrong_address_ends_the_command_with_one_sentence(tmp_path, monkeypatch):
-    monkeypatch.setitem(connect.__kwdefaults__, "timeout", 1.0)
+    monkeypatch.setattr(check_address, "__defaults__", (1.0,))
     with socket.socket() as silent:  # bound, but not listening
         silent.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
@@ -304,6 +304,7 @@ def test_a_wrong_address_ends_the_command_with_one_sentence(tmp_path, monkeypatc
     assert outcome.exit_code == 2
     sentence = f"armdesign: no Dask scheduler answers at {address} within 1 s. Check the address"
     assert outcome.output.splitlines()[-1].startswith(sentence)
+    assert not (tmp_path / "run").exists()
 
 
 def test_a_listener_that_never_speaks_is_no_scheduler():

@@ -13,8 +13,10 @@ import pytest
 pytest.importorskip("distributed")
 
 from dask_processes import processes, until
+from typer.testing import CliRunner
 
 from armdesign import Study, prepare, read_recording
+from armdesign.cli import app
 from armdesign.compute.dask_connection import connect
 from armdesign.sweep import FuturesCrew, Sweep, run_sweep
 from armdesign.sweep.dask_crew import DaskCrew
@@ -70,6 +72,27 @@ def client(cluster):
 def test_a_sweep_on_a_cluster_leaves_the_folder_of_one_here(client, carried_out_here, tmp_path):
     run_sweep(tmp_path / "there", *asked(), lambda units: DaskCrew(client))
     assert files_of(tmp_path / "there") == carried_out_here
+
+
+def test_the_command_carries_a_sweep_out_on_a_cluster(client, cluster, carried_out_here, tmp_path):
+    folder = tmp_path / "there"
+    sizes = ["--particles", "8", "--iterations", "3", "--dof", "3-4", "--seeds", "2"]
+    command = ["sweep", str(PACKAGING), *sizes, "--out", str(folder)]
+    done = CliRunner().invoke(app, [*command, "--cluster", cluster.address])
+    assert done.exit_code == 1, "the arms of three joints have too few particles here to reach the start"
+    assert files_of(folder).keys() == carried_out_here.keys()
+    histories = [name for name in carried_out_here if name.endswith("history.csv")]
+    assert len(histories) >= 2
+    assert all(files_of(folder)[name] == carried_out_here[name] for name in histories)
+
+
+def test_a_sweep_on_a_cluster_that_is_not_there_writes_nothing(tmp_path):
+    done = CliRunner().invoke(
+        app, ["sweep", str(PACKAGING), "--out", str(tmp_path / "sweep"), "--cluster", "tcp://127.0.0.1:9"]
+    )
+    assert done.exit_code == 2
+    assert "no Dask scheduler answers" in done.stderr
+    assert not (tmp_path / "sweep").exists()
 
 
 def test_a_stopped_sweep_on_a_cluster_brings_its_states_home(client, tmp_path):
