@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
 from typing import Protocol, TypeVar
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armdesign.fitness.evaluator import Scores
-from armdesign.fitness.robot import Rejections, RobotFitness
+from armdesign.fitness.robot import Generation, Rejections, RobotFitness
 from armdesign.study import Prepared
 
 Array = NDArray[np.float64]
@@ -59,6 +59,10 @@ class InProcess(Closing):
     def evaluate(self, Phi: Array, cutoff: Array) -> tuple[Scores, Rejections]:
         """See Backend.evaluate."""
         return self.fitness.evaluate(Phi, cutoff)
+
+    def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
+        """Evaluate chunks one behind the other; see RobotFitness.stream."""
+        return self.fitness.stream(first, more)
 
 
 def join(parts: Sequence[Scores]) -> Scores:

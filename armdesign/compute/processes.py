@@ -10,16 +10,18 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import os
+import select
 import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,11 +33,14 @@ from armdesign.fitness.robot import Rejections
 from armdesign.study import Prepared
 
 Array = NDArray[np.float64]
+Answer: TypeAlias = tuple[Scores, Rejections]
 DEATHS_OF_A_CHUNK, DEATHS_OF_A_CANDIDATE, FALSE_STARTS = 2, 3, 5
 GRACE = 0.5
 """How long idle workers may take to end before they are killed [s]."""
-SHARES = (0.7, 0.2, 0.1)
-"""How a worker's part of a generation is cut: one large chunk, then smaller ones for whoever is free first."""
+LARGEST, SMALLEST = 128, 16
+"""Candidates in a chunk: few enough that a chunk and an answer always fit into the pipe together, and enough to pay."""
+AHEAD = 2
+"""Chunks a worker may hold: the arms of the next one begin beside the last arms of the first."""
 
 
 class CandidateKillsWorkersError(SearchError):
@@ -53,12 +58,17 @@ class Chunk:
 
 @dataclass
 class Worker:
-    """A process, the pipe to it, what it is at, and whether it has come as far as taking chunks."""
+    """A process, the pipe to it, the chunks it is at, and whether it has come as far as taking any."""
 
     process: SpawnProcess
     pipe: Connection
-    chunk: Chunk | None = None
+    chunks: deque[Chunk] = field(default_factory=deque)
     ready: bool = False
+
+    def may_take(self, chunk: Chunk) -> bool:
+        """Whether there is room for a chunk; one on which a worker has died is dealt with alone."""
+        alone = chunk.deaths > 0 or any(held.deaths > 0 for held in self.chunks)
+        return not self.chunks or (len(self.chunks) < AHEAD and not alone)
 
 
 def available_cores() -> int:
@@ -96,17 +106,18 @@ class WorkerPool(Closing):
         """
         self._end_unfinished()
         waiting = deque(cut(len(Phi), len(self.workers)))
-        done: dict[int, tuple[Scores, Rejections]] = {}
+        done: dict[int, Answer] = {}
         remaining = len(Phi)
         while remaining:
             self._hand_out(waiting, Phi, cutoff)
-            for worker, chunk in self._answering():
+            for worker in self._answering():
                 try:
                     answer = self._receive(worker)
                 except (EOFError, OSError):
-                    waiting.extendleft(reversed(self._after_death(worker, chunk, Phi)))
+                    waiting.extendleft(reversed(self._after_death(worker, Phi)))
                     continue
                 if answer is not None:
+                    chunk = worker.chunks.popleft()
                     done[chunk.first] = answer
                     remaining -= chunk.last - chunk.first
         parts = [done[first] for first in sorted(done)]
@@ -139,56 +150,57 @@ class WorkerPool(Closing):
         worker.process.kill()
         worker.process.join()
         fresh = self._start()
-        worker.process, worker.pipe, worker.chunk, worker.ready = fresh.process, fresh.pipe, None, False
+        worker.process, worker.pipe, worker.chunks, worker.ready = fresh.process, fresh.pipe, deque(), False
 
     def _end_unfinished(self) -> None:
         """Replace workers that are still at a generation that was broken off; nobody wants their answers."""
         for worker in self.workers:
-            if worker.chunk is not None:
+            if worker.chunks:
                 self._replace(worker)
 
     def _hand_out(self, waiting: deque[Chunk], Phi: Array, cutoff: Array) -> None:
-        """Give every free worker a chunk."""
-        for worker in self.workers:
-            if worker.chunk is None and waiting:
-                chunk = worker.chunk = waiting.popleft()
-                with contextlib.suppress(OSError):  # died while idle: its end shows when its answer is read
-                    worker.pipe.send((Phi[chunk.first : chunk.last], cutoff[chunk.first : chunk.last]))
+        """Give every worker with room for it a chunk, those without any first."""
+        for _ in range(AHEAD):
+            for worker in sorted(self.workers, key=lambda worker: len(worker.chunks)):
+                if waiting and worker.may_take(waiting[0]):
+                    chunk = waiting.popleft()
+                    worker.chunks.append(chunk)
+                    with contextlib.suppress(OSError):  # died while idle: its end shows when its answer is read
+                        worker.pipe.send((Phi[chunk.first : chunk.last], cutoff[chunk.first : chunk.last]))
 
-    def _answering(self) -> list[tuple[Worker, Chunk]]:
-        """Workers that have answered or died, with what they are at."""
-        busy = {worker.pipe: (worker, worker.chunk) for worker in self.workers if worker.chunk is not None}
+    def _answering(self) -> list[Worker]:
+        """Workers that have answered or died."""
+        busy = {worker.pipe: worker for worker in self.workers if worker.chunks}
         return [busy[pipe] for pipe in wait(list(busy)) if isinstance(pipe, Connection)]
 
-    def _receive(self, worker: Worker) -> tuple[Scores, Rejections] | None:
-        """A worker's answer; None where it says that it is ready.
+    def _receive(self, worker: Worker) -> Answer | None:
+        """The answer to the oldest chunk of a worker; None where it says that it is ready.
 
         Raises:
             EOFError, OSError: It has died.
             ArmDesignError: It reports an error for bad input.
         """
-        answer: tuple[Scores, Rejections] | ArmDesignError | None = worker.pipe.recv()
+        answer: Answer | ArmDesignError | None = worker.pipe.recv()
         if answer is None:
             worker.ready, self.false_starts = True, 0
             return None
-        worker.chunk = None
         if isinstance(answer, ArmDesignError):
-            raise answer
+            raise answer  # another chunk may never be answered: the worker is replaced, see _end_unfinished
         return answer
 
-    def _after_death(self, worker: Worker, chunk: Chunk, Phi: Array) -> list[Chunk]:
+    def _after_death(self, worker: Worker, Phi: Array) -> list[Chunk]:
         """Replace a dead worker; returns what has to be done again."""
-        ready = worker.ready
+        ready, chunks = worker.ready, list(worker.chunks)
         self._replace(worker)
         if ready:
-            return blame(chunk, Phi)
+            return [again for chunk in chunks for again in blame(chunk, Phi)]
         self.false_starts += 1
         if self.false_starts >= FALSE_STARTS:
             raise SearchError(
                 f"{self.false_starts} worker processes in a row ended before they were ready",
                 fix="Use one worker, and in a script start the search under: if __name__ == '__main__'",
             )
-        return [chunk]
+        return chunks
 
 
 def blame(chunk: Chunk, Phi: Array) -> list[Chunk]:
@@ -212,10 +224,14 @@ def blame(chunk: Chunk, Phi: Array) -> list[Chunk]:
 
 
 def cut(count: int, workers: int) -> list[Chunk]:
-    """Cut a generation into chunks: the large ones first, so that the small ones even out the ends."""
-    sizes = np.diff(np.round(np.r_[0.0, np.cumsum(np.repeat(SHARES, workers))] / workers * count).astype(int))
-    ends = np.cumsum(sizes)
-    return [Chunk(int(last - size), int(last)) for size, last in zip(sizes, ends, strict=True) if size > 0]
+    """Cut a generation into chunks of two thirds of a worker's share of what is left, so that the ends come out even."""
+    chunks, first = [], 0
+    while first < count:
+        share = round((count - first) / (1.5 * workers))
+        last = min(count, first + min(LARGEST, max(SMALLEST, share)))
+        chunks.append(Chunk(first, last))
+        first = last
+    return chunks
 
 
 @contextmanager
@@ -240,18 +256,26 @@ def end_with_parent() -> None:
         os._exit(1)
 
 
+def quick_poll(pipe: Connection) -> Callable[[], object]:
+    """Tells whether something has come; Connection.poll takes as long as a round of the whole block."""
+    if not hasattr(select, "poll"):
+        return pipe.poll
+    poller = select.poll()
+    poller.register(pipe.fileno(), select.POLLIN | select.POLLHUP)
+    return lambda: poller.poll(0)
+
+
 def work(pipe: Connection, prepared: Prepared, block: int | None) -> None:
     """Body of a worker process: answer chunks until the pipe closes. Ctrl-C is the parent's to handle."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=end_with_parent, daemon=True).start()
-    backend = InProcess(prepared, block)
+    backend, has_come = InProcess(prepared, block), quick_poll(pipe)
     with contextlib.suppress(EOFError, OSError):  # the parent has ended
         pipe.send(None)
         while True:
-            Phi, cutoff = pipe.recv()
-            answer: tuple[Scores, Rejections] | ArmDesignError
+            first = pipe.recv()
             try:
-                answer = backend.evaluate(Phi, cutoff)
+                for answer in backend.stream(first, lambda: pipe.recv() if has_come() else None):
+                    pipe.send(answer)
             except ArmDesignError as error:
-                answer = error
-            pipe.send(answer)
+                pipe.send(error)

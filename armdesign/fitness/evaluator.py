@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armdesign.errors import DesignError
-from armdesign.fitness.association import MATCH
-from armdesign.fitness.orientation import ATTITUDE
-from armdesign.fitness.path import IDLE, REPLAY, TRACE, WALK, advance, exchange
+from armdesign.fitness.flow import Batch, Flow
+from armdesign.fitness.lanes import Lanes, widths
+from armdesign.fitness.path import REPLAY, TRACE
 from armdesign.fitness.problem import Problem
-from armdesign.fitness.temporal import FRAME, MOTION
 from armdesign.kinematics.dh import DHTable
-from armdesign.kinematics.dls import STEP
-from armdesign.kinematics.models import ArmBlock
-from armdesign.kinematics.skeleton import CHAIN
 
 Array = NDArray[np.float64]
 JOINTS_PER_BLOCK = 96
@@ -94,15 +90,12 @@ class BlockEvaluator:
         self.problem = problem
         n = problem.dof
         size = min(32, max(1, JOINTS_PER_BLOCK // n)) if block is None else block
-        self.arms = ArmBlock(size, n)
-        self.walks = np.zeros(size, dtype=WALK)
-        self.chains = np.zeros(size, dtype=CHAIN)
-        self.frames = np.zeros(size, dtype=FRAME)
-        self.attitudes = np.zeros(size, dtype=ATTITUDE)
-        self.motion = np.zeros(1, dtype=MOTION)
-        self.match = np.zeros(1, dtype=MATCH)
-        self.step = np.zeros(1, dtype=STEP)
-        self.untraced = np.zeros((size, 0), dtype=TRACE)
+        self.lanes = [Lanes(width, n) for width in widths(size)]
+
+    @property
+    def block(self) -> int:
+        """Number of arms side by side."""
+        return len(self.lanes[0])
 
     def evaluate(self, rows: Array, yaw: Array, cutoff: Array | None = None) -> Scores:
         """Fitness of many candidates.
@@ -115,18 +108,25 @@ class BlockEvaluator:
         Returns:
             The scores.
         """
-        count = len(rows)
-        limits = np.full(count, np.inf) if cutoff is None else np.ascontiguousarray(cutoff, dtype=float)
-        outcome = np.zeros(count, dtype=WALK)
-        self._run(np.ascontiguousarray(rows, dtype=float), np.ascontiguousarray(yaw, dtype=float), limits, outcome)
-        return self._scores(outcome)
+        limits = np.full(len(rows), np.inf) if cutoff is None else cutoff
+        return next(self.stream(Batch(rows, yaw, limits), lambda: None))
+
+    def stream(self, first: Batch, more: Callable[[], Batch | None]) -> Iterator[Scores]:
+        """Scores of batches in their order; the arms of the next batch begin beside the last ones of this.
+
+        Args:
+            first: The first batch.
+            more: Gives the next batch, or None if there is none yet; asked whenever arms could begin. The stream ends
+                when all are done and there is none.
+        """
+        for outcome in self._run(first, more):
+            yield self._scores(outcome)
 
     def follow(self, table: DHTable) -> tuple[Scores, PathResult]:
         """Fitness of one arm, with its path frame by frame. An arm that misses the start has an empty path."""
         rows, yaw = as_rows([table])
-        outcome = np.zeros(1, dtype=WALK)
-        trace = np.zeros((len(self.walks), self.problem.frames), dtype=TRACE)
-        self._run(rows, yaw, np.full(1, np.inf), outcome, trace)
+        trace = np.zeros((1, self.problem.frames), dtype=TRACE)
+        outcome = next(self._run(Batch(rows, yaw, np.full(1, np.inf)), lambda: None, trace))
         return self._scores(outcome), self._path(trace[0], outcome[0])
 
     def replay(self, table: DHTable, q: Array, mount: Array | None = None) -> PathResult:
@@ -138,48 +138,73 @@ class BlockEvaluator:
             mount: Hand frame in the end-effector's frame, shape (3, 3); identity by default.
         """
         rows, yaw = as_rows([table])
-        size = len(self.walks)
-        trace = np.zeros((size, self.problem.frames), dtype=TRACE)
+        lane = self.lanes[-1]
+        trace = np.zeros((1, self.problem.frames), dtype=TRACE)
         trace[0]["q"][:, : table.dof] = q
-        outcome = np.zeros(1, dtype=WALK)
-        self.walks["phase"] = IDLE
-        self._exchange(rows, yaw, np.full(1, np.inf), outcome, 0)
-        self.walks[0]["phase"] = REPLAY
-        self.attitudes[0]["mount"] = np.eye(3) if mount is None else mount
-        self.arms.q[: table.dof] = q[0]
-        self.walks[0]["trial"][: table.dof] = q[0]
-        while self._advance(trace) == 0:
+        lane.clear()
+        self._exchange(lane, Flow(Batch(rows, yaw, np.full(1, np.inf))))
+        lane.walks[0]["phase"] = REPLAY
+        lane.attitudes[0]["mount"] = np.eye(3) if mount is None else mount
+        lane.arms.q[:] = q[0]
+        lane.walks[0]["trial"][: table.dof] = q[0]
+        while lane.advance(self.problem, trace) == 0:
             pass
-        return self._path(trace[0], self.walks[0])
+        return self._path(trace[0], lane.walks[0])
 
     def _run(
-        self, rows: Array, yaw: Array, cutoff: Array, outcome: NDArray[np.void], trace: NDArray[np.void] | None = None
-    ) -> None:
-        """Walk every candidate to its end and collect the walks."""
-        if rows.shape[1:] != (self.problem.dof + 1, 4):
-            raise DesignError(f"designs have shape {rows.shape[1:]}", allowed=(self.problem.dof + 1, 4))
-        self.walks["phase"] = IDLE
-        cursor = self._exchange(rows, yaw, cutoff, outcome, 0)
-        waiting = len(rows)
-        while waiting:
-            done = self._advance(self.untraced if trace is None else trace)
+        self, batch: Batch, more: Callable[[], Batch | None], trace: NDArray[np.void] | None = None
+    ) -> Iterator[NDArray[np.void]]:
+        """Walk every candidate to its end; gives the OUTCOME records of a batch, shape (N,), once all are done.
+
+        Args:
+            batch: The first batch.
+            more: See ``stream``.
+            trace: TRACE records to fill, shape (1, T), where there is but one candidate.
+        """
+        flow = Flow(self._checked(batch))
+        lanes = self._narrowest(flow.unfinished)
+        lanes.clear()
+        self._exchange(lanes, flow)
+        yield from flow.complete()
+        while True:
+            if flow.exhausted and (batch_behind := more()) is not None:
+                flow.add(self._checked(batch_behind))
+                lanes = self._moved(lanes, flow.unfinished)
+                self._exchange(lanes, flow)
+                yield from flow.complete()
+            if not flow.unfinished:
+                return
+            done = lanes.advance(self.problem, lanes.untraced if trace is None else trace)
             if done:
-                waiting -= done
-                cursor = self._exchange(rows, yaw, cutoff, outcome, cursor)
+                flow.unfinished -= done
+                self._exchange(lanes, flow)
+                yield from flow.complete()
+                lanes = self._moved(lanes, flow.unfinished)
 
-    def _exchange(self, rows: Array, yaw: Array, cutoff: Array, outcome: NDArray[np.void], cursor: int) -> int:
-        """Collect what is done, load what is next; returns the index of the next candidate."""
-        problem, arms = self.problem, self.arms
-        state = (self.walks, self.chains, arms.placements, arms.q)
-        return int(exchange(*state, problem.record, problem.starts, rows, yaw, cutoff, outcome, cursor))
+    def _checked(self, batch: Batch) -> Batch:
+        """The batch as the kernels read it.
 
-    def _advance(self, trace: NDArray[np.void]) -> int:
-        """One step of the whole block."""
-        problem, arms = self.problem, self.arms
-        arms.update()
-        state = (self.walks, self.chains, self.frames, self.attitudes, self.motion, self.match, self.step)
-        task = (problem.record, problem.P, problem.R, problem.starts)
-        return int(advance(*state, *task, arms.poses, arms.jacobian, arms.q, trace))
+        Raises:
+            DesignError: The arms have another number of joints than the problem.
+        """
+        if batch.rows.shape[1:] != (self.problem.dof + 1, 4):
+            raise DesignError(f"designs have shape {batch.rows.shape[1:]}", allowed=(self.problem.dof + 1, 4))
+        return Batch(*(np.ascontiguousarray(values, dtype=float) for values in batch))
+
+    def _narrowest(self, count: int) -> Lanes:
+        """The fewest lanes that hold so many arms; the widest where none do."""
+        return next((lanes for lanes in reversed(self.lanes) if len(lanes) >= count), self.lanes[0])
+
+    def _moved(self, lanes: Lanes, count: int) -> Lanes:
+        """Fewer lanes with the walks of these, if they hold them."""
+        fewer = self._narrowest(count)
+        if fewer is not lanes:
+            fewer.take_over(lanes)
+        return fewer
+
+    def _exchange(self, lanes: Lanes, flow: Flow) -> None:
+        """Collect what is done, load what is next."""
+        flow.cursor = lanes.exchange(self.problem, *flow.batch, flow.outcome, flow.cursor)
 
     def _scores(self, outcome: NDArray[np.void]) -> Scores:
         """Turn finished walks into scores."""
@@ -214,7 +239,7 @@ class BlockEvaluator:
             orientation_error=rows["orientation_error"].copy(),
             sigma=rows["sigma"][:, :m].copy(),
             distance=rows["distance"][:, :m].copy(),
-            mount=self.attitudes[0]["mount"].copy() if self.problem.record[0]["w_0"] > 0.0 else np.eye(3),
+            mount=self.lanes[-1].attitudes[0]["mount"].copy() if self.problem.record[0]["w_0"] > 0.0 else np.eye(3),
             start_error=float(walk["start_error"]),
         )
 

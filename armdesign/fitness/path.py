@@ -98,6 +98,23 @@ WALK = np.dtype(
 )
 """Where an arm stands; one record an arm."""
 
+OUTCOME = np.dtype(
+    [
+        ("done", np.int64),
+        ("t", np.int64),
+        ("best_q", np.float64, MAX_DOF),
+        ("start_error", np.float64),
+        ("f_sum", np.float64),
+        ("E_sum", np.float64),
+        ("steps", np.int64),
+        ("start_steps", np.int64),
+        ("accepted", np.int64),
+        ("pruned", np.int64),
+        ("valid", np.int64),
+    ]
+)
+"""What is kept of a walk that is done."""
+
 TRACE = np.dtype(
     [
         ("q", np.float64, MAX_DOF),
@@ -501,12 +518,22 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
         begin_frame(walk, problem, n)
 
 
+@leaf
+def collect(outcome, walk):
+    """Keep what counts of a walk that is done."""
+    for j in range(MAX_DOF):
+        outcome.best_q[j] = walk.best_q[j]
+    outcome.t, outcome.start_error, outcome.f_sum, outcome.E_sum = walk.t, walk.start_error, walk.f_sum, walk.E_sum
+    outcome.steps, outcome.start_steps, outcome.accepted = walk.steps, walk.start_steps, walk.accepted
+    outcome.pruned, outcome.valid, outcome.done = walk.pruned, walk.valid, 1
+
+
 @entry
 def exchange(walks, chains, placements, q, problems, starts, rows, yaws, cutoffs, outcome, cursor):
     """Collect finished walks and give their places to the next candidates. Returns the index of the next one."""
     for b in range(len(walks)):
         if walks[b].phase == DONE:
-            outcome[walks[b].candidate] = walks[b]
+            collect(outcome[walks[b].candidate], walks[b])
             walks[b].phase = IDLE
         if walks[b].phase == IDLE and cursor < len(rows):
             n = rows.shape[1] - 1

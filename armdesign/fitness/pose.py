@@ -9,7 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from armdesign.errors import DesignError, SettingsError, TaskError
 from armdesign.fitness.evaluator import BlockEvaluator, as_rows
-from armdesign.fitness.path import GAUSS, MOUNT_IDENTITY, NEWTON, POLISH, SAMPLE, SMALLEST_DAMPING, WALK
+from armdesign.fitness.flow import Batch, Flow
+from armdesign.fitness.lanes import Lanes
+from armdesign.fitness.path import GAUSS, MOUNT_IDENTITY, NEWTON, POLISH, SAMPLE, SMALLEST_DAMPING
 from armdesign.fitness.problem import Problem, make_problem
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings import FitnessSettings, SolverSettings
@@ -99,8 +101,8 @@ class PoseSolver(BlockEvaluator):
         self.problem = with_frame(self.problem, points, rotation)
         rows, yaw = as_rows([table])
         count = len(self.problem.starts)
-        outcome = np.zeros(count, dtype=WALK)
-        self._run(np.repeat(rows, count, axis=0), np.repeat(yaw, count), np.full(count, np.inf), outcome)
+        same_arm = Batch(np.repeat(rows, count, axis=0), np.repeat(yaw, count), np.full(count, np.inf))
+        outcome = next(self._run(same_arm, lambda: None))
         best = outcome[int(np.argmin(outcome["f_sum"]))]
         q = best["best_q"][: table.dof].copy()
         path = self.replay(table, q[None])
@@ -114,18 +116,17 @@ class PoseSolver(BlockEvaluator):
             steps=int(outcome["steps"].sum()),
         )
 
-    def _exchange(self, rows: Array, yaw: Array, cutoff: Array, outcome: NDArray[np.void], cursor: int) -> int:
+    def _exchange(self, lanes: Lanes, flow: Flow) -> None:
         """Load what is next and send candidate k straight to its descent from start pose k."""
-        cursor = super()._exchange(rows, yaw, cutoff, outcome, cursor)
+        super()._exchange(lanes, flow)
         n, problem = self.problem.dof, self.problem
-        for b in np.flatnonzero(self.walks["phase"] == SAMPLE):
-            walk = self.walks[b]
+        for b in np.flatnonzero(lanes.walks["phase"] == SAMPLE):
+            walk = lanes.walks[b]
             start = problem.starts[walk["candidate"]]
             walk["phase"], walk["k"], walk["final_count"] = POLISH, 0, 1
             walk["fresh"], walk["closing"], walk["tries"], walk["damping"] = 1, 0, 0, SMALLEST_DAMPING
             walk["model"] = NEWTON if problem.record[0]["second_order"] else GAUSS
-            walk["trial"][:n] = walk["previous"][:n] = self.arms.q[b * n : (b + 1) * n] = start
-        return cursor
+            walk["trial"][:n] = walk["previous"][:n] = lanes.arms.q[b * n : (b + 1) * n] = start
 
 
 def best_pose(

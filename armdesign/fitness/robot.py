@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armdesign.fitness.constraints import DesignSpace
 from armdesign.fitness.evaluator import BlockEvaluator, Scores
+from armdesign.fitness.flow import Batch
 from armdesign.fitness.problem import Problem
 
 Array = NDArray[np.float64]
+Generation: TypeAlias = "tuple[ArrayLike, Array | None]"
+"""Designs Phi, shape (N, D), and the fitness beyond which each may be dropped, shape (N,) or None."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,30 @@ class Rejections:
         )
 
 
+class Tested(NamedTuple):
+    """A generation after the cheap tests.
+
+    Attributes:
+        admissible: Which candidates lie in Omega_l, shape (N,).
+        chosen: Which of them may reach the start, shape (N,).
+        batch: Those, to be walked.
+    """
+
+    admissible: NDArray[np.bool_]
+    chosen: NDArray[np.bool_]
+    batch: Batch
+
+    def scored(self, walked: Scores) -> tuple[Scores, Rejections]:
+        """Scores of all candidates from those of the chosen ones, and what removed the others."""
+        scores = spread(walked, self.chosen)
+        return scores, Rejections(
+            constraints=int((~self.admissible).sum()),
+            reach=int((self.admissible & ~self.chosen).sum()),
+            start=int((self.chosen & ~scores.valid).sum()),
+            pruned=int(scores.pruned.sum()),
+        )
+
+
 class RobotFitness:
     """The objective of the search: Phi in, scores out; a pure function of each candidate."""
 
@@ -65,18 +95,36 @@ class RobotFitness:
         Returns:
             The scores, in the order of Phi, and what removed the others.
         """
+        return next(self.stream((Phi, cutoff), lambda: None))
+
+    def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
+        """Score generations one behind the other, each beginning beside the last arms of the one before.
+
+        Args:
+            first: Phi and cutoff of the first, as for ``evaluate``.
+            more: Gives the next, or None if there is none yet; the stream ends when all are done and there is none.
+        """
+        tested: deque[Tested] = deque()
+
+        def batch(generation: Generation) -> Batch:
+            tested.append(self._test(*generation))
+            return tested[-1].batch
+
+        def next_batch() -> Batch | None:
+            generation = more()
+            return None if generation is None else batch(generation)
+
+        for scores in self.evaluator.stream(batch(first), next_batch):
+            yield tested.popleft().scored(scores)
+
+    def _test(self, Phi: ArrayLike, cutoff: Array | None) -> Tested:
+        """Make out the candidates that have to be walked."""
         designs = np.atleast_2d(np.asarray(Phi, dtype=float))
         admissible = self.space.admissible(designs)
         rows, yaw = self.space.rows(designs)
         chosen = admissible & self._may_reach(rows)
         limits = np.full(len(designs), np.inf) if cutoff is None else np.asarray(cutoff, dtype=float)
-        scores = spread(self.evaluator.evaluate(rows[chosen], yaw[chosen], limits[chosen]), chosen)
-        return scores, Rejections(
-            constraints=int((~admissible).sum()),
-            reach=int((admissible & ~chosen).sum()),
-            start=int((chosen & ~scores.valid).sum()),
-            pruned=int(scores.pruned.sum()),
-        )
+        return Tested(admissible, chosen, Batch(rows[chosen], yaw[chosen], limits[chosen]))
 
     def _may_reach(self, rows: Array) -> NDArray[np.bool_]:
         """Whether the first hand point lies in the shell the arm's links can span.

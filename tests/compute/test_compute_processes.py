@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import time
+from collections import deque
 from pathlib import Path
 
 import compute_workers as workers
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from armdesign.compute import InProcess, WorkerPool, processes
-from armdesign.compute.processes import CandidateKillsWorkersError, Chunk, blame, cut
+from armdesign.compute.processes import CandidateKillsWorkersError, Chunk, Worker, blame, cut
 from armdesign.demonstration import read_recording
 from armdesign.errors import DesignError, SearchError
 from armdesign.fitness.robot import Rejections
@@ -79,7 +80,41 @@ def test_a_cut_takes_every_candidate_once(count, workers_count):
     chunks = cut(count, workers_count)
     assert [k for chunk in chunks for k in range(chunk.first, chunk.last)] == list(range(count))
     assert all(chunk.first < chunk.last for chunk in chunks)
-    assert len(chunks) <= 3 * workers_count
+    sizes = [chunk.last - chunk.first for chunk in chunks]
+    assert sizes == sorted(sizes, reverse=True)
+    assert sizes[0] <= processes.LARGEST
+    assert min(sizes[:-1], default=processes.SMALLEST) >= processes.SMALLEST
+
+
+def test_a_chunk_on_which_a_worker_died_is_dealt_with_alone():
+    fresh, suspect = Chunk(0, 5), Chunk(5, 9, deaths=1)
+    idle, busy, wary = (Worker(None, None, deque(chunks)) for chunks in ([], [fresh], [suspect]))
+    assert idle.may_take(fresh)
+    assert idle.may_take(suspect)
+    assert busy.may_take(fresh)
+    assert not busy.may_take(suspect)
+    assert not wary.may_take(fresh)
+    assert not Worker(None, None, deque([fresh, fresh])).may_take(fresh)
+
+
+def test_chunks_that_overlap_are_scored_as_apart(task):
+    backend = InProcess(task, block=5)
+    rng = np.random.default_rng(3)
+    chunks = [(task.space().sample(rng, count), np.full(count, 0.9)) for count in (7, 0, 1, 23, 2)]
+    behind = deque(chunks[1:])
+    asked = itertools.count()
+
+    def more():  # now one is there, now none yet
+        return behind.popleft() if behind and next(asked) % 3 else None
+
+    answers = list(backend.stream(chunks[0], more))
+    while behind:
+        answers += backend.stream(behind.popleft(), more)
+    assert len(answers) == len(chunks)
+    for (scores, removed), (Phi, cutoff) in zip(answers, chunks, strict=True):
+        wanted, counted = InProcess(task).evaluate(Phi, cutoff)
+        assert same(scores, wanted)
+        assert removed == counted
 
 
 def test_scores_do_not_depend_on_the_cut(light, monkeypatch):
