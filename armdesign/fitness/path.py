@@ -133,6 +133,7 @@ KINK_RANGE = 0.3  # e_R below which meeting it in one step is tried [rad]
 SAME_POSE = 0.05  # poses nearer than this count as one [rad]
 TIE = 1.0 - 1e-6  # a later start has to be better by this much
 ROUGH = 1e-3  # tolerance of the descents
+RACE_FROM, RACE = 3, 3.0  # a descent is given up that after so many steps needs so many times the gain it promises
 TRUST = 1.0  # longest step of a start pose [rad]
 
 
@@ -263,6 +264,14 @@ def predicted_decrease(step, frame, attitude, walk, n, w_0):
     return total
 
 
+@leaf
+def out_of_the_race(walk, problem):
+    """Whether a descent will hardly come among the best few: it needs far more than its next step promises."""
+    if walk.tries < RACE_FROM or walk.final_count < problem.finalists:
+        return False
+    return walk.value - RACE * walk.predicted > walk.final_value[problem.finalists - 1]
+
+
 @branch
 def propose_trial(step, frame, attitude, walk, problem, n, w_0, m):
     """Propose the next trial from the model at q. Returns False where the frame counts as solved."""
@@ -288,6 +297,8 @@ def propose_trial(step, frame, attitude, walk, problem, n, w_0, m):
     if w_0 == 0.0:
         gain = walk.g - np.sqrt(max(2.0 * (walk.value - walk.predicted), 0.0)) / m
     if not gain > max(tolerance * walk.g, problem.floor):
+        return False
+    if walk.phase == DESCEND and out_of_the_race(walk, problem):
         return False
     for j in range(n):
         walk.trial[j] = min(max(walk.q[j] + step.move[j], problem.lower[j]), problem.upper[j])
