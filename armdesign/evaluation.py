@@ -12,6 +12,7 @@ from armdesign.fitness.problem import Problem
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.skeleton import MAX_DOF
 from armdesign.study import Prepared
+from armdesign.wording import counted
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ def evaluate_design(table: DHTable, prepared: Prepared) -> Evaluation:
     check_design(table)
     dof = prepared.study.design.dof
     if table.dof != dof:
-        raise DesignError(f"the arm has {table.dof} joints, the settings are for {dof}", allowed=dof)
+        raise DesignError(f"the arm has {counted(table.dof, 'joint')}, the settings are for {dof}", allowed=dof)
     return evaluate_on(table, prepared.problem())
 
 

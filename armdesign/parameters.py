@@ -97,6 +97,27 @@ class Choice(Kind):
 
 
 @dataclass(frozen=True)
+class Either(Kind):
+    """A value of another kind, or one certain word."""
+
+    item: Kind
+    word: str
+
+    def check(self, name: str, value: Any) -> Any:  # noqa: ANN401
+        """See Kind.check."""
+        if value == self.word:
+            return self.word
+        try:
+            return self.item.check(name, value)
+        except SettingsError as error:
+            raise self.refuse(name, value) from error
+
+    def describe(self) -> str:
+        """See Kind.describe."""
+        return f'{self.item.describe()}, or "{self.word}"'
+
+
+@dataclass(frozen=True)
 class Switch(Kind):
     """True or false."""
 

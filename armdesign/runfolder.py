@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,11 +16,13 @@ from armdesign.evaluation import Evaluation
 from armdesign.files import write_whole
 from armdesign.fitness.constraints import joint_limits
 from armdesign.kinematics.dh import DHTable
+from armdesign.origin import Source, write_task_json
 from armdesign.search import SearchResult
 from armdesign.study import Prepared
 from armdesign.swarm import History
 
 SCHEMA_VERSION = 1
+TASK_JSON = "task.json"
 
 
 @dataclass(frozen=True)
@@ -131,20 +132,27 @@ def clear(folder: Path) -> None:
 
 
 def write_parts(folder: Path, evaluation: Evaluation, prepared: Prepared, extra: dict[str, Any]) -> tuple[str, ...]:
-    """Write study.toml, task.csv, trajectory.csv, arm.urdf, and result.json last; returns their names."""
+    """Write study.toml, task.csv, task.json, trajectory.csv, arm.urdf, and result.json last; returns their names."""
     write_whole(folder / "study.toml", prepared.study.to_toml())
     write_plain_csv(folder / "task.csv", task_recording(prepared.task))
+    write_origin(folder / TASK_JSON, prepared)
     write_whole(folder / "trajectory.csv", trajectory_csv(prepared.task.time, evaluation.path.q))
     write_whole(folder / "arm.urdf", arm_urdf(evaluation, prepared))
     content = result_content(evaluation, prepared) | extra
     write_whole(folder / "result.json", json.dumps(content, indent=2, allow_nan=False) + "\n")
-    return ("study.toml", "task.csv", "trajectory.csv", "arm.urdf", "result.json")
+    return ("study.toml", "task.csv", TASK_JSON, "trajectory.csv", "arm.urdf", "result.json")
+
+
+def write_origin(path: Path, prepared: Prepared) -> None:
+    """Write where the task of a run comes from and what was done to the data."""
+    task = prepared.task
+    write_task_json(path, prepared.origin, prepared.steps, base=task.base, frames=len(task.time), rate=1.0 / task.dt)
 
 
 def result_content(evaluation: Evaluation, prepared: Prepared) -> dict[str, Any]:
     """Content of result.json: lengths in metres, angles in radians; the settings as in study.toml."""
     study, task, path = prepared.study, prepared.task, evaluation.path
-    recording = study.task.recording
+    source = next(iter(prepared.origin.sources), Source(study.task.recording))
     return {
         "schema_version": SCHEMA_VERSION,
         "armdesign_version": __version__,
@@ -170,7 +178,7 @@ def result_content(evaluation: Evaluation, prepared: Prepared) -> dict[str, Any]
         },
         "start_error": path.start_error,
         "frames": len(task.time),
-        "recording": {"path": recording, "sha256": fingerprint(recording)},
+        "recording": asdict(source),
         "settings": study.to_dict(),
         "notes": list(prepared.notes),
     }
@@ -208,13 +216,3 @@ def arm_urdf(evaluation: Evaluation, prepared: Prepared) -> str:
     return urdf_text(
         evaluation.table, limits=joint_limits(prepared.study.design), velocity=limits.velocity, effort=limits.effort
     )
-
-
-def fingerprint(path: str | None) -> str | None:
-    """SHA-256 of the recording, so that a result can be told to belong to it."""
-    if path is None:
-        return None
-    try:
-        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-    except OSError:
-        return None

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Any
 
 from armdesign import checkpoint, runfolder
 from armdesign.compute import Backend
@@ -20,12 +19,16 @@ from armdesign.demonstration import read_plain_csv, task_from_recording, task_re
 from armdesign.errors import RunFolderError, SearchError
 from armdesign.files import write_whole
 from armdesign.lock import locked
+from armdesign.origin import Origin, Source, fingerprint, read_task_json
+from armdesign.runfolder import TASK_JSON
 from armdesign.search import Progress, Search, SearchResult
 from armdesign.settings import read_study
 from armdesign.study import Prepared
 
 RESULTS = ("result.json", "history.csv", "trajectory.csv", "arm.urdf")
-STUDY, TASK, NOTES, FAILED = "study.toml", "task.csv", "notes.json", "failed_candidate.json"
+STUDY, TASK, FAILED = "study.toml", "task.csv", "failed_candidate.json"
+NOTES = "notes.json"
+"""What earlier versions kept in place of the task.json."""
 
 
 class NothingYetError(SearchError):
@@ -67,16 +70,16 @@ def interruptible(on_first: Callable[[], None] | None = None) -> Iterator[Interr
 
 
 def start_run(folder: Path, prepared: Prepared) -> None:
-    """Write what a later process needs to take the run up: the settings, the task, the notes.
+    """Write what a later process needs to take the run up: the settings, the task, where it comes from.
 
     Args:
         folder: The run folder, see runfolder.claim_folder.
         prepared: Task and settings.
     """
-    checkpoint.remove(folder / name for name in (*RESULTS, STUDY, FAILED))  # without settings there is no run
+    checkpoint.remove(folder / name for name in (*RESULTS, STUDY, FAILED, NOTES))  # without settings there is no run
     checkpoint.remove_states(folder)
     write_plain_csv(folder / TASK, task_recording(prepared.task))
-    write_whole(folder / NOTES, json.dumps({"base": prepared.task.base, "notes": list(prepared.notes)}) + "\n")
+    runfolder.write_origin(folder / TASK_JSON, prepared)
     write_whole(folder / STUDY, prepared.study.to_toml())
 
 
@@ -88,13 +91,16 @@ def open_run(folder: Path) -> Prepared:
     """
     if not (folder / STUDY).is_file():
         raise RunFolderError(f"{folder} holds no run to resume: {STUDY} is missing", value=str(folder))
+    earlier = (folder / NOTES).is_file() and not (folder / TASK_JSON).is_file()
     try:
-        told: dict[str, Any] = json.loads((folder / NOTES).read_text(encoding="utf-8"))
-        base, notes = str(told["base"]), tuple(map(str, told["notes"]))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise RunFolderError(f"{folder} holds no run to resume: {NOTES} is missing or damaged") from error
+        base, origin, steps = read_task_json(folder / (NOTES if earlier else TASK_JSON))
+    except RunFolderError as error:
+        raise RunFolderError(f"{folder} holds no run to resume: {error}", value=str(folder)) from error
     study = read_study(folder / STUDY)
-    return Prepared(study, task_from_recording(read_plain_csv(folder / TASK), base=base), notes)
+    if earlier:
+        path = study.task.recording
+        origin = Origin(sources=(Source(path, fingerprint(path)),))
+    return Prepared(study, task_from_recording(read_plain_csv(folder / TASK), base=base), steps, origin)
 
 
 def finished(folder: Path) -> bool:

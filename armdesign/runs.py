@@ -19,6 +19,7 @@ import numpy as np
 from armdesign.checkpoint import CURRENT, PREVIOUS
 from armdesign.errors import RunFolderError
 from armdesign.lock import holder_of
+from armdesign.runfolder import TASK_JSON
 from armdesign.running import NOTES, STUDY
 
 if sys.version_info >= (3, 11):
@@ -27,7 +28,7 @@ else:
     import tomli as tomllib
 
 RESULT = "result.json"
-MARKS = (RESULT, CURRENT, PREVIOUS, NOTES)
+MARKS = (RESULT, CURRENT, PREVIOUS, TASK_JSON, NOTES)
 """A folder that holds one of these is a run folder."""
 
 

@@ -10,11 +10,12 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from armdesign.errors import SettingsError
 from armdesign.parameters import (
     Choice,
+    Either,
     Interval,
     Number,
     Section,
@@ -42,13 +43,31 @@ class TaskSettings(Section):
     recording: str | None = parameter(
         None, Text("a path"), "The recording; relative paths count from this file's folder.", optional=True
     )
-    base: str | None = parameter(
-        None, Text("a point's name"), "Point the robot's base stands at; the first of the recording where not set.",
+    files: dict[str, str] = parameter(
+        {}, Table(Text("a path")),
+        "Instead of recording: several files as one recording, a point or body each.\n"
+        'Example: files = { "elbow" = "elbow.csv", "hand" = "hand.csv" }',
+    )  # fmt: skip
+    file_rate: float | None = parameter(
+        None, Number(0.0, 1e5, "Hz", above=True), "Frames per second of files that hold no times [Hz].", optional=True
+    )
+    units: str | None = parameter(
+        None, Text("m, cm, mm, in, or metres per unit as a number in quotes"),
+        "Unit of length of the recording; not set: what its file says.", optional=True,
+    )  # fmt: skip
+    up: str | None = parameter(
+        None, Choice(("x", "y", "z")), "Axis of the recording that points up; not set: what its file says.",
         optional=True,
     )  # fmt: skip
+    mirror: bool = parameter(False, Switch(), "Exchange left and right, to make a right arm of a left one.")
+    base: str | None = parameter(
+        None, Text("a point's name"), "Point the robot's base stands at, the shoulder; see points.", optional=True
+    )
     points: tuple[str, ...] = parameter(
         (), Several(Text("a point's name"), 0, 12),
-        "Points to follow, from the shoulder to the hand, the hand last; empty: all but the base, in order.",
+        "Points to follow, from the shoulder to the hand, the hand last: names of the recording, or made of such, as\n"
+        '["elbow=EPICl+EPICm", "hand=0.5*INDEX+0.5*LASTC"]. Empty: in plain CSV all but the base (by default the\n'
+        "first) in their order, elsewhere a guess from the names.",
     )  # fmt: skip
     orientation: str | None = parameter(
         None, Text("a point's name"),
@@ -60,10 +79,27 @@ class TaskSettings(Section):
         "shoulder: every frame minus the base point in that frame (the paper).\n"
         "fixed: minus its mean, so that hand paths stay where they are in the world.",
     )  # fmt: skip
-    max_gap: float = parameter(0.2, Number(0.0, 60.0, "s"), "Longest gap that is filled [s].")
-    low_pass: float | None = parameter(
-        None, Number(0.0, 1e4, "Hz", above=True), "Cut-off of the zero-phase low-pass [Hz]; not set: no filter.",
+    outliers: bool | None = parameter(
+        None, Switch(), "Whether outliers become gaps (Hampel); not set: where the file is a capture system's.",
         optional=True,
+    )  # fmt: skip
+    max_gap: float = parameter(0.2, Number(0.0, 60.0, "s"), "Longest gap that is filled [s].")
+    repeats: bool | None = parameter(
+        None, Switch(),
+        "Whether frames that repeat the one before are interpolated, up to max_gap; not set: as with outliers.",
+        optional=True,
+    )  # fmt: skip
+    low_pass: float | Literal["off"] | None = parameter(
+        None, Either(Number(0.0, 1e4, "Hz", above=True), "off"),
+        "Cut-off of the zero-phase low-pass [Hz]; not set: 6 Hz where the file is a capture system's, else off.",
+        optional=True,
+    )  # fmt: skip
+    start: float | None = parameter(None, Number(unit="s"), "First time to use [s]; not set: the first.", optional=True)
+    stop: float | None = parameter(None, Number(unit="s"), "Last time to use [s]; not set: the last.", optional=True)
+    cut: tuple[tuple[float, float], ...] = parameter(
+        (), Several(Interval(Number(unit="s")), 0, 20),
+        "Bad stretches to cut out, as pairs of times [s]; only where the hand stands still.\n"
+        "Example: cut = [[2.5, 3.1]]",
     )  # fmt: skip
     rate: float | None = parameter(
         None, Number(0.0, 1e5, "Hz", above=True), "Rate to resample to [Hz]; not set: as recorded.", optional=True
@@ -71,8 +107,6 @@ class TaskSettings(Section):
     scale: float = parameter(
         1.0, Number(0.0, 1e4, above=True), "Factor on all lengths, for a mock-up recorded at another size."
     )
-    start: float | None = parameter(None, Number(unit="s"), "First time to use [s]; not set: the first.", optional=True)
-    stop: float | None = parameter(None, Number(unit="s"), "Last time to use [s]; not set: the last.", optional=True)
 
 
 @dataclass(frozen=True)
@@ -160,9 +194,11 @@ class SolverSettings(Section):
         None, Number(1, 256, integer=True),
         "How many of them, the best by their error, are roughly solved from; not set: by the joints.", optional=True,
     )  # fmt: skip
-    finalists: int = parameter(
-        6, Number(1, 16, integer=True), "How many of the outcomes, the best that differ, are solved to the end."
-    )
+    finalists: int | None = parameter(
+        None, Number(1, 16, integer=True),
+        "How many of the outcomes, the best that differ, are solved to the end; not set: by the joints.",
+        optional=True,
+    )  # fmt: skip
     tolerance: float = parameter(
         1e-5, Number(0.0, 0.1, above=True),
         "A frame is solved when the model promises less than this relative decrease of g.",
@@ -286,6 +322,12 @@ def read_study(path: str | Path) -> Study:
         study = Study().replace(tables)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}", value=error.value) from error
-    if study.task.recording is not None:
-        study = study.replace({"task": {"recording": str(path.parent / study.task.recording)}})
-    return study
+    return beside(study, path.parent)
+
+
+def beside(study: Study, folder: Path) -> Study:
+    """The study with the paths of its recording counted from a folder."""
+    task = study.task
+    files = {name: str(folder / file) for name, file in task.files.items()}
+    recording = None if task.recording is None else str(folder / task.recording)
+    return study.replace({"task": {"recording": recording, "files": files}})

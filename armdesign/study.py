@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from armdesign.demonstration import Recording, Task, build_task, task_from_recording
-from armdesign.errors import TaskError
+from armdesign.demonstration import Chosen, Cleaning, Recording, Step, Task, resolve, task_from_recording
+from armdesign.demonstration.expressions import unquoted
+from armdesign.demonstration.recording import Array
+from armdesign.demonstration.task import task_of_chosen
+from armdesign.errors import SettingsError, TaskError
 from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
-from armdesign.fitness.problem import Problem, make_problem, resolve_weights, start_counts
+from armdesign.fitness.problem import SCENARIOS, Problem, make_problem, resolve_weights, start_effort
+from armdesign.origin import Origin, origin_of
+from armdesign.pace import pace_steps, settled_continuity
 from armdesign.settings import Study, TaskSettings
+from armdesign.wording import counted
 
 ORIGIN = "origin"
 """Name of the base where the points of a recording already count from it, as in a run's task.csv."""
@@ -21,14 +27,21 @@ class Prepared:
     """A study with everything that depends on the recording filled in.
 
     Attributes:
-        study: The settings with base, points, orientation and weights as they are used.
+        study: The settings with base, points, orientation, cleaning and weights as they are used.
         task: What is tracked.
-        notes: Sentences on what was decided and done to the data.
+        steps: What was decided and done to the data.
+        origin: Where the task comes from.
     """
 
     study: Study
     task: Task
-    notes: tuple[str, ...]
+    steps: tuple[Step, ...] = ()
+    origin: Origin = field(default_factory=Origin)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The sentences of the steps."""
+        return tuple(step.sentence for step in self.steps)
 
     def problem(self) -> Problem:
         """The task and the settings as arrays."""
@@ -55,67 +68,52 @@ def prepare(recording: Recording, study: Study, *, longest: float | None = None)
         SettingsError: The weights do not fit the points.
         RecordingError: The data cannot be used.
     """
-    points = study.task.points or tuple(name for name in recording.points if name != first_base(recording, study))
-    if not points:
-        raise TaskError("the recording has no point besides the base", value=list(recording.points))
-    w_0, weights = resolve_weights(study.fitness, len(points))
-    wanted = study.task.orientation
-    oriented = (wanted or points[-1]) if w_0 > 0.0 else None
-    task = task_of(recording, study, points, oriented)
-    notes = list(task.notes)
-    if counts_from_base(recording, study) and unused_settings(study):
-        notes.append(f"The points count from the base already; not used: {', '.join(unused_settings(study))}.")
-    if wanted is not None and oriented is None:
-        notes.append(f"The orientation of '{wanted}' is not followed: the orientation weight w_0 is 0.")
-    notes += check_reach(task, study.design.length[1] if longest is None else longest, searched=longest is None)
-    starts, descents = start_counts(study.solver, study.design.dof)
-    settled = study.replace(
-        {
-            "solver": {"starts": starts, "descents": descents},
-            "task": {"base": task.base, "points": task.points, "orientation": oriented},
-            "fitness": {"weights": weights, "orientation_weight": w_0},
-        }
-    )
-    return Prepared(settled, task, tuple(notes))
-
-
-def first_base(recording: Recording, study: Study) -> str:
-    """The base's name: the one set, or the recording's first point."""
-    return study.task.base or next(iter(recording.points), "")
-
-
-def task_of(recording: Recording, study: Study, points: tuple[str, ...], oriented: str | None) -> Task:
-    """The task of chosen points, relative to the base."""
-    settings = study.task
-    if oriented is not None and oriented not in recording.orientations:
-        available = list(recording.orientations)
-        raise TaskError(
-            f"the orientation of '{oriented}' is to be followed (w_0 > 0), but the recording has none for it",
-            value=oriented,
-            allowed=available or "none: this recording holds positions only",
-            fix="Name another point, or take weights with w_0 = 0 such as the packaging scenario's",
-        )
+    chosen = choose(recording, study, oriented=False)
+    w_0, weights = weights_for(study, len(chosen.points))
+    if w_0 > 0.0:
+        chosen = choose(recording, study, oriented=True)
+    how = cleaning_of(study.task).settled(chosen.recording)
     if counts_from_base(recording, study):
-        kept = Recording(
-            recording.time,
-            {name: pick(recording, name) for name in points},
-            {} if oriented is None else {oriented: recording.orientations[oriented]},
-            recording.source,
-        )
-        return task_from_recording(kept, base=ORIGIN)
-    return build_task(
-        recording,
-        base=settings.base,
-        points=points,
-        orientation=oriented,
-        base_mode=settings.base_mode,
-        max_gap=settings.max_gap,
-        low_pass=settings.low_pass,
-        rate=settings.rate,
-        scale=settings.scale,
-        start=settings.start,
-        stop=settings.stop,
-    )
+        task = replace(task_from_recording(chosen.recording, base=ORIGIN), steps=chosen.steps)
+    else:
+        task = task_of_chosen(chosen, how, study.task.base_mode)
+    steps = list(task.steps)
+    wanted = study.task.orientation
+    if wanted is not None and chosen.orientation is None:
+        sentence = f"The orientation of '{wanted}' is not followed: the orientation weight w_0 is 0."
+        steps.append(Step("orientation", sentence))
+    study = settled(study, chosen, how, w_0, weights)
+    origin = origin_of(chosen, study.task)
+    study, more = settled_continuity(study, recorded_step(chosen.recording), task.dt)
+    steps += more
+    reach = study.design.length[1] if longest is None else longest
+    steps += check_reach(task, reach, searched=longest is None)
+    steps += pace_steps(task, study, reach)
+    return Prepared(study, task, tuple(steps), origin)
+
+
+def choose(recording: Recording, study: Study, *, oriented: bool) -> Chosen:
+    """The points that the settings ask for.
+
+    Args:
+        recording: The demonstration.
+        study: The settings.
+        oriented: Whether the orientation is followed.
+
+    Raises:
+        TaskError: There is no such point, or no such orientation.
+    """
+    settings = study.task
+    if counts_from_base(recording, study):
+        return choose_relative(recording, study, oriented=oriented)
+    if not oriented:
+        return resolve(recording, settings.base, settings.points, None)
+    try:
+        return resolve(recording, settings.base, settings.points, settings.orientation, oriented=True)
+    except TaskError as error:
+        message = f"an orientation is to be followed (w_0 > 0), but {error}"
+        fix = "Or take weights with w_0 = 0 such as the packaging scenario's"
+        raise TaskError(message, value=error.value, fix=fix) from error
 
 
 def counts_from_base(recording: Recording, study: Study) -> bool:
@@ -123,21 +121,111 @@ def counts_from_base(recording: Recording, study: Study) -> bool:
     return study.task.base == ORIGIN and ORIGIN not in recording.points
 
 
-def unused_settings(study: Study) -> list[str]:
-    """Task settings that are set but do nothing where points count from the base already."""
-    default = TaskSettings()
-    names = ("base_mode", "max_gap", "low_pass", "rate", "scale", "start", "stop")
-    return [name for name in names if getattr(study.task, name) != getattr(default, name)]
+def choose_relative(recording: Recording, study: Study, *, oriented: bool) -> Chosen:
+    """The points that the settings ask for, of a recording whose points count from the base already.
+
+    Of an expression, as in the settings of a run on the recording itself, the name counts.
+    """
+    texts = study.task.points or tuple(recording.points)
+    names = tuple(named(text, recording) for text in texts)
+    used = {name: pick(recording, name) for name in names}
+    turn = named(study.task.orientation or names[-1], recording) if oriented else None
+    if turn is not None and turn not in recording.orientations:
+        raise TaskError(
+            f"the orientation of '{turn}' is to be followed (w_0 > 0), but the recording has none for it",
+            value=turn,
+            allowed=list(recording.orientations) or "none: this recording holds positions only",
+            fix="Name another point, or take weights with w_0 = 0 such as the packaging scenario's",
+        )
+    turns = {} if turn is None else {turn: recording.orientations[turn]}
+    kept = Recording(recording.time, used, turns, recording.source, recording.about)
+    unused = unused_settings(study)
+    sentence = f"The points count from the base already; not used: {', '.join(unused)}."
+    steps = (Step("unused", sentence, {"settings": unused}),) if unused else ()
+    return Chosen(kept, ORIGIN, names, turn, steps, {})
 
 
-def pick(recording: Recording, name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def named(text: str, recording: Recording) -> str:
+    """The name that an expression gives to a point."""
+    return text if text in recording.points else unquoted(text.partition("=")[0])
+
+
+def pick(recording: Recording, name: str) -> Array:
     """Positions of one point, or an error that lists the names there are."""
     if name not in recording.points:
         raise TaskError(f"unknown point '{name}'", value=name, allowed=list(recording.points))
     return recording.points[name]
 
 
-def check_reach(task: Task, longest: float, *, searched: bool) -> list[str]:
+def unused_settings(study: Study) -> list[str]:
+    """Task settings that are set but do nothing where points count from the base already."""
+    default = TaskSettings()
+    names = ("units", "up", "mirror", "base_mode", *(entry.name for entry in fields(Cleaning)))
+    nothing = (False, "off")
+    values = {name: getattr(study.task, name) for name in names}
+    return [name for name, value in values.items() if value not in nothing and value != getattr(default, name)]
+
+
+def cleaning_of(settings: TaskSettings) -> Cleaning:
+    """The cleaning that the settings ask for."""
+    return Cleaning(**{entry.name: getattr(settings, entry.name) for entry in fields(Cleaning)})
+
+
+def settled(study: Study, chosen: Chosen, how: Cleaning, w_0: float, weights: tuple[float, ...]) -> Study:
+    """The study with everything entered that was left to the recording, so that it prepares the same again."""
+    meant = chosen.expressions
+    turn = chosen.orientation
+    task = {
+        "base": meant.get(chosen.base, chosen.base),
+        "points": [meant.get(name, name) for name in chosen.points],
+        "orientation": turn if turn is None or turn in chosen.points else meant.get(turn, turn),
+    }
+    if chosen.base != ORIGIN or chosen.expressions:
+        task |= {name: getattr(how, name) for name in ("outliers", "repeats", "low_pass")}
+    return study.replace(
+        {
+            "solver": start_effort(study.solver, study.design.dof)._asdict(),
+            "task": task,
+            "fitness": {"weights": weights, "orientation_weight": w_0},
+        }
+    )
+
+
+def recorded_step(recording: Recording) -> float:
+    """Time between frames [s]: what the file declares where its times agree, rounded as they may be."""
+    declared = recording.about.rate
+    return 1.0 / declared if declared and abs(declared * recording.step - 1.0) < 0.3 else recording.step
+
+
+def weights_for(study: Study, m: int) -> tuple[float, tuple[float, ...]]:
+    """The weights (w_0, (w_1..w_m)) for m points: those given, else the scenario's.
+
+    Raises:
+        SettingsError: They do not fit the points or do not sum to 1; the message says what to write.
+    """
+    fitness = study.fitness
+    given = fitness.weights or (SCENARIOS[fitness.scenario][1] if fitness.scenario == "welding" else ())
+    shown = ",".join(f"{w:.12g}" for w in given)
+    if given and len(given) != m:
+        raise SettingsError(
+            f"there are {counted(len(given), 'weight')} ({shown.replace(',', ', ')}) for {counted(m, 'point')}",
+            value=given,
+            allowed=f"{counted(m, 'weight')} w_1..w_{m}, or {m + 1} with the orientation's w_0 first",
+            fix="Give others with --weights, or take those that grow along the arm with --scenario packaging"
+            if fitness.weights
+            else f"The {fitness.scenario} weights are for three points: choose three with --points, or use --weights",
+        )
+    try:
+        return resolve_weights(fitness, m)
+    except SettingsError as error:
+        left = 1.0 - sum(given)
+        if not given or left <= 0.0 or fitness.orientation_weight:
+            raise
+        fix = f"Put the orientation's weight first, --weights {left:.6g},{shown}, or make them sum to 1"
+        raise SettingsError(str(error), value=error.value, fix=fix) from error
+
+
+def check_reach(task: Task, longest: float, *, searched: bool) -> tuple[Step, ...]:
     """Compare the hand's distance from the base with the longest arm allowed.
 
     Raises:
@@ -149,12 +237,13 @@ def check_reach(task: Task, longest: float, *, searched: bool) -> list[str]:
             f"the task is out of reach: at the start the hand is {distance[0]:.3f} m from the base, "
             f"and no arm may be longer than L_max = {longest:g} m",
             value=float(distance[0]),
-            fix="Raise design.length, or check base and units",
+            fix="Raise design.length, or check --base and --units",
         )
     beyond = int((distance > longest).sum())
     if beyond == 0:
-        return []
-    return [
+        return ()
+    sentence = (
         f"In {beyond} of {len(distance)} frames the hand is farther from the base (up to {distance.max():.3f} m) than "
         f"{'the longest arm reaches, L_max =' if searched else 'the arm is long,'} {longest:g} m."
-    ]
+    )
+    return (Step("reach", sentence, {"frames": beyond, "farthest": float(distance.max())}),)

@@ -8,6 +8,7 @@ import typer
 
 from armdesign import __version__
 from armdesign.cli.evaluate import evaluate
+from armdesign.cli.recording import app as recording
 from armdesign.cli.runs import runs
 from armdesign.cli.search import search
 from armdesign.cli.sweep import sweep
@@ -24,6 +25,7 @@ app.command()(search)
 app.command()(evaluate)
 app.command()(sweep)
 app.command()(runs)
+app.add_typer(recording)
 
 
 def show_version(wanted: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import logging
+import os
 import sys
 import threading
 import time
@@ -34,19 +35,6 @@ ConfigOption = Annotated[
 ]
 ScenarioOption = Annotated[
     str | None, typer.Option("--scenario", help="Published weights: packaging (default) or welding (with orientation).")
-]
-BaseOption = Annotated[
-    str | None,
-    typer.Option(
-        "--base", help="Point the base stands at; default: the first. 'origin': points count from it already."
-    ),
-]
-PointsOption = Annotated[
-    str | None,
-    typer.Option("--points", help="Points to follow, shoulder to hand, e.g. elbow,wrist,hand; default: all."),
-]
-OrientationOption = Annotated[
-    str | None, typer.Option("--orientation", help="Point whose orientation the end-effector follows.")
 ]
 WeightsOption = Annotated[
     str | None,
@@ -86,11 +74,6 @@ def one_sentence_errors(command: Callable[Arguments, Outcome]) -> Callable[Argum
     return wrapped
 
 
-def names(text: str | None) -> list[str] | None:
-    """A comma-separated list of names."""
-    return None if text is None else [part.strip() for part in text.split(",") if part.strip()]
-
-
 def read_settings(config: Path | None, changes: dict[str, dict[str, Any]]) -> Study:
     """Settings of the file, with the flags that were given over them."""
     from armdesign.settings import Study, read_study  # noqa: PLC0415
@@ -103,19 +86,21 @@ def read_settings(config: Path | None, changes: dict[str, dict[str, Any]]) -> St
     return study.replace(given)
 
 
-def task_changes(base: str | None, points: str | None, orientation: str | None) -> dict[str, Any]:
-    """Task settings from the flags."""
-    return {"base": base, "points": names(points), "orientation": orientation}
+def with_weights(study: Study, scenario: str | None, weights: str | None, point_count: Callable[[], int]) -> Study:
+    """Settings with the weights of the flags: --weights as given, --scenario instead of the file's.
 
-
-def with_weights(study: Study, scenario: str | None, weights: str | None, point_count: int) -> Study:
-    """Settings with the weights of the flags: --weights as given, --scenario instead of the file's."""
+    Args:
+        study: The settings.
+        scenario: What --scenario says.
+        weights: What --weights says.
+        point_count: Gives the number of points; asked only where it decides which weight is the orientation's.
+    """
     if scenario is not None:
         study = study.replace({"fitness": {"scenario": scenario, "weights": (), "orientation_weight": None}})
     if weights is None:
         return study
     values = [weight(part) for part in weights.split(",") if part.strip()]
-    w_0 = values.pop(0) if len(values) == point_count + 1 else 0.0
+    w_0 = values.pop(0) if len(values) == point_count() + 1 else 0.0
     return study.replace({"fitness": {"weights": values, "orientation_weight": w_0}})
 
 
@@ -149,8 +134,20 @@ class ProgressLine:
     def __init__(self) -> None:
         """Start the clock."""
         self.terminal = sys.stderr.isatty()
+        self.open = False
         self.shown = 0.0
         self.tenth = -1
+
+    def __enter__(self) -> ProgressLine:
+        """Nothing to do."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """End a line that was begun, so that what comes next, such as an error, has its own."""
+        if self.open:
+            self.open = False
+            sys.stderr.write("\n")
+            sys.stderr.flush()
 
     def __call__(self, progress: Progress) -> None:
         """Show an iteration if it is time to."""
@@ -158,7 +155,7 @@ class ProgressLine:
         if self.terminal:
             now = time.monotonic()
             if last or now - self.shown > 0.1:
-                self.shown = now
+                self.shown, self.open = now, not last
                 sys.stderr.write("\r\x1b[2K" + progress_text(progress) + ("\n" if last else ""))
                 sys.stderr.flush()
             return
@@ -205,6 +202,45 @@ def seconds(text: str | None) -> float | None:
         raise SettingsError(
             f"--time-limit is {text!r}", value=text, allowed="a duration such as 90s, 30m, 2h or 1d"
         ) from error
+
+
+GO_ON_FLAGS = ("resume", "workers", "cluster", "quiet", "dry_run")
+"""What may be given with --resume."""
+
+
+def refuse_beside_resume(context: typer.Context, what: str, fix: str) -> None:
+    """See that nothing is asked of a run or sweep that is gone on with but how to carry it out.
+
+    Args:
+        context: The command's context.
+        what: What is gone on with, "a search" or "a sweep".
+        fix: What to do instead.
+
+    Raises:
+        SettingsError: A flag or an argument was given that would change what is computed.
+    """
+    given = [
+        max(parameter.opts, key=len) if str(parameter.opts[0]).startswith("-") else f"the {parameter.name}"
+        for parameter in context.command.params
+        if parameter.name not in GO_ON_FLAGS and was_given(context, str(parameter.name))
+    ]
+    if given:
+        message = f"--resume goes on with {what} as it was asked for, but {', '.join(given)} is given as well"
+        raise SettingsError(message, value=given, fix=fix)
+
+
+def was_given(context: typer.Context, name: str) -> bool:
+    """Whether a parameter was written on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
+
+
+def tell_at_once(sentence: str) -> None:
+    """A sentence on stderr from within a signal handler, where the stream's own buffer may be in use."""
+    try:
+        os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, f"\n{sentence}\n".encode())
+    except OSError:
+        return  # nobody is listening; the search stops all the same
 
 
 def check_workers(workers: int | None, cluster: str | None) -> None:

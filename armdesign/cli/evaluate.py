@@ -9,38 +9,36 @@ from typing import Annotated, Any
 import typer
 
 from armdesign.cli.common import (
-    BaseOption,
     ConfigOption,
-    OrientationOption,
     OverwriteOption,
-    PointsOption,
     QuietOption,
     ScenarioOption,
     WeightsOption,
     announce_compiling,
     one_sentence_errors,
     read_settings,
-    task_changes,
 )
 from armdesign.cli.search import open_recording
+from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
 from armdesign.errors import SettingsError
 
 
 @one_sentence_errors
+@takes_task_flags
 def evaluate(
     design: Annotated[
         Path, typer.Argument(help="A run folder or its result.json, or a DH table in TOML, JSON or CSV (rad, m).")
     ],
-    recording: Annotated[Path, typer.Argument(help="The demonstration.")],
+    recording: Annotated[
+        Path | None, typer.Argument(help="The demonstration; default: the one in the settings.")
+    ] = None,
     convention: Annotated[
         str | None,
         typer.Option("--convention", help="modified or classic; default: what the file says, else modified."),
     ] = None,
     scenario: ScenarioOption = None,
     config: ConfigOption = None,
-    base: BaseOption = None,
-    points: PointsOption = None,
-    orientation: OrientationOption = None,
+    task: TaskFlags = NO_FLAGS,
     weights: WeightsOption = None,
     out: Annotated[Path | None, typer.Option("--out", help="Also write a run folder.")] = None,
     overwrite: OverwriteOption = False,
@@ -60,13 +58,12 @@ def evaluate(
     table = read_design(design, convention)
     check_design(table)
     carried = {} if config is not None else settings_of(design)
-    flags = {"task": task_changes(base, points, orientation), "design": {"dof": table.dof}}
     try:
         study = read_settings(config, carried)
     except SettingsError as error:
         raise SettingsError(f"{config or design}: {error}", value=error.value) from error
-    study = study.replace({k: {n: v for n, v in entries.items() if v is not None} for k, entries in flags.items()})
-    _, demonstration, study = open_recording(recording, study, scenario, weights)
+    study = study.replace({"task": task.changes(), "design": {"dof": table.dof}})
+    _, demonstration, study = open_recording(recording, study, scenario, weights, "evaluate DESIGN")
     prepared = prepare(demonstration, study, longest=table.length)
     with announce_compiling(quiet):
         compile_kernels(prepared.problem())

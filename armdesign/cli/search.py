@@ -10,12 +10,9 @@ import typer
 
 from armdesign.cli.common import (
     INTERRUPTED,
-    BaseOption,
     ClusterOption,
     ConfigOption,
-    OrientationOption,
     OverwriteOption,
-    PointsOption,
     ProgressLine,
     QuietOption,
     ScenarioOption,
@@ -27,12 +24,15 @@ from armdesign.cli.common import (
     one_sentence_errors,
     open_backend,
     read_settings,
+    refuse_beside_resume,
     seconds,
-    task_changes,
+    tell_at_once,
     with_weights,
 )
+from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
 from armdesign.errors import SettingsError
 from armdesign.parameters import is_unicode
+from armdesign.wording import counted
 
 if TYPE_CHECKING:
     from armdesign.demonstration import Recording
@@ -52,7 +52,9 @@ STOPPED = {
 
 
 @one_sentence_errors
+@takes_task_flags
 def search(
+    context: typer.Context,
     recording: Annotated[
         Path | None, typer.Argument(help="The demonstration; may also be named in the settings file.")
     ] = None,
@@ -60,9 +62,7 @@ def search(
     algorithm: Annotated[str | None, typer.Option("--algorithm", help="rapso (default) or pso.")] = None,
     scenario: ScenarioOption = None,
     config: ConfigOption = None,
-    base: BaseOption = None,
-    points: PointsOption = None,
-    orientation: OrientationOption = None,
+    task: TaskFlags = NO_FLAGS,
     weights: WeightsOption = None,
     particles: Annotated[int | None, typer.Option("--particles", help="Number of particles N (default 400).")] = None,
     iterations: Annotated[
@@ -88,16 +88,18 @@ def search(
 ) -> None:
     """Search the arm that follows a recorded demonstration best.
 
-    Writes a run folder: result.json, arm.urdf, trajectory.csv, task.csv, history.csv and study.toml. Its state is saved
-    after every iteration: Ctrl-C ends it with the best arm so far, and --resume goes on, also after a crash.
+    Writes a run folder: result.json, arm.urdf, trajectory.csv, task.csv, task.json (what was done to the data),
+    history.csv and study.toml. Its state is saved after every iteration: Ctrl-C ends it with the best arm so far, and
+    --resume goes on, also after a crash.
     """
     if resume is not None:
+        refuse_beside_resume(context, "a search", "For another search leave --resume out and choose another --out")
         take_up(resume, workers, cluster, quiet=quiet)
         return
     study = read_settings(
         config,
         {
-            "task": task_changes(base, points, orientation),
+            "task": task.changes(),
             "design": {"dof": dof},
             "search": {
                 "algorithm": algorithm,
@@ -113,31 +115,66 @@ def search(
     if write_config:
         if recording is not None:
             study = study.replace({"task": {"recording": str(recording.resolve())}})
-        count = len(study.task.points) or 3
-        typer.echo(with_weights(study, scenario, weights, count).to_toml(comments=True), nl=False)
+        weighted = with_weights(study, scenario, weights, lambda: len(study.task.points) or 3)
+        typer.echo(weighted.to_toml(comments=True), nl=False)
         return
     source, demonstration, study = open_recording(recording, study, scenario, weights)
     begin(demonstration, study, folder_for(source, study, out), workers, cluster, overwrite=overwrite, quiet=quiet)
 
 
 def open_recording(
-    recording: Path | None, study: Study, scenario: str | None, weights: str | None
+    recording: Path | None, study: Study, scenario: str | None, weights: str | None, command: str = "search"
 ) -> tuple[Path, Recording, Study]:
-    """Read the recording, and settle the settings that depend on its points."""
-    from armdesign.demonstration import read_recording  # noqa: PLC0415
-    from armdesign.study import first_base  # noqa: PLC0415
+    """Read the recording, and settle the settings that depend on its points.
 
-    if recording is None and study.task.recording is None:
+    Returns:
+        What runs are named after, the recording, and the settings with the paths it was read from.
+    """
+    from armdesign.study import choose  # noqa: PLC0415
+
+    if recording is not None:
+        if not is_unicode(str(recording)):
+            raise SettingsError(f"the name of the recording {str(recording)!a} is not UTF-8", fix="Rename the file")
+        study = study.replace({"task": {"recording": str(recording), "files": {}}})
+    source = named_source(study, command)
+    demonstration = read_demonstration(study)
+    task = study.task
+    files = {name: str(Path(path).resolve()) for name, path in task.files.items()}
+    single = None if files else str(source.resolve())
+    study = study.replace({"task": {"recording": single, "files": files}})
+    chosen = with_weights(study, scenario, weights, lambda: len(choose(demonstration, study, oriented=False).points))
+    return source, demonstration, chosen
+
+
+def named_source(study: Study, command: str) -> Path:
+    """The recording's path; of several files, the folder of the first.
+
+    Raises:
+        SettingsError: None is named, or both one and several.
+    """
+    task = study.task
+    if task.recording is not None and task.files:
+        raise SettingsError("task.recording and task.files are set", fix="Leave one out")
+    if task.recording is None and not task.files:
         raise SettingsError(
-            "no recording given", fix="Write 'armdesign search RECORDING', or set task.recording in the settings"
+            "no recording given", fix=f"Write 'armdesign {command} RECORDING', or set task.recording in the settings"
         )
-    source = recording or Path(str(study.task.recording))
-    if not is_unicode(str(source)):
-        raise SettingsError(f"the name of the recording {str(source)!a} is not UTF-8", fix="Rename the file")
-    demonstration = read_recording(source)
-    study = study.replace({"task": {"recording": str(source.resolve())}})
-    chosen = study.task.points or [p for p in demonstration.points if p != first_base(demonstration, study)]
-    return source, demonstration, with_weights(study, scenario, weights, len(chosen))
+    return (
+        Path(task.recording) if task.recording is not None else Path(next(iter(task.files.values()))).resolve().parent
+    )
+
+
+def read_demonstration(study: Study) -> Recording:
+    """The recording that the settings name; units and axes do not count where points count from the base already."""
+    from armdesign.demonstration import read_recording, read_recordings  # noqa: PLC0415
+    from armdesign.study import ORIGIN  # noqa: PLC0415
+
+    task = study.task
+    relative = task.base == ORIGIN
+    units, up, mirror = (None, None, False) if relative else (task.units, task.up, task.mirror)
+    if task.files:
+        return read_recordings(task.files, rate=task.file_rate, units=units, up=up, mirror=mirror)
+    return read_recording(str(task.recording), units=units, up=up, mirror=mirror)
 
 
 def folder_for(source: Path, study: Study, out: Path | None) -> Path:
@@ -196,16 +233,15 @@ def carry_on(
         compile_kernels(prepared.problem())
 
     def on_interrupt() -> None:
-        typer.echo("\nStopping after this iteration; once more stops at once.", err=True)
+        tell_at_once("Stopping after this iteration; once more stops at once.")
 
-    progress = None if quiet else ProgressLine()
-    with open_backend(prepared, workers, cluster) as backend:
+    with ProgressLine() as progress, open_backend(prepared, workers, cluster) as backend:
         result, written = carry_out(
             folder,
             prepared,
             backend,
             fresh=fresh,
-            on_progress=progress,
+            on_progress=None if quiet else progress,
             on_interrupt=on_interrupt,
             on_note=lambda note: typer.echo(note, err=True),
         )
@@ -227,8 +263,9 @@ def opening(prepared: Prepared) -> str:
         shown += f", orientation of {study.task.orientation} {study.fitness.orientation_weight:.3g}"
     lines.append(f"Weights: {shown}.")
     lines.append(
-        f"Searching an arm of {study.design.dof} joints with {study.search.algorithm}, {study.search.particles} "
-        f"particles, {study.search.iterations} iterations, seed {study.search.seed}."
+        f"Searching an arm of {counted(study.design.dof, 'joint')} with {study.search.algorithm}, "
+        f"{counted(study.search.particles, 'particle')}, {counted(study.search.iterations, 'iteration')}, "
+        f"seed {study.search.seed}."
     )
     return "\n".join(lines)
 
@@ -239,7 +276,7 @@ def closing(result: SearchResult, written: Written) -> str:
 
     count = int(result.history.evaluations[-1])
     lines = [
-        f"Best of {count} candidates in {clock(result.wall_time)}{STOPPED[result.stopped_by]}:",
+        f"Best of {counted(count, 'candidate')} in {clock(result.wall_time)}{STOPPED[result.stopped_by]}:",
         evaluation_table(result.best, result.prepared),
         "Written:",
         *(f"  {written.folder / name}" for name in written.files),

@@ -12,11 +12,8 @@ import typer
 
 from armdesign.cli.common import (
     INTERRUPTED,
-    BaseOption,
     ClusterOption,
     ConfigOption,
-    OrientationOption,
-    PointsOption,
     QuietOption,
     ScenarioOption,
     WeightsOption,
@@ -24,15 +21,17 @@ from armdesign.cli.common import (
     check_workers,
     clock,
     cluster_client,
-    names,
     one_sentence_errors,
     read_settings,
+    refuse_beside_resume,
     seconds,
-    task_changes,
+    tell_at_once,
 )
 from armdesign.cli.search import open_recording
 from armdesign.cli.sweep_progress import SweepLine
+from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
 from armdesign.errors import SettingsError
+from armdesign.wording import counted
 
 if TYPE_CHECKING:
     from armdesign.settings import Study
@@ -44,7 +43,9 @@ SHOWN_FAILURES = 5
 
 
 @one_sentence_errors
+@takes_task_flags
 def sweep(
+    context: typer.Context,
     recordings: Annotated[
         list[Path] | None, typer.Argument(metavar="RECORDING", help="The demonstrations.", show_default=False)
     ] = None,
@@ -60,9 +61,7 @@ def sweep(
     ] = None,
     scenario: ScenarioOption = None,
     config: ConfigOption = None,
-    base: BaseOption = None,
-    points: PointsOption = None,
-    orientation: OrientationOption = None,
+    task: TaskFlags = NO_FLAGS,
     weights: WeightsOption = None,
     particles: Annotated[int | None, typer.Option("--particles", help="Number of particles N of each search.")] = None,
     iterations: Annotated[int | None, typer.Option("--iterations", help="Number of iterations M of each.")] = None,
@@ -95,15 +94,17 @@ def sweep(
     Exit code: 0 all runs are finished; 1 a run has failed, sweep.csv says why (it is tried again the next time);
     2 bad input; 130 stopped by Ctrl-C.
     """
+    from armdesign.sweep import read_sweep  # noqa: PLC0415
+
     check_workers(workers, cluster)
-    flags = {"recordings": recordings, "--out": out, "--dof": dof, "--seeds": seeds, "--algorithm": algorithm, "--d": d}
     if resume is not None:
-        folder, (asked, tasks) = resume, reopened(resume, flags)
+        refuse_beside_resume(context, "a sweep", "To extend it, repeat its command with more, and --out for --resume")
+        folder, (asked, tasks) = resume, read_sweep(resume)
     else:
         study = read_settings(
             config,
             {
-                "task": task_changes(base, points, orientation),
+                "task": task.changes(),
                 "search": {
                     "particles": particles,
                     "iterations": iterations,
@@ -122,25 +123,6 @@ def sweep(
     carry_out(folder, asked, tasks, worker_count(workers), cluster, quiet=quiet)
 
 
-def reopened(folder: Path, flags: dict[str, Any]) -> tuple[Sweep, Tasks]:
-    """The sweep in a folder.
-
-    Raises:
-        SettingsError: A flag was given that belongs to another sweep.
-        RunFolderError: There is none.
-    """
-    from armdesign.sweep import read_sweep  # noqa: PLC0415
-
-    given = [name for name, value in flags.items() if value]
-    if given:
-        raise SettingsError(
-            f"--resume goes on with a sweep as it was asked for, but {', '.join(given)} is given as well",
-            value=given,
-            fix="To extend a sweep, repeat its command with more and with --out instead of --resume",
-        )
-    return read_sweep(folder)
-
-
 def asked_lists(
     study: Study, dof: str | None, seeds: str | None, algorithm: str | None, d: str | None
 ) -> dict[str, tuple[Any, ...]]:
@@ -152,7 +134,8 @@ def asked_lists(
     from armdesign.sweep.ranges import seed_numbers, whole_numbers  # noqa: PLC0415
 
     search = study.search
-    algorithms = tuple(dict.fromkeys(names(algorithm) or [search.algorithm]))
+    named = [part.strip() for part in (algorithm or "").split(",") if part.strip()]
+    algorithms = tuple(dict.fromkeys(named or [search.algorithm]))
     if d is not None and "rapso" not in algorithms:
         raise SettingsError(
             "--d is given, but it is for rapso only", value=d, fix="Leave it out, or add rapso to --algorithm"
@@ -182,13 +165,11 @@ def prepared_for(
     from armdesign.sweep import Sweep  # noqa: PLC0415
     from armdesign.sweep.plan import check_stems, common_settings  # noqa: PLC0415
 
-    if not recordings and study.task.recording is None:
-        raise SettingsError(
-            "no recording given", fix="Write 'armdesign sweep RECORDING', or set task.recording in the settings"
-        )
-    paths, tasks, common = [], {}, []
-    for recording in recordings or [Path(str(study.task.recording))]:
-        source, demonstration, own = open_recording(recording, study, scenario, weights)
+    paths: list[str] = []
+    tasks, common = {}, []
+    demonstrations: list[Path | None] = [*recordings] if recordings else [None]
+    for recording in demonstrations:
+        source, demonstration, own = open_recording(recording, study, scenario, weights, "sweep")
         path = str(source.resolve())
         paths.append(path)
         common.append(common_settings(own))
@@ -228,13 +209,13 @@ def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: s
     from armdesign.sweep import run_sweep  # noqa: PLC0415
 
     def on_interrupt() -> None:
-        typer.echo("\nStopping: the runs at hand finish their iteration; once more stops at once.", err=True)
+        tell_at_once("Stopping: the runs at hand finish their iteration; once more stops at once.")
 
     where = "" if cluster is None else f" --cluster {cluster}"
     go_on = f"Go on with: armdesign sweep --resume {shlex.quote(str(folder))}{where}"
-    on_change = None if quiet else SweepLine()
     try:
-        with hiring(workers, cluster, tasks, quiet=quiet) as hire:
+        with SweepLine() as line, hiring(workers, cluster, tasks, quiet=quiet) as hire:
+            on_change = None if quiet else line
             ledger = run_sweep(folder, asked, tasks, hire, on_change=on_change, on_interrupt=on_interrupt)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
@@ -300,7 +281,7 @@ def plan_text(folder: Path, asked: Sweep, tasks: Tasks, workers: int) -> str:
     guess = estimate(todo)
     times = dict(zip((unit.name for unit in todo), guess.each, strict=True))
     width = max(len(unit.name) for unit in units)
-    lines = [f"{len(units)} runs in {folder}, {len(units) - len(todo)} of them finished:"]
+    lines = [f"{counted(len(units), 'run')} in {folder}, {len(units) - len(todo)} of them finished:"]
     for unit in units:
         time = f"about {clock(times[unit.name])}" if unit.name in times else ""
         lines.append(f"  {unit.name:<{width}}  {found[unit.name]:<8}  {time}".rstrip())
@@ -310,6 +291,6 @@ def plan_text(folder: Path, asked: Sweep, tasks: Tasks, workers: int) -> str:
         "Stop rules may end runs sooner."
     )
     if guess.unknown:
-        joints = ", ".join(map(str, guess.unknown))
-        lines.append(f"No measured arm of {joints} joints reached the start: their times are lower bounds.")
+        joints = ", ".join(map(str, guess.unknown)) + (" joint" if guess.unknown == (1,) else " joints")
+        lines.append(f"No measured arm of {joints} reached the start: their times are lower bounds.")
     return "\n".join(lines)

@@ -26,14 +26,27 @@ class SweepLine:
         """Nothing shown yet."""
         self.terminal = sys.stderr.isatty()
         self.shown = 0.0
+        self.open = False
+
+    def __enter__(self) -> SweepLine:
+        """Nothing to do."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """End a line that was begun, so that what comes next, such as an error, has its own."""
+        if self.open:
+            self.open = False
+            sys.stderr.write("\n")
+            sys.stderr.flush()
 
     def __call__(self, standing: Standing) -> None:
         """Show what is new, if it is time to."""
         clear = "\r\x1b[2K" if self.terminal else ""
         if standing.ended is not None:
             typer.echo(clear + ended_text(standing), err=True)
+            self.open = False
         if self.terminal and standing.running and time.monotonic() - self.shown >= EVERY:
-            self.shown = time.monotonic()
+            self.shown, self.open = time.monotonic(), True
             width = shutil.get_terminal_size().columns - 1
             sys.stderr.write(clear + standing_text(standing)[:width])
             sys.stderr.flush()

@@ -7,6 +7,7 @@ import numpy as np
 from armdesign.evaluation import Evaluation
 from armdesign.kinematics.dh import DHTable
 from armdesign.study import Prepared
+from armdesign.wording import counted
 
 
 def design_table(table: DHTable) -> str:
@@ -26,7 +27,7 @@ def evaluation_table(evaluation: Evaluation, prepared: Prepared) -> str:
     """DH rows, length, fitness in its parts, and the error of each point."""
     path = evaluation.path
     lines = [
-        f"{evaluation.table.dof} joints, modified DH (Craig): T = Rx(alpha) Tx(a) Tz(d) Rz(q)",
+        f"{counted(evaluation.table.dof, 'joint')}, modified DH (Craig): T = Rx(alpha) Tx(a) Tz(d) Rz(q)",
         design_table(evaluation.table),
         f"  length L {evaluation.table.length:.4f} m",
         f"  fitness r {evaluation.fitness:.4f} m = {prepared.study.fitness.lambda_f:g} f + "

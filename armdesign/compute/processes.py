@@ -224,7 +224,7 @@ def blame(chunk: Chunk, Phi: Array) -> list[Chunk]:
 
 
 def cut(count: int, workers: int) -> list[Chunk]:
-    """Cut a generation into chunks of two thirds of a worker's share of what is left, so that the ends come out even."""
+    """Cut a generation into chunks, each two thirds of a worker's share of what is left, so that all end together."""
     chunks, first = [], 0
     while first < count:
         share = round((count - first) / (1.5 * workers))

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armdesign.demonstration.quaternions import slerp
 from armdesign.demonstration.recording import MIN_FRAMES, Array, Recording
+from armdesign.demonstration.take import Step
 from armdesign.errors import RecordingError, SettingsError
 
+Mask = NDArray[np.bool_]
 Interpolation = Callable[[Array, Array, Array], Array]
 
 TIME_TOLERANCE = 5e-5  # [s] half of the last digit that messages print, so that a printed time can be typed back
@@ -53,8 +56,12 @@ class Gap:
 
 
 def fill_gaps(
-    recording: Recording, max_gap: float = 0.2, start: float | None = None, stop: float | None = None
-) -> tuple[Recording, tuple[str, ...]]:
+    recording: Recording,
+    max_gap: float = 0.2,
+    start: float | None = None,
+    stop: float | None = None,
+    stale: Mask | None = None,
+) -> tuple[Recording, tuple[Step, ...]]:
     """Interpolate short gaps: positions by shape-preserving cubics (PCHIP), orientations along great circles.
 
     Frames in which everything was seen keep their values to the last bit. A short gap at the very start or end
@@ -66,9 +73,10 @@ def fill_gaps(
         max_gap: Longest time between two frames in which a point was seen [s].
         start: Begin of the part that is wanted later [s]; None for the whole recording.
         stop: End of the part that is wanted later [s].
+        stale: Frames that nothing is to be interpolated from, shape (T,).
 
     Returns:
-        The recording without missing values, and a sentence about each thing done.
+        The recording without missing values, and a step for each thing done.
 
     Raises:
         RecordingError: A gap is too long; the message names it.
@@ -85,11 +93,11 @@ def fill_gaps(
     end = min((gap.first for gap in tails), default=recording.frames)
     filled = recording.changed(
         recording.time,
-        lambda positions: _fill(recording.time, positions, longest, cubic),
-        lambda quaternions: _fill(recording.time, quaternions, longest, slerp),
+        lambda positions: _fill(recording.time, positions, longest, cubic, stale),
+        lambda quaternions: _fill(recording.time, quaternions, longest, slerp, stale),
     )
     kept = [gap for gap in short if _concerns(gap, first, end, start, stop)]
-    return _cut(filled, first, end), (*_filled_note(kept), *_cut_notes(heads, tails))
+    return _cut(filled, first, end), (*_filled_step(kept), *_end_steps(heads, tails))
 
 
 def find_gaps(name: str, series: Array, time: Array) -> list[Gap]:
@@ -129,6 +137,12 @@ def seconds(time: float) -> str:
     return f"{np.format_float_positional(round(time, 4), trim='-')} s"
 
 
+def in_words(parts: Sequence[str]) -> str:
+    """A list for a sentence: all of it where it is short, else its beginning and how many more there are."""
+    shown = list(parts) if len(parts) <= 6 else [*parts[:5], f"{len(parts) - 5} more"]
+    return ", ".join(shown)
+
+
 def _series(recording: Recording) -> Iterator[tuple[str, Array]]:
     """Everything that can have gaps, by the words messages use for it."""
     yield from ((f"point '{name}'", values) for name, values in recording.points.items())
@@ -146,7 +160,7 @@ def _ends_to_cut(
     recording: Recording, gaps: list[Gap], longest: float, start: float | None, stop: float | None
 ) -> tuple[list[Gap], list[Gap]]:
     """Sort gaps that cannot be filled into those cut off with the start and with the end; refuse any other."""
-    heads, tails = [], []
+    heads, tails, refused = [], [], []
     for gap in gaps:
         short = gap.length <= longest
         before = start is not None and gap.ends <= start + TIME_TOLERANCE
@@ -156,29 +170,46 @@ def _ends_to_cut(
         elif gap.first > 0 and (after or (short and gap.stop == gap.frames)):
             tails.append(gap)
         else:
-            raise _too_long(recording.source, gap, longest)
+            refused.append(gap)
+    if refused:
+        raise _too_long(recording.source, refused, longest)
     return heads, tails
 
 
-def _too_long(source: str, gap: Gap, longest: float) -> RecordingError:
-    """The error for a gap that is neither short nor outside the part that is wanted."""
-    ways = [f"stop at {seconds(gap.begins)} or before"] if gap.first > 0 else []
-    ways += [f"start at {seconds(gap.ends)} or later"] if gap.stop < gap.frames else []
+def _too_long(source: str, gaps: list[Gap], longest: float) -> RecordingError:
+    """The error for gaps that are neither short nor outside the part that is wanted; it tells the first in full."""
+    gap, *others = sorted(gaps, key=lambda gap: gap.begins)
+    more = in_words([f"{each.name} from {seconds(each.begins)} to {seconds(each.ends)}" for each in others])
+    before = f"--to {seconds(gap.begins).removesuffix(' s')} or less"
+    after = f"--from {seconds(gap.ends).removesuffix(' s')} or more"
+    ways = ([before] if gap.first > 0 else []) + ([after] if gap.stop < gap.frames else [])
     crop = f"crop the recording ({', or '.join(ways)}), " if ways else ""
+    cut = ", cut the stretch out where the hand stands still (--cut)" if len(ways) == 2 else ""
     message = f"{source}: {gap}, longer than the {seconds(longest)} that may be filled"
-    fix = f"{crop}use another point or raise max_gap"
+    message += f" (too long are also {more})" if others else ""
+    fix = f"{crop}use another point{cut}, or raise --max-gap"
     return RecordingError(message, value=gap.length, fix=fix[0].upper() + fix[1:])
 
 
-def _fill(time: Array, values: Array, longest: float, interpolate: Interpolation) -> Array:
+def _fill(time: Array, values: Array, longest: float, interpolate: Interpolation, stale: Mask | None) -> Array:
     """Values of shape (T, k) with the short inner gaps filled."""
     gaps = [gap for gap in find_gaps("", values, time) if gap.can_be_filled(longest)]
     if not gaps:
         return values
     seen = ~np.isnan(values[:, 0])
+    if stale is not None:
+        seen = _without(seen, stale)
     missing = np.concatenate([np.arange(gap.first, gap.stop) for gap in gaps])
     result = values.copy()
     result[missing] = interpolate(time[seen], values[seen], time[missing])
+    return result
+
+
+def _without(seen: Mask, stale: Mask) -> Mask:
+    """Frames to interpolate from: those seen but not stale, and whatever was seen first and last."""
+    ends = np.flatnonzero(seen)[[0, -1]]
+    result = seen & ~stale
+    result[ends] = True
     return result
 
 
@@ -196,24 +227,29 @@ def _concerns(gap: Gap, first: int, end: int, start: float | None, stop: float |
     return wanted and first < gap.stop and gap.first < end
 
 
-def _filled_note(gaps: list[Gap]) -> list[str]:
-    """A sentence about the gaps that were filled."""
+def _filled_step(gaps: list[Gap]) -> list[Step]:
+    """What was filled."""
     if not gaps:
         return []
-    counts = [f"{number} of {name}" for name, number in Counter(gap.name for gap in gaps).items()]
+    counts = Counter(gap.name for gap in gaps)
+    listed = in_words([f"{number} of {name}" for name, number in counts.items()])
     worst = max(gaps, key=lambda gap: round(gap.length, 9))  # the first of equals, whatever the rounding
     where = f"{seconds(worst.length)}, {worst.name} from {seconds(worst.begins)} to {seconds(worst.ends)}"
     plural = "gaps" if len(gaps) > 1 else "gap"
-    return [f"Filled {len(gaps)} {plural} by interpolation ({', '.join(counts)}); the longest: {where}."]
+    sentence = f"Filled {len(gaps)} {plural} by interpolation ({listed}); the longest: {where}."
+    spans = [{"of": gap.name, "from": gap.begins, "to": gap.ends, "frames": gap.stop - gap.first} for gap in gaps]
+    return [Step("gaps", sentence, {"counts": dict(counts), "longest": worst.length, "gaps": spans})]
 
 
-def _cut_notes(heads: list[Gap], tails: list[Gap]) -> list[str]:
-    """Sentences about the ends that were cut off."""
-    notes = []
+def _end_steps(heads: list[Gap], tails: list[Gap]) -> list[Step]:
+    """Which ends were cut off."""
+    steps = []
     if heads:
         gap = max(heads, key=lambda gap: gap.stop)
-        notes.append(f"Left out the frames before {seconds(gap.ends)}, because {gap}.")
+        sentence = f"Left out the frames before {seconds(gap.ends)}, because {gap}."
+        steps.append(Step("ends", sentence, {"before": gap.ends}))
     if tails:
         gap = min(tails, key=lambda gap: gap.first)
-        notes.append(f"Left out the frames after {seconds(gap.begins)}, because {gap}.")
-    return notes
+        sentence = f"Left out the frames after {seconds(gap.begins)}, because {gap}."
+        steps.append(Step("ends", sentence, {"after": gap.begins}))
+    return steps

@@ -16,9 +16,20 @@ from typing import TextIO
 
 import numpy as np
 
-from armdesign.demonstration.csv_cells import Place, is_blank, parse_block, read_cells
+from armdesign.demonstration.csv_cells import (
+    Dialect,
+    Place,
+    Rows,
+    check_columns,
+    check_names,
+    read_cells,
+    read_line,
+    read_rows,
+    shown,
+)
 from armdesign.demonstration.recording import Array, Recording, describe_bad_step, first_bad_step
 from armdesign.demonstration.sniff import describe_binary, is_text, read_head, unreadable
+from armdesign.demonstration.take import Take
 from armdesign.errors import RecordingError
 from armdesign.files import write_whole
 
@@ -50,10 +61,38 @@ def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
         with source.open(encoding="utf-8-sig", errors="replace") as stream:
             names, line = _read_header(stream, source)
             layout = _layout(names, Place(source, line))
-            table = _read_table(stream, names, Place(source, line + 1))
+            rows = read_rows(stream, names, Place(source, line + 1), Dialect(), _BLOCK)
     except OSError as error:
         raise unreadable(source, error) from error
-    return _recording(table, names, layout, str(source))
+    _check_times(rows, names.index("time"))
+    return _recording(rows.values, names, layout, str(source))
+
+
+def matches(head: bytes) -> bool:
+    """Whether a file beginning with these bytes can be plain CSV: any text, so that reading says what is wrong."""
+    return is_text(head)
+
+
+def read(path: Path) -> Take:
+    """Read a plain CSV recording as a take, which is in metres with z up and finished.
+
+    Args:
+        path: The file.
+
+    Raises:
+        RecordingError: As by ``read_plain_csv``.
+    """
+    plain = read_plain_csv(path)
+    return Take(
+        time=plain.time,
+        points=plain.points,
+        orientations=plain.orientations,
+        source=str(path),
+        format="plain CSV",
+        units="m",
+        up="z",
+        captured=False,
+    )
 
 
 def write_plain_csv(path: str | os.PathLike[str], recording: Recording) -> None:
@@ -87,7 +126,8 @@ def _csv_lines(recording: Recording) -> Iterator[str]:
 
 def _read_header(stream: TextIO, source: Path) -> tuple[list[str], int]:
     """Column names from the first line that is not blank, and that line's number."""
-    for number, text in enumerate(stream, start=1):
+    number = 0
+    while text := read_line(stream, Place(source, number := number + 1)):
         if text.strip():
             names = [name.strip() for name in read_cells(text)]
             _check_header(names, text.strip(), Place(source, number))
@@ -97,18 +137,20 @@ def _read_header(stream: TextIO, source: Path) -> tuple[list[str], int]:
 
 def _check_header(names: list[str], text: str, place: Place) -> None:
     """Turn away what is no header of this format, saying what it seems to be instead."""
-    shown = text if len(text) <= 60 else text[:60] + "..."
+    line = shown(text, 60)
     for mark, word in ((";", "semicolons"), ("\t", "tabs")):
         if len(names) == 1 and mark in text:
             fix = "Save it with commas between the columns and decimal points in the numbers"
-            raise RecordingError(f"{place}: the file looks separated by {word}, not commas ('{shown}')", fix=fix)
+            raise RecordingError(f"{place}: the file looks separated by {word}, not commas ('{line}')", fix=fix)
     if all(_is_number(name) for name in names):
         fix = f"Put a line with the column names above the numbers: {_ALLOWED}"
-        raise RecordingError(f"{place}: there is no header, the first line holds numbers ('{shown}')", fix=fix)
+        raise RecordingError(f"{place}: there is no header, the first line holds numbers ('{line}')", fix=fix)
     if "\N{REPLACEMENT CHARACTER}" in text:
-        raise RecordingError(f"{place}: the header is not UTF-8 text ('{shown}')", fix="Save the file as UTF-8")
+        raise RecordingError(f"{place}: the header is not UTF-8 text ('{line}')", fix="Save the file as UTF-8")
+    check_names(names, place)
+    check_columns(len(names), place)
     if "time" not in map(str.lower, names):
-        message = f"{place}: this is no header of a plain CSV recording, it has no column 'time' ('{shown}')"
+        message = f"{place}: this is no header of a plain CSV recording, it has no column 'time' ('{line}')"
         raise RecordingError(message, value=names, allowed=_ALLOWED)
 
 
@@ -161,28 +203,13 @@ def _check_complete(point: str, components: Mapping[str, int], place: Place) -> 
             raise RecordingError(message, value=point, fix="Add what is missing or remove the whole point")
 
 
-def _read_table(stream: TextIO, names: list[str], place: Place) -> Array:
-    """All rows below the header as numbers, shape (T, columns), read block by block."""
-    blocks = [np.empty((0, len(names)))]
-    time_column, last = names.index("time"), np.empty(0)
-    while lines := stream.readlines(_BLOCK):
-        block = parse_block(lines, names, place)
-        if len(block):
-            _check_times(np.r_[last, block[:, time_column]], len(last), lines, place)
-            blocks.append(block)
-            last = block[-1:, time_column]
-        place = place.below(len(lines))
-    return np.concatenate(blocks)
-
-
-def _check_times(times: Array, before: int, lines: list[str], place: Place) -> None:
-    """Name the line where the time stops increasing; ``before`` of the times precede these lines."""
+def _check_times(rows: Rows, column: int) -> None:
+    """Name the line where the time stops increasing."""
+    times = rows.values[:, column]
     bad = first_bad_step(times)
-    if bad is None:
-        return
-    line = [number for number, text in enumerate(lines) if not is_blank(text)][bad - before]
-    message = f"{place.below(line)}, column 'time': {describe_bad_step(times, bad)}"
-    raise RecordingError(message, value=float(times[bad]), fix="Every frame needs a later time than the one before")
+    if bad is not None:
+        message = f"{rows.place(bad)}, column 'time': {describe_bad_step(times, bad)}"
+        raise RecordingError(message, value=float(times[bad]), fix="Every frame needs a later time than the one before")
 
 
 def _recording(table: Array, names: list[str], layout: Layout, source: str) -> Recording:

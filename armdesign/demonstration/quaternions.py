@@ -70,3 +70,44 @@ def rotation_matrices(quaternions: Array) -> Array:
         [double * (x * z - y * w), double * (y * z + x * w), 1 - double * (x * x + y * y)],
     ]
     return np.array(rows).transpose(2, 0, 1).copy()
+
+
+def from_matrices(matrices: Array) -> Array:
+    """Unit quaternions of rotation matrices; the inverse of ``rotation_matrices``.
+
+    4 q_i q stands in the matrix for every component q_i; that with the largest |q_i| is the one that loses no digits.
+
+    Args:
+        matrices: Shape (T, 3, 3); NaN = missing.
+
+    Returns:
+        Shape (T, 4), each with one of its two signs; missing ones stay missing.
+    """
+    m = np.asarray(matrices, dtype=float)
+    xx, yy, zz = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
+    xy, xz, yz = m[:, 1, 0] + m[:, 0, 1], m[:, 0, 2] + m[:, 2, 0], m[:, 2, 1] + m[:, 1, 2]
+    wx, wy, wz = m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]
+    rows = np.array(
+        [
+            [1 + xx - yy - zz, xy, xz, wx],
+            [xy, 1 - xx + yy - zz, yz, wy],
+            [xz, yz, 1 - xx - yy + zz, wz],
+            [wx, wy, wz, 1 + xx + yy + zz],
+        ]
+    )
+    best = np.einsum("iit->it", rows).argmax(axis=0)
+    chosen = rows[best, :, np.arange(len(m))]
+    return np.asarray(chosen / np.linalg.norm(chosen, axis=1, keepdims=True))
+
+
+def product(left: Array, right: Array) -> Array:
+    """Quaternions of the rotations ``right`` and then ``left``: R(product(a, b)) = R(a) R(b).
+
+    Args:
+        left: Shape (..., 4).
+        right: Shape (..., 4).
+    """
+    a, b = np.asarray(left), np.asarray(right)
+    u, v, p, q = a[..., :3], b[..., :3], a[..., 3:], b[..., 3:]
+    scalar = p * q - np.sum(u * v, axis=-1, keepdims=True)
+    return np.concatenate([p * v + q * u + np.cross(u, v), scalar], axis=-1)

@@ -4,17 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armdesign.errors import RecordingError
 
+if TYPE_CHECKING:
+    from armdesign.demonstration.take import Step
+
 Array = NDArray[np.float64]
 Change = Callable[[Array], Array]
 
 MIN_FRAMES = 3
 _COUNTS = ("no frame", "one frame", "two frames")
+
+
+@dataclass(frozen=True)
+class About:
+    """Where a recording comes from and what was done on the way.
+
+    Attributes:
+        format: Format and version of the file, such as ``C3D``; empty where there was no file.
+        captured: Whether the numbers come straight from a capture system and want cleaning.
+        rate: Frames per second that the file declares [1/s]; None where it does not.
+        bodies: Rigid bodies to the names of the markers on them, where the file tells.
+        steps: What was found and done on reading.
+    """
+
+    format: str = ""
+    captured: bool = False
+    rate: float | None = None
+    bodies: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    steps: tuple[Step, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +52,14 @@ class Recording:
         orientations: Name to quaternions x, y, z, w (scalar last), each of shape (T, 4). A name may have an
             orientation and no position.
         source: The file or a few words about where this comes from, for messages.
+        about: The format it had and what was done on reading.
     """
 
     time: Array
     points: Mapping[str, Array]
     orientations: Mapping[str, Array] = field(default_factory=dict)
     source: str = "recording"
+    about: About = field(default_factory=About)
 
     def __post_init__(self) -> None:
         """Normalise to read-only float arrays and check them.
@@ -76,7 +101,7 @@ class Recording:
         """
         points = {name: positions(values) for name, values in self.points.items()}
         turns = {name: quaternions(values) for name, values in self.orientations.items()}
-        return Recording(time, points, turns, self.source)
+        return Recording(time, points, turns, self.source, self.about)
 
     def _check_time(self) -> None:
         if self.time.ndim != 1:

@@ -1,14 +1,20 @@
-"""The first bytes of a recording, by which its format is recognised."""
+"""The first bytes of a recording, by which its format is recognised, and text in whatever encoding it was written."""
 
 from __future__ import annotations
 
+import codecs
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TextIO
 
 from armdesign.errors import RecordingError
 
 HEAD_SIZE = 8192
+MAX_SIZE = 1 << 30  # bytes
+_HEADER_SIZE = 4 << 20  # more than any header; below it there are only numbers
 _ZIP_MAGIC = b"PK\x03\x04"
-_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+_UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 def read_head(path: Path) -> bytes:
@@ -21,7 +27,8 @@ def read_head(path: Path) -> bytes:
         At most ``HEAD_SIZE`` bytes, not all of them blank.
 
     Raises:
-        RecordingError: There is no such file, it is a folder or a device, it may not be read, or it is empty.
+        RecordingError: There is no such file, it is a folder or a device, it may not be read, it is empty, or it is
+            larger than any recording.
     """
     try:
         if path.is_dir():
@@ -30,6 +37,7 @@ def read_head(path: Path) -> bytes:
             raise RecordingError(f"the recording {path} does not exist", value=str(path), fix="Check the path")
         if not path.is_file():
             raise RecordingError(f"{path} is not a regular file", value=str(path), fix="Save the recording as a file")
+        _check_size(path)
         with path.open("rb") as stream:
             head = stream.read(HEAD_SIZE)
     except (OSError, ValueError) as error:  # ValueError: a path with a NUL in it
@@ -39,10 +47,59 @@ def read_head(path: Path) -> bytes:
     return head
 
 
+def _check_size(path: Path) -> None:
+    """Turn away a file that is too large."""
+    size = path.stat().st_size
+    if size > MAX_SIZE:
+        fix = "Export a shorter stretch, or only the points that are needed"
+        message = f"{path} is {size / 2**30:.1f} GiB in size"
+        raise RecordingError(message, value=size, allowed=f"at most {MAX_SIZE >> 30} GiB", fix=fix)
+
+
 def unreadable(path: Path, error: Exception) -> RecordingError:
     """The error for a file that the system refuses to read."""
     why = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return RecordingError(f"cannot read {path}: {why}", value=str(path), fix="Check the path and its permissions")
+
+
+@contextmanager
+def open_text(path: Path) -> Iterator[TextIO]:
+    """Open a text file, in a ``with`` statement: UTF-8 with or without a mark, UTF-16 with one, otherwise cp1252.
+
+    Whatever ends the lines, they are read with a plain line feed. Bytes that the encoding does not know are replaced.
+
+    Args:
+        path: The file.
+
+    Raises:
+        RecordingError: The file cannot be read, now or further down.
+    """
+    try:
+        with path.open("rb") as stream:
+            encoding = _encoding(stream.read(_HEADER_SIZE))
+        with path.open(encoding=encoding, errors="replace") as text:
+            yield text
+    except OSError as error:
+        raise unreadable(path, error) from error
+
+
+def text_head(head: bytes) -> str:
+    """The same for the first bytes of a file: the text in them, with plain line feeds; empty if they are not text."""
+    if not (is_text(head) or head.startswith(_UTF16_MARKS)):
+        return ""
+    text = codecs.getincrementaldecoder(_encoding(head))("replace").decode(head)
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _encoding(head: bytes) -> str:
+    """The encoding of a text that begins with these bytes."""
+    if head.startswith(_UTF16_MARKS):
+        return "utf-16"
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)  # takes a letter that the end cuts in two
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8-sig"
 
 
 def is_text(head: bytes) -> bool:

@@ -7,11 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armdesign.demonstration.cleaning import clean
-from armdesign.demonstration.findings import base_notes, check_arm_length, closing_note, opening_notes
+from armdesign.demonstration.cleaning import Cleaning, Off, clean, crop
+from armdesign.demonstration.cuts import Stretch
+from armdesign.demonstration.findings import base_steps, check_arm_length, points_step, recording_step, task_step
 from armdesign.demonstration.quaternions import rotation_matrices
 from armdesign.demonstration.recording import MIN_FRAMES, Array, Recording, first_bad_step, median_step
-from armdesign.demonstration.selection import choose_base, choose_points, select
+from armdesign.demonstration.sanity import sanity_steps, side_steps
+from armdesign.demonstration.selection import Chosen, resolve
+from armdesign.demonstration.standard import is_mirrored
+from armdesign.demonstration.take import Step
 from armdesign.errors import TaskError
 
 _UNIT = 1e-3  # norms of quaternions may differ from 1 by a few printed digits
@@ -29,7 +33,7 @@ class Task:
         quaternions: The same as unit quaternions x, y, z, w, shape (T, 4), or None.
         points: Names of the m points.
         base: Name of the base point.
-        notes: What was found and done on the way here, a sentence each.
+        steps: What was found and done on the way here.
         orientation: Name of the point that gave the orientation, by default the last; None without quaternions.
     """
 
@@ -39,7 +43,7 @@ class Task:
     quaternions: Array | None
     points: tuple[str, ...]
     base: str
-    notes: tuple[str, ...] = ()
+    steps: tuple[Step, ...] = ()
     orientation: str | None = None
 
     def __post_init__(self) -> None:
@@ -50,7 +54,7 @@ class Task:
                 unlike them.
         """
         object.__setattr__(self, "points", tuple(self.points))
-        object.__setattr__(self, "notes", tuple(self.notes))
+        object.__setattr__(self, "steps", tuple(self.steps))
         if not self.points or len(set(self.points)) < len(self.points):
             raise TaskError("a task needs points, each of another name", value=self.points)
         self._freeze("time", self.time, ())
@@ -73,6 +77,11 @@ class Task:
             raise TaskError("R and the quaternions are not the same rotations", fix="Give R=None to have it computed")
         self._freeze("R", R, (3, 3))
         object.__setattr__(self, "orientation", self.orientation or self.points[-1])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The sentences of the steps."""
+        return tuple(step.sentence for step in self.steps)
 
     @property
     def dt(self) -> float:
@@ -98,56 +107,98 @@ def build_task(
     points: Sequence[str] = (),
     orientation: str | None = None,
     base_mode: str = "shoulder",
+    outliers: bool | None = None,
     max_gap: float = 0.2,
-    low_pass: float | None = None,
-    rate: float | None = None,
-    scale: float = 1.0,
+    repeats: bool | None = None,
+    low_pass: float | Off | None = None,
+    cut: tuple[Stretch, ...] = (),
     start: float | None = None,
     stop: float | None = None,
+    rate: float | None = None,
+    scale: float = 1.0,
 ) -> Task:
-    """Make a task of a recording: fill gaps, filter, resample, scale, crop, then subtract the base.
+    """Make a task of a recording: choose the points, clean them, then subtract the base.
 
-    Only the points that the task uses are looked at. The frames keep the recording's times.
+    Only the points that the task uses are looked at. The frames keep the recording's times. For the cleaning see
+    ``Cleaning``: captured recordings are cleaned by default, finished ones are taken as they are.
 
     Args:
         recording: The recording, z up.
-        base: Point at which the robot stands, the shoulder; by default the first of the recording.
-        points: Points along the arm from the base to the hand; by default all others in their order.
+        base: Point at which the robot stands, the shoulder; see ``resolve``.
+        points: Points along the arm from the base to the hand; see ``resolve``.
         orientation: Oriented point whose turns the tool has to follow; None for none.
         base_mode: ``shoulder``: each frame minus the base in that frame; ``fixed``: minus the base's mean.
+        outliers: Whether to take out outliers; None: by the recording.
         max_gap: Longest gap to be filled [s].
-        low_pass: Cutoff of a zero-phase low-pass [Hz]; None for no filter.
-        rate: Frames per second to resample to [1/s]; None to keep the frames.
-        scale: Factor on all positions.
+        repeats: Whether to interpolate repeated frames; None: by the recording.
+        low_pass: Cutoff of a zero-phase low-pass [Hz], or ``off``; None: by the recording.
+        cut: Stretches to cut out where the hand stands still, as pairs of times [s].
         start: First time wanted [s]; None for the recording's first.
         stop: Last time wanted [s]; None for the recording's last.
+        rate: Frames per second to resample to [1/s]; None to keep the frames.
+        scale: Factor on all positions.
 
     Returns:
-        The task; its notes say what was found and done.
+        The task; its steps say what was found and done.
 
     Raises:
         TaskError: A name or mode is unknown, a point is used twice or never seen, or the arm has no human size.
         RecordingError: A gap is too long, or a quaternion is zero.
         SettingsError: A number is out of range.
     """
+    how = Cleaning(outliers, max_gap, repeats, low_pass, cut, start, stop, rate, scale)
+    return task_of_chosen(resolve(recording, base, points, orientation), how, base_mode)
+
+
+def task_of_chosen(chosen: Chosen, how: Cleaning, base_mode: str = "shoulder") -> Task:
+    """Make a task of the points chosen from a recording.
+
+    Args:
+        chosen: The points, from ``resolve``.
+        how: How to clean them.
+        base_mode: ``shoulder``: each frame minus the base in that frame; ``fixed``: minus the base's mean.
+
+    Raises:
+        TaskError: The mode is unknown, or the arm has no human size.
+        RecordingError: A gap is too long, or a quaternion is zero.
+        SettingsError: A number is out of range.
+    """
     if base_mode not in BASE_MODES:
         raise TaskError(f"base_mode '{base_mode}' is unknown", value=base_mode, allowed=BASE_MODES)
-    base = choose_base(recording, base)
-    names = choose_points(recording, base, points)
-    used = select(recording, base, names, orientation)
-    cleaned, done = clean(used, max_gap=max_gap, low_pass=low_pass, rate=rate, scale=scale, start=start, stop=stop)
+    base, names = chosen.base, chosen.points
+    cleaned, steps = cleaned_points(chosen, how)
     path = cleaned.points[base]
     origin = path if base_mode == "shoulder" else path.mean(axis=0, keepdims=True)
     places = np.stack([cleaned.points[name] for name in names], axis=1)
-    length = check_arm_length(places - path[:, None], recording.source, scale)
-    notes = (
-        *opening_notes(used, base, names, orientation),
+    length = check_arm_length(places - path[:, None], cleaned.source, how.scale)
+    steps = (*steps, *base_steps(path, base, base_mode), task_step(cleaned, length))
+    quaternions = None if chosen.orientation is None else cleaned.orientations[chosen.orientation]
+    return Task(cleaned.time, places - origin[:, None], None, quaternions, names, base, steps, chosen.orientation)
+
+
+def cleaned_points(chosen: Chosen, how: Cleaning) -> tuple[Recording, tuple[Step, ...]]:
+    """The points chosen from a recording, cleaned but still in the room, with everything found and done so far.
+
+    Raises:
+        TaskError: The arm has no human size.
+        RecordingError: A gap is too long, or a quaternion is zero.
+        SettingsError: A number is out of range.
+    """
+    recording, base, names = chosen.recording, chosen.base, chosen.points
+    part, _ = crop(recording, how.start, how.stop)
+    places = np.stack([part.points[name] for name in names], axis=1)
+    check_arm_length(how.scale * (places - part.points[base][:, None]), recording.source, how.scale)
+    cleaned, done = clean(recording, how)
+    steps = (
+        recording_step(recording),
+        *recording.about.steps,
+        *chosen.steps,
+        points_step(base, names, chosen.orientation, chosen.expressions),
+        *side_steps(chosen.expressions.values(), is_mirrored(recording)),
         *done,
-        *base_notes(path, base, base_mode),
-        closing_note(cleaned, length),
+        *sanity_steps(cleaned, base, names),
     )
-    quaternions = None if orientation is None else cleaned.orientations[orientation]
-    return Task(cleaned.time, places - origin[:, None], None, quaternions, names, base, notes, orientation)
+    return cleaned, steps
 
 
 def task_recording(task: Task) -> Recording:

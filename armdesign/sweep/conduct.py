@@ -151,7 +151,7 @@ class Conductor:
         del self.at_hand[news.name]
         unit, outcome = self.ledger.units[news.name], news.outcome
         if outcome.files is not None:
-            bring_in(self.ledger.folder / news.name, unit, outcome)
+            bring_in(self.ledger.folder / news.name, outcome)
         if outcome.state == "interrupted" and not self.interrupts.requested:
             self.stops[news.name] += 1
             if self.stops[news.name] < STOPS_OF_A_UNIT:

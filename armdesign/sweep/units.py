@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import signal
 import tempfile
 from collections.abc import Callable, Mapping
@@ -10,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from armdesign import runfolder
+from armdesign.checkpoint import CURRENT, PREVIOUS
 from armdesign.compute import InProcess
 from armdesign.errors import ArmDesignError, RunFolderError
 from armdesign.files import write_whole
@@ -63,7 +62,7 @@ def look_at(folder: Path, unit: Unit) -> Found:
         )
     if finished(place):
         return "finished"
-    return "begun" if (place / NOTES).is_file() else "new"
+    return "begun" if any((place / name).is_file() for name in (CURRENT, PREVIOUS, NOTES)) else "new"
 
 
 def begin_unit(folder: Path, unit: Unit) -> Path:
@@ -149,10 +148,8 @@ def contents(place: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(place.iterdir()) if path.is_file() and path.name[0] != "."}
 
 
-def bring_in(place: Path, unit: Unit, outcome: Outcome) -> None:
+def bring_in(place: Path, outcome: Outcome) -> None:
     """Write the files of a unit that was carried out elsewhere into its run folder, the result last.
-
-    The recording lies here and maybe not there, so its digest is entered here.
 
     Raises:
         RunFolderError: A file cannot be written.
@@ -162,8 +159,6 @@ def bring_in(place: Path, unit: Unit, outcome: Outcome) -> None:
     for name, content in files.items():
         write_whole(place / name, content)
     if result is not None:
-        entries = json.loads(result)
-        entries["recording"]["sha256"] = runfolder.fingerprint(unit.prepared.study.task.recording)
-        write_whole(place / RESULT, json.dumps(entries, indent=2, allow_nan=False) + "\n")
+        write_whole(place / RESULT, result)
     if outcome.state == "finished":
         tidy(place)

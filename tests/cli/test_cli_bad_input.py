@@ -48,7 +48,7 @@ RECORDINGS = {
     "two frames": (lambda lines: lines[:3], "has two frames, but a motion takes at least three"),
     "millimetres": (
         lambda lines: cells(lines, lambda x: 1000 * x),
-        r"the arm measures 57\d\.\d m; allowed: 0.1 to 2 m. This looks like millimetres: .*scale 0.001",
+        r"the arm measures 57\d\.\d m; allowed: 0.1 to 2 m. This looks like millimetres: read it with --units mm",
     ),
     "kilometres": (
         lambda lines: cells(lines, lambda x: x / 1000),
@@ -66,7 +66,10 @@ RECORDINGS = {
     ),
     "point never seen": (lambda lines: blanked(lines, "forearm"), "point 'forearm' was not seen in any frame"),
     "point twice": (lambda lines: [lines[0].replace("forearm", "hand"), *lines[1:]], "'hand_x' stands twice"),
-    "only the base": (lambda lines: [",".join(line.split(",")[:4]) for line in lines], "no point besides the base"),
+    "only the base": (
+        lambda lines: [",".join(line.split(",")[:4]) for line in lines],
+        "beside the base 'shoulder' there is no point to follow",
+    ),
     "comma in a name": (
         lambda lines: [
             ",".join(f'"{name}"' for name in lines[0].replace("hand", "hand;left").split(",")).replace(";", ","),
@@ -91,14 +94,15 @@ def test_long_gap_is_named_with_the_ways_out(refused, place, packaging):
     (place / "gap.csv").write_text("\n".join(lines))
     sentence = refused("search", "gap.csv")
     assert "point 'hand' is not seen from 0.76 s to 1.18 s, longer than the 0.2 s that may be filled" in sentence
-    assert "raise max_gap" in sentence
+    assert "--to 0.76 or less, or --from 1.18 or more" in sentence
+    assert "raise --max-gap" in sentence
 
 
 def test_files_that_are_none(refused, place):
     assert "nothing.csv does not exist. Check the path" in refused("search", "nothing.csv")
     assert "is a folder" in refused("search", place)
     (place / "picture.csv").write_bytes(bytes(range(256)) * 40)
-    assert "picture.csv is not a recording of a known format; allowed: plain CSV" in refused("search", "picture.csv")
+    assert "picture.csv is not a recording of a known format; allowed: C3D, " in refused("search", "picture.csv")
     assert "File name too long" in refused("search", "x" * 300)
     assert "no recording given. Write 'armdesign search RECORDING'" in refused("search")
 
@@ -115,8 +119,9 @@ def test_points_that_there_are_not_list_those_there_are(refused, packaging):
 
 def test_orientations_that_there_are_not_list_those_there_are(refused, packaging, welding):
     sentence = refused("search", packaging, "--scenario", "welding")
-    assert "orientation of 'hand' is to be followed (w_0 > 0), but the recording has none" in sentence
-    assert "this recording holds positions only" in sentence
+    assert "an orientation is to be followed (w_0 > 0), but" in sentence
+    assert "there is no orientation of 'hand'" in sentence
+    assert "nor of any other point" in sentence
     assert "w_0 = 0" in sentence
     sentence = refused("search", welding, "--scenario", "welding", "--orientation", "forearm")
     assert "orientation of 'forearm'" in sentence
@@ -182,8 +187,8 @@ SETTINGS = {
         "the weights w_0 = 0 and 0.5, 0.5, 0.5 sum to 1.5; allowed: a sum of 1",
     ),
     "hand without weight": ("[fitness]\nweights = [0.5, 0.5, 0.0]\n", "the hand, the last point, has no weight"),
-    "cropped away": ("[task]\nstart = 5.0\n", "start is 5.0 s: that leaves 0 frames"),
-    "filter too fast": ("[task]\nlow_pass = 25.0\n", "low_pass is 25.0 Hz; allowed: .*25 Hz"),
+    "cropped away": ("[task]\nstart = 5.0\n", r"start \(--from\) is 5.0 s: that leaves 0 frames"),
+    "filter too fast": ("[task]\nlow_pass = 25.0\n", "low_pass is 25.0 Hz at 50 frames/s; allowed: .*25 Hz"),
     "not TOML": ("[design\ndof = 3\n", "not valid TOML: .*line 1.*--write-config"),
 }
 

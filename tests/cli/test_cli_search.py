@@ -56,7 +56,7 @@ def test_table_at_the_end_is_that_of_the_result(packaged):
 def test_paths_at_the_end_are_the_files_in_the_folder(packaged):
     folder, outcome = packaged
     told = set(re.findall(rf"^  {re.escape(str(folder))}.(\S+)$", outcome.output, re.MULTILINE))
-    assert told == {"result.json", "trajectory.csv", "task.csv", "history.csv", "study.toml", "arm.urdf"}
+    assert told == {"result.json", "trajectory.csv", "task.csv", "task.json", "history.csv", "study.toml", "arm.urdf"}
     assert told == {path.name for path in folder.iterdir() if not path.name.startswith(".")}
 
 
@@ -244,3 +244,19 @@ def test_three_frames_are_enough(run, place, packaging, small):
     (place / "three.csv").write_text("\n".join(packaging.read_text().splitlines()[:4]))
     assert run("search", "three.csv", *small, "--out", "run").exit_code == 0
     assert len((place / "run" / "trajectory.csv").read_text().splitlines()) == 4
+
+
+@pytest.mark.parametrize(
+    ("extra", "named"),
+    [(["--seed", "3"], "--seed"), (["--points", "hand"], "--points"), (["--config", "study.toml"], "--config")],
+)
+def test_a_resumed_search_takes_no_other_settings(run, tmp_path, extra, named):
+    outcome = run("search", "--resume", tmp_path, *extra)
+    assert outcome.exit_code == 2
+    assert f"but {named} is given as well" in outcome.stderr
+
+
+def test_a_resumed_search_takes_no_recording(run, packaging, tmp_path):
+    outcome = run("search", packaging, "--resume", tmp_path)
+    assert outcome.exit_code == 2
+    assert "but the recording is given as well" in outcome.stderr

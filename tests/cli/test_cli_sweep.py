@@ -101,7 +101,7 @@ def test_finished_sweep_has_nothing_to_resume(run, done, place):
 
 def test_folder_is_named_after_the_recording_where_none_is_named(run, packaging, place):
     outcome = run("sweep", packaging, "--dry-run")
-    assert f"1 runs in {os.path.join('runs', 'packaging-sweep')}, 0 of them finished" in outcome.output
+    assert f"1 run in {os.path.join('runs', 'packaging-sweep')}, 0 of them finished" in outcome.output
 
 
 def test_dry_run_prints_the_runs_and_a_time_and_writes_nothing(run, packaging, place):
@@ -183,7 +183,7 @@ def test_line_in_a_terminal_changes_once_a_second_and_is_gone_at_the_end(monkeyp
         (("--workers", "0"), "--workers is 0; allowed: a whole number of at least 1"),
         (
             ("--out", "s", "--resume", "s"),
-            "but recordings, --out is given as well. To extend a sweep, repeat its command",
+            "but the recordings, --out is given as well. To extend it, repeat its command",
         ),
     ],
 )

@@ -3,6 +3,7 @@ import pytest
 
 from armdesign.demonstration import Recording
 from armdesign.demonstration.cleaning import (
+    Cleaning,
     clean,
     crop,
     filter_low_pass,
@@ -25,15 +26,19 @@ def recording(hand=LINE, turn=None, time=TIME):
     return Recording(time, {"hand": hand}, {"hand": turning(time) if turn is None else turn}, "r.csv")
 
 
+def sentences(steps):
+    return tuple(step.sentence for step in steps)
+
+
 def waves(time, *hertz):
     return np.stack([np.sin(2 * np.pi * f * time) for f in hertz], axis=1)
 
 
 def test_unify_mentions_norms_and_keeps_positions():
-    result, notes = unify_quaternions(recording(turn=2.0 * turning(TIME)))
+    result, steps = unify_quaternions(recording(turn=2.0 * turning(TIME)))
     np.testing.assert_allclose(result.orientations["hand"], turning(TIME), atol=1e-15)
     np.testing.assert_array_equal(result.points["hand"], LINE)
-    assert notes == ("Normalised the quaternions of 'hand', whose norms were 2 to 2 instead of 1.",)
+    assert sentences(steps) == ("Normalised the quaternions of 'hand', whose norms were 2 to 2 instead of 1.",)
     assert unify_quaternions(recording())[1] == ()
 
 
@@ -50,9 +55,9 @@ def test_unify_takes_an_orientation_never_seen():
 
 
 def test_low_pass_keeps_uniform_motion():
-    result, notes = filter_low_pass(recording(), 6.0)
+    result, steps = filter_low_pass(recording(), 6.0)
     np.testing.assert_allclose(result.points["hand"], LINE, atol=1e-9)
-    assert notes == ("Smoothed by a zero-phase Butterworth low-pass at 6 Hz.",)
+    assert sentences(steps) == ("Smoothed by a zero-phase Butterworth low-pass at 6 Hz.",)
 
 
 def test_low_pass_follows_its_formula_without_phase():
@@ -107,7 +112,9 @@ def test_low_pass_takes_very_short_recordings():
 
 @pytest.mark.parametrize("cutoff", [0.0, -1.0, 1e-6, 50.1, np.nan])
 def test_senseless_cutoff(cutoff):
-    with pytest.raises(SettingsError, match=r"low_pass is .* Hz; allowed: 0.01 Hz up to, but not including, 50 Hz"):
+    with pytest.raises(
+        SettingsError, match=r"low_pass is .* Hz at 100 frames/s; allowed: 0.01 Hz up to, .* 50 Hz"
+    ):
         filter_low_pass(recording(), cutoff)
 
 
@@ -123,9 +130,9 @@ def test_resampled_uniform_motion_is_uniform(rate):
 
 def test_resampling_at_the_same_rate_changes_nothing():
     hand = np.random.default_rng(2).normal(size=(401, 3))
-    result, notes = resample(recording(hand), 100.0)
+    result, steps = resample(recording(hand), 100.0)
     np.testing.assert_allclose(result.points["hand"], hand, atol=1e-9)
-    assert notes == ("Resampled to 100 frames/s: 401 frames.",)
+    assert sentences(steps) == ("Resampled to 100 frames/s: 401 frames.",)
 
 
 def test_resampling_upwards_keeps_the_frames():
@@ -152,10 +159,10 @@ def test_senseless_rate(rate):
 
 
 def test_scale_touches_positions_only():
-    result, notes = scale_positions(recording(), 0.25)
+    result, steps = scale_positions(recording(), 0.25)
     np.testing.assert_array_equal(result.points["hand"], LINE * 0.25)
     np.testing.assert_array_equal(result.orientations["hand"], turning(TIME))
-    assert notes == ("Scaled all positions by 0.25.",)
+    assert sentences(steps) == ("Scaled all positions by 0.25.",)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan, np.inf])
@@ -165,11 +172,11 @@ def test_senseless_scale(factor):
 
 
 def test_crop_keeps_both_ends_and_the_times():
-    result, notes = crop(recording(), 2.5, 3.0)
+    result, steps = crop(recording(), 2.5, 3.0)
     np.testing.assert_array_equal(result.time, TIME[50:101])
     np.testing.assert_array_equal(result.points["hand"], LINE[50:101])
     np.testing.assert_array_equal(result.orientations["hand"], turning(TIME)[50:101])
-    assert notes == ("Cropped to 2.5 s to 3 s.",)
+    assert sentences(steps) == ("Cropped to 2.5 s to 3 s.",)
 
 
 def test_crop_to_everything_is_silent():
@@ -185,30 +192,30 @@ def test_senseless_crop(start, stop):
 
 def test_cleaning_in_the_order_told():
     given = recording(np.random.default_rng(4).normal(size=(401, 3)))
-    by_hand, notes = given, ()
+    by_hand, steps = given, ()
     for step in (
         unify_quaternions,
         lambda r: filter_low_pass(r, 5.0),
+        lambda r: crop(r, 3.0, 4.0),
         lambda r: resample(r, 50.0),
         lambda r: scale_positions(r, 2.0),
-        lambda r: crop(r, 3.0, 4.0),
     ):
         by_hand, more = step(by_hand)
-        notes += more
-    result, said = clean(given, low_pass=5.0, rate=50.0, scale=2.0, start=3.0, stop=4.0)
-    assert said == notes
+        steps += more
+    result, said = clean(given, Cleaning(low_pass=5.0, rate=50.0, scale=2.0, start=3.0, stop=4.0))
+    assert sentences(said) == sentences(steps)
     assert result.points["hand"].tobytes() == by_hand.points["hand"].tobytes()
     assert result.orientations["hand"].tobytes() == by_hand.orientations["hand"].tobytes()
 
 
 def test_cleaning_asked_for_nothing_does_nothing():
-    result, notes = clean(recording())
-    assert notes == ()
+    result, steps = clean(recording())
+    assert steps == ()
     assert result.points["hand"].tobytes() == LINE.tobytes()
 
 
 def test_a_senseless_part_is_refused_before_its_gaps():
     hand = LINE.copy()
     hand[100:300] = np.nan
-    with pytest.raises(SettingsError, match="start is 9"):
-        clean(recording(hand), start=9.0)
+    with pytest.raises(SettingsError, match=r"start \(--from\) is 9"):
+        clean(recording(hand), Cleaning(start=9.0))

@@ -23,15 +23,16 @@ def recording(hand=LINE, turn=TURN, time=TIME):
 
 
 def test_without_gaps_nothing_changes():
-    result, notes = fill_gaps(recording())
-    assert notes == ()
+    result, steps = fill_gaps(recording())
+    assert steps == ()
     assert result.points["hand"].tobytes() == LINE.tobytes()
     assert result.orientations["hand"].tobytes() == TURN.tobytes()
 
 
 def test_uniform_motion_is_restored_exactly():
     given = recording(holed(LINE, (10, 29), (40, 41), (42, 50)), holed(TURN, (60, 79)))
-    result, notes = fill_gaps(given)
+    result, steps = fill_gaps(given)
+    notes = tuple(step.sentence for step in steps)
     np.testing.assert_allclose(result.points["hand"], LINE, atol=1e-15)
     np.testing.assert_allclose(result.orientations["hand"], TURN, atol=1e-15)
     assert notes == (
@@ -81,9 +82,7 @@ def test_the_longest_gap_allowed(last, fits):
 
 
 def test_a_long_gap_says_what_to_do():
-    with pytest.raises(
-        RecordingError, match=r"orientation of 'hand'.*stop at 0.19 s or before, or start at 0.6 s or later"
-    ) as e:
+    with pytest.raises(RecordingError, match=r"orientation of 'hand'.*--to 0.19 or less, or --from 0.6 or more") as e:
         fill_gaps(recording(turn=holed(TURN, (20, 60))))
     assert e.value.value == pytest.approx(0.41)
 
@@ -94,7 +93,8 @@ def test_max_gap_zero_fills_nothing():
 
 
 def test_short_gaps_at_the_ends_are_cut_off():
-    result, notes = fill_gaps(recording(holed(LINE, (0, 5), (90, 101)), holed(TURN, (0, 3), (3, 8))))
+    result, steps = fill_gaps(recording(holed(LINE, (0, 5), (90, 101)), holed(TURN, (0, 3), (3, 8))))
+    notes = tuple(step.sentence for step in steps)
     assert (result.time[0], result.time[-1]) == (0.08, 0.89)
     np.testing.assert_array_equal(result.points["hand"], LINE[8:90])
     assert notes == (
@@ -104,21 +104,21 @@ def test_short_gaps_at_the_ends_are_cut_off():
 
 
 def test_long_gaps_at_the_ends_are_refused():
-    with pytest.raises(RecordingError, match=r"from 0 s to 0.3 s.*Crop the recording \(start at 0.3 s or later\)"):
+    with pytest.raises(RecordingError, match=r"from 0 s to 0.3 s.*Crop the recording \(--from 0.3 or more\)"):
         fill_gaps(recording(holed(LINE, (0, 30))))
-    with pytest.raises(RecordingError, match=r"from 0.69 s to 1 s.*Crop the recording \(stop at 0.69 s or before\)"):
+    with pytest.raises(RecordingError, match=r"from 0.69 s to 1 s.*Crop the recording \(--to 0.69 or less\)"):
         fill_gaps(recording(holed(LINE, (70, 101))))
 
 
 def test_long_gaps_outside_the_wanted_part_do_no_harm():
     given = recording(holed(LINE, (0, 30), (31, 33), (40, 42), (70, 101)))
-    result, notes = fill_gaps(given, start=0.3, stop=0.69)
+    result, steps = fill_gaps(given, start=0.3, stop=0.69)
     np.testing.assert_array_equal(result.time, TIME[30:70])
     np.testing.assert_allclose(result.points["hand"], LINE[30:70], atol=1e-15)
-    assert notes[0].startswith("Filled 2 gaps")
-    with pytest.raises(RecordingError, match=r"start at 0.3 s or later"):
+    assert steps[0].sentence.startswith("Filled 2 gaps")
+    with pytest.raises(RecordingError, match=r"--from 0.3 or more"):
         fill_gaps(given, start=0.29, stop=0.69)
-    with pytest.raises(RecordingError, match=r"stop at 0.69 s or before"):
+    with pytest.raises(RecordingError, match=r"--to 0.69 or less"):
         fill_gaps(given, start=0.3, stop=0.7)
 
 
@@ -126,7 +126,7 @@ def test_the_advice_in_the_message_works():
     given = recording(holed(LINE, (20, 60)), time=TIME * 1.0333333)
     with pytest.raises(RecordingError) as e:
         fill_gaps(given)
-    words = str(e.value).split("start at ")[1].split(" s or later")[0]
+    words = str(e.value).split("--from ")[1].split(" or more")[0]
     result, _ = fill_gaps(given, start=float(words))
     assert result.frames == 41
 

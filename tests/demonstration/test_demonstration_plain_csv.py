@@ -203,6 +203,30 @@ def test_all_rows_too_short(tmp_path):
         read(tmp_path, table("0,1,2,3", "1,1,2,3", "2,1,2,3"))
 
 
+def test_one_endless_line(tmp_path):
+    with pytest.raises(RecordingError, match="line 1: the line is longer than 2,097,152 characters"):
+        read(tmp_path, "time," + "1," * 2_000_000)
+    with pytest.raises(RecordingError, match="line 2: the line is longer"):
+        read(tmp_path, HEADER + "\n" + "1," * 2_000_000)
+
+
+def test_a_million_columns(tmp_path):
+    with pytest.raises(RecordingError, match="line 1: the table has 90,001 columns; allowed: at most 30,000"):
+        read(tmp_path, "time," + ",".join(f"m{i}_{c}" for i in range(30_000) for c in "xyz"))
+
+
+def test_an_endless_name(tmp_path):
+    with pytest.raises(RecordingError, match=r"line 1: the name 'nnn.*\.\.\.' has 5,002 letters; allowed: at most 200"):
+        read(tmp_path, f"time,{'n' * 5000}_x\n")
+
+
+def test_as_a_take_it_is_finished_in_metres_with_z_up(tmp_path):
+    recording = read(tmp_path, table(*ROWS))
+    take = plain_csv_module.read(tmp_path / "recording.csv")
+    assert (take.format, take.units, take.up, take.captured, take.rate) == ("plain CSV", "m", "z", False, None)
+    same(take, recording)
+
+
 def test_fewer_than_three_frames(tmp_path):
     with pytest.raises(RecordingError, match=r"recording.csv has two frames"):
         read(tmp_path, table(*ROWS[:2]))

@@ -2,34 +2,50 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from armdesign.demonstration import READERS, Reader, Recording, read_plain_csv, read_recording, readers
-from armdesign.errors import RecordingError
+from armdesign.demonstration import formats, read_plain_csv, read_recording, read_recordings, read_take
+from armdesign.demonstration.formats import Format
+from armdesign.demonstration.take import Take
+from armdesign.errors import ArmDesignError, RecordingError
 
 TEXT = "time,hand_x,hand_y,hand_z\n0,0,0,1\n1,0,0,2\n2,0,0,3\n"
+BONE = "x,y,z,q0,q1,q2,q3\n1,2,3,0,0,0,1\n1,2,3.1,0,0,0,1\n1,2,3.2,0,0,0,1\n"
 
 
 def saved(tmp_path, content, name="recording.csv"):
     file = tmp_path / name
-    file.write_bytes(content)
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
     return file
 
 
 @pytest.mark.parametrize("name", ["recording.csv", "recording.trc", "recording", "my.recording.C3D"])
 def test_the_ending_does_not_matter(tmp_path, name):
-    assert read_recording(str(saved(tmp_path, TEXT.encode(), name))).frames == 3
+    assert read_recording(str(saved(tmp_path, TEXT, name))).frames == 3
 
 
 def test_a_new_format_is_one_entry(tmp_path, monkeypatch):
-    other = Recording([0, 1, 2], {}, source="other")
-    entry = Reader("other", lambda head: head.startswith(b"\0OTHER"), lambda _path: other)
-    monkeypatch.setattr(readers, "READERS", (entry, *READERS))
-    assert read_recording(saved(tmp_path, b"\0OTHER 1.0")) is other
-    assert read_recording(saved(tmp_path, TEXT.encode())).frames == 3
+    points = {"a": np.array([[0.0, 0, 1500], [0, 0, 1600], [0, 0, 1700]])}
+    other = Take(np.arange(3.0), points, {}, "other", "Other 1.0", "mm", "z")
+    entry = Format("other", lambda head: head.startswith(b"\0OTHER"), lambda _path: other)
+    monkeypatch.setattr(formats, "FORMATS", (entry, *formats.FORMATS))
+    file = saved(tmp_path, b"\0OTHER 1.0")
+    assert read_take(file) is other
+    np.testing.assert_allclose(read_recording(file).points["a"][:, 2], [1.5, 1.6, 1.7])
+    np.testing.assert_allclose(read_recording(file, units="m", up="y", mirror=True).points["a"][0], [0, 1500, 0])
+    assert read_recording(saved(tmp_path, TEXT)).frames == 3
 
 
-@pytest.mark.parametrize("read", [read_recording, read_plain_csv])
+def test_plain_csv_is_taken_as_it_stands(tmp_path):
+    file = saved(tmp_path, TEXT)
+    recording = read_recording(file)
+    assert recording.points["hand"].tobytes() == read_plain_csv(file).points["hand"].tobytes()
+    assert recording.about.steps == ()
+    assert not recording.about.captured
+
+
+@pytest.mark.parametrize("read", [read_recording, read_plain_csv, read_take])
 def test_files_that_cannot_be_recordings(tmp_path, read):
     with pytest.raises(RecordingError, match=r"absent\.csv does not exist"):
         read(tmp_path / "absent.csv")
@@ -47,7 +63,7 @@ def test_a_file_the_system_refuses(tmp_path, monkeypatch):
     def refuse(*_args, **_kwargs):
         raise PermissionError(13, "Permission denied")
 
-    file = saved(tmp_path, TEXT.encode())
+    file = saved(tmp_path, TEXT)
     monkeypatch.setattr(type(file), "open", refuse)
     with pytest.raises(RecordingError, match=r"cannot read .*recording.csv: Permission denied. Check the path"):
         read_recording(file)
@@ -62,21 +78,69 @@ def test_a_pipe_does_not_block(tmp_path):
 
 BINARY = {
     "spreadsheet": (b"PK\x03\x04\x14\0\0\0", "looks like a spreadsheet"),
-    "UTF-16": (TEXT.encode("utf-16"), "looks like UTF-16 text: save it as UTF-8"),
-    "C3D": (b"\x02P\x3c\0\x01\0", "Export the recording as comma separated values"),
+    "noise": (b"\x03\x9f\x3c\0\x01\0\xff", "Export the recording"),
 }
 
 
 @pytest.mark.parametrize(("content", "message"), BINARY.values(), ids=BINARY.keys())
 def test_binary_files_name_the_known_formats(tmp_path, content, message):
-    with pytest.raises(RecordingError, match=f"not a recording of a known format; allowed: plain CSV. .*{message}"):
+    with pytest.raises(
+        RecordingError, match=f"not a recording of a known format; allowed: C3D, .*plain CSV. .*{message}"
+    ):
         read_recording(saved(tmp_path, content))
-    with pytest.raises(RecordingError, match=f"is not a text file. .*{message}"):
-        read_plain_csv(saved(tmp_path, content))
+
+
+def bones(tmp_path, *contents):
+    return {f"b{i}": saved(tmp_path, content, f"{i}.csv") for i, content in enumerate(contents)}
+
+
+def test_several_files_are_one_recording(tmp_path):
+    files = bones(tmp_path, BONE, BONE.replace("1,2,", "1,2.5,"))
+    joined = read_recordings(files, rate=50.0)
+    assert list(joined.points) == list(joined.orientations) == ["b0", "b1"]
+    np.testing.assert_allclose(joined.time, [0, 0.02, 0.04])
+    np.testing.assert_allclose(joined.points["b1"][:, 1] - joined.points["b0"][:, 1], 0.5)
+    names = [step.name for step in joined.about.steps]
+    assert names[0] == "joined"
+    assert len(set(names)) == len(names)
+    assert joined.about.rate == 50.0
+
+
+def test_files_with_times_are_joined_by_them(tmp_path):
+    files = bones(tmp_path, TEXT, TEXT.replace("hand", "elbow"))
+    assert list(read_recordings(files).points) == ["b0", "b1"]
+    files["b1"] = saved(tmp_path, TEXT.replace("\n2,", "\n2.5,"), "later.csv")
+    with pytest.raises(
+        RecordingError, match=r"0.csv and .*later.csv differ in their times, first in frame 3 \(2 s and"
+    ):
+        read_recordings(files)
+
+
+def test_units_up_and_mirror_hold_for_all_files(tmp_path):
+    files = bones(tmp_path, BONE, BONE)
+    joined = read_recordings(files, rate=50.0, units="cm", up="y", mirror=True)
+    np.testing.assert_allclose(joined.points["b1"][0], [0.01, 0.03, 0.02])
+
+
+def test_files_that_do_not_fit_are_refused(tmp_path):
+    short = BONE.rsplit("\n", 2)[0] + "\n"
+    two = "time,a_x,a_y,a_z,b_x,b_y,b_z\n0,0,0,1,1,1,1\n1,0,0,2,1,1,1\n2,0,0,3,1,1,1\n"
+    with pytest.raises(RecordingError, match=r"0.csv and .*1.csv have 3 and 2 frames. Export the same stretch"):
+        read_recordings(bones(tmp_path, BONE, short), rate=50.0)
+    with pytest.raises(RecordingError, match=r"1.csv holds 2 points, but is to give the one point 'b1'"):
+        read_recordings(bones(tmp_path, TEXT, two))
+    with pytest.raises(RecordingError, match=r"differ in their unit of length \(not said and m\)"):
+        read_recordings(bones(tmp_path, BONE, TEXT), rate=1.0)
+    with pytest.raises(RecordingError, match="no file is named"):
+        read_recordings({})
+    with pytest.raises(RecordingError, match="rate is unknown"):
+        read_recordings(bones(tmp_path, BONE, BONE))
+    for rate in (0.0, -1.0, float("nan")):
+        with pytest.raises(ArmDesignError, match="rate"):
+            read_recordings(bones(tmp_path, BONE, BONE), rate=rate)
 
 
 def test_the_import_is_light():
-    code = (
-        "import sys, armdesign.demonstration; sys.exit(any(m.startswith(('scipy', 'pinocchio')) for m in sys.modules))"
-    )
+    heavy = ("scipy", "pinocchio", "matplotlib", "ezc3d")
+    code = f"import sys, armdesign.demonstration; sys.exit(any(m.startswith({heavy}) for m in sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

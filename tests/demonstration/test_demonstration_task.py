@@ -110,8 +110,10 @@ def test_notes_tell_what_was_found_and_done():
     assert notes[1] == "Base shoulder; points from there to the hand: elbow, wrist, hand; no orientation."
     assert notes[2].startswith("Filled 1 gap by interpolation (1 of point 'hand'); the longest: 0.0667 s")
     assert notes[3].startswith("Smoothed")
-    assert notes[4].startswith("Resampled to 30")
-    assert notes[5].startswith("Cropped to 5.1")
+    assert notes[4].startswith("Cropped to 5.1")
+    assert notes[5].startswith("Resampled to 30")
+    assert notes[6].startswith("Distances: shoulder to elbow 300 +- 0")
+    assert notes[7].startswith("hand travels ")
     assert "the demonstrator's arm measures" in notes[-1]
 
 
@@ -185,10 +187,10 @@ def test_task_from_recording_refuses_what_is_no_task():
 NAMES = {
     "base": ({"base": "Shoulder"}, "no point 'Shoulder' for the base; allowed: shoulder, elbow, wrist, hand"),
     "point": ({"points": ["elbow", "thumb"]}, "no point 'thumb'; allowed: shoulder, elbow, wrist, hand"),
-    "orientation": ({"orientation": "wrist"}, "no orientation of 'wrist'; allowed: hand, elbow"),
+    "orientation": ({"orientation": "wrist"}, "no orientation of 'wrist', which is .*; allowed: hand, elbow"),
     "base among points": (
         {"points": ["elbow", "shoulder"]},
-        "'shoulder' is the base and cannot be among the points; allowed: elbow, wrist, hand",
+        "'shoulder' is the base and cannot be among the points; allowed: .*wrist, hand",
     ),
     "twice": ({"points": ["hand", "hand"]}, "point 'hand' is given twice"),
     "mode": ({"base_mode": "world"}, "base_mode 'world' is unknown; allowed: shoulder, fixed"),
@@ -206,7 +208,7 @@ def test_nothing_to_follow():
     alone = Recording(recording.time, {"hand": recording.points["hand"]})
     with pytest.raises(TaskError, match="beside the base 'hand' there is no point to follow"):
         build_task(alone)
-    with pytest.raises(TaskError, match=r"nor of any other point. Leave the orientation out"):
+    with pytest.raises(TaskError, match=r"nor of any other point.*leave the orientation out"):
         build_task(Recording(recording.time, recording.points), orientation="hand")
     with pytest.raises(TaskError, match="there are no points, only orientations"):
         build_task(Recording(recording.time, {}, recording.orientations))
@@ -224,13 +226,13 @@ UNITS = {
     "millimetres": (
         1000.0,
         1.0,
-        r"measures \d+\.?\d* m; allowed: 0.1 to 2 m. This looks like millimetres.* scale 0.001",
+        r"measures \d+\.?\d* m; allowed: 0.1 to 2 m. This looks like millimetres: read it with --units mm",
     ),
-    "centimetres": (100.0, 1.0, "This looks like centimetres.* scale 0.01"),
-    "too long": (10.0, 1.0, "Choose the base and points along one arm"),
-    "too short": (0.05, 1.0, "Choose the base at the shoulder"),
-    "scaled for nothing": (1.0, 0.001, "after scaling by 0.001; .*metres already: leave out the scale"),
-    "scaled by too little": (1000.0, 0.5, "millimetres.* scale 0.0005"),
+    "centimetres": (100.0, 1.0, "This looks like centimetres: read it with --units cm"),
+    "too long": (10.0, 1.0, "Choose --base and --points along one arm"),
+    "too short": (0.05, 1.0, "Choose --base at the shoulder"),
+    "scaled for nothing": (1.0, 0.001, "after scaling by 0.001; .*metres already: leave out --scale"),
+    "scaled by too little": (1000.0, 0.5, "millimetres: read it with --units mm"),
 }
 
 
@@ -240,8 +242,10 @@ def test_wrong_units(unit, scale, message):
         build_task(arm(unit=unit), scale=scale)
 
 
-def test_the_advised_scale_works():
-    np.testing.assert_allclose(build_task(arm(unit=1000.0), scale=0.001).P, build_task(arm()).P, atol=1e-12)
+def test_the_advised_unit_works(tmp_path):
+    write_plain_csv(tmp_path / "mm.csv", arm(unit=1000.0))
+    given = read_recording(tmp_path / "mm.csv", units="mm")
+    np.testing.assert_allclose(build_task(given).P, build_task(arm()).P, atol=1e-12)
 
 
 def test_the_arm_is_measured_from_the_moving_base():

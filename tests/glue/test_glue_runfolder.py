@@ -73,6 +73,7 @@ def test_folder_holds_what_it_should_and_no_more(finished):
         "result.json",
         "trajectory.csv",
         "task.csv",
+        "task.json",
         "history.csv",
         "study.toml",
         "arm.urdf",

@@ -126,7 +126,9 @@ def test_orientation_that_is_missing_lists_those_there_are(recording):
         "fitness": {"scenario": "welding"},
         "task": {"points": ("upper", "elbow", "hand"), "orientation": "elbow"},
     }
-    with pytest.raises(TaskError, match=r"orientation of 'elbow' is to be followed \(w_0 > 0\).*allowed: wrist, hand"):
+    with pytest.raises(
+        TaskError, match=r"followed \(w_0 > 0\), but .*no orientation of 'elbow'.*allowed: wrist, hand"
+    ):
         prepare(recording, study(**changes))
 
 
@@ -145,7 +147,7 @@ def test_start_out_of_reach_is_refused_and_later_frames_are_noted(recording):
 
 def test_recording_of_the_base_alone_is_refused(recording):
     alone = Recording(recording.time, {"shoulder": recording.points["shoulder"]})
-    with pytest.raises(TaskError, match="no point besides the base"):
+    with pytest.raises(TaskError, match="beside the base 'shoulder' there is no point to follow"):
         prepare(alone, study())
 
 

@@ -16,7 +16,7 @@ from armdesign.compute import InProcess, processes
 from armdesign.search import Search
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-FINISHED = {"history.csv", "study.toml", "task.csv", "trajectory.csv", "arm.urdf", "result.json"}
+FINISHED = {"history.csv", "study.toml", "task.csv", "task.json", "trajectory.csv", "arm.urdf", "result.json"}
 
 
 def outcome(folder):

@@ -1,6 +1,5 @@
 import hashlib
 import io
-import json
 import shutil
 
 import numpy as np
@@ -47,9 +46,8 @@ def interrupted(tmp_path_factory, undisturbed, task, backend):
     """A run folder with a good state of iteration 4 and the one of iteration 3."""
     folder = tmp_path_factory.mktemp("interrupted") / "run"
     folder.mkdir()
-    for name in ("study.toml", "task.csv"):
+    for name in ("study.toml", "task.csv", "task.json"):
         shutil.copy(undisturbed.folder / name, folder)
-    (folder / "notes.json").write_text(json.dumps({"base": task.task.base, "notes": task.notes}))
     run = Search(task, backend)
     for _ in range(4):
         run.advance()
@@ -244,7 +242,7 @@ def test_a_state_of_another_task_or_other_settings_is_refused_and_kept(folder, c
     check(folder)
 
 
-@pytest.mark.parametrize("name", ["study.toml", "notes.json", "task.csv"])
+@pytest.mark.parametrize("name", ["study.toml", "task.json", "task.csv"])
 @pytest.mark.parametrize("how", ["missing", "empty", "cut"])
 def test_a_folder_without_a_whole_run_is_refused(folder, cli, name, how):
     if how == "missing":

@@ -61,7 +61,7 @@ def test_resuming_a_finished_run_clears_away_what_a_kill_has_left(tmp_path, chil
     folder = tmp_path / "run"
     killed = child(*begin(folder), before=lambda: runs.die_at_rename("result.json", 1, "after"))
     assert killed.wait() == -signal.SIGKILL
-    assert {"state.npz", "notes.json"} <= runs.names(folder)
+    assert {"state.npz", "task.json"} <= runs.names(folder)
     check(folder)
     assert runs.names(folder) == runs.FINISHED
 

@@ -23,7 +23,7 @@ def test_one_signal_ends_the_search_after_the_iteration_with_a_whole_run_folder(
     ended = child(*begin(folder), before=lambda: runs.at_iteration(3, runs.send(number)))
     assert ended.wait() == 130
     assert ended.said().splitlines()[-1] == f"Interrupted; go on with: armdesign search --resume {folder}"
-    assert runs.names(folder) == runs.FINISHED | {"notes.json", "state.npz", "state-previous.npz"}
+    assert runs.names(folder) == runs.FINISHED | {"state.npz", "state-previous.npz"}
     assert runs.stopped_by(folder) == "interrupted"
     assert runs.rows(folder) == undisturbed.rows[:3]
     assert json.loads((folder / "result.json").read_text())["fitness"] == float(runs.rows(folder)[-1].split(",")[1])

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from armdesign.demonstration import plain_csv
+from armdesign.demonstration.formats import bone_csv, bvh, c3d, motive_csv, qualisys_tsv, trc, vicon_csv
 from armdesign.demonstration.take import Take
 
 
@@ -26,5 +28,14 @@ class Format(NamedTuple):
     read: Callable[[Path], Take]
 
 
-FORMATS: tuple[Format, ...] = ()
+FORMATS: tuple[Format, ...] = (
+    Format("C3D", c3d.matches, c3d.read),
+    Format("OptiTrack Motive CSV", motive_csv.matches, motive_csv.read),
+    Format("BVH", bvh.matches, bvh.read),
+    Format("TRC", trc.matches, trc.read),
+    Format("Vicon Nexus CSV", vicon_csv.matches, vicon_csv.read),
+    Format("Qualisys TSV", qualisys_tsv.matches, qualisys_tsv.read),
+    Format("bone CSV", bone_csv.matches, bone_csv.read),
+    Format("plain CSV", plain_csv.matches, plain_csv.read),
+)
 """Asked in this order; one entry a line."""

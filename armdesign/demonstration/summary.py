@@ -1,0 +1,270 @@
+"""What a recording holds: rate, length, points with their gaps, and the arms that its names tell of."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import shlex
+import textwrap
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from armdesign.demonstration.definitions import define
+from armdesign.demonstration.expressions import parse
+from armdesign.demonstration.gaps import find_gaps, seconds
+from armdesign.demonstration.guess import Arm, Guess, guess_arm
+from armdesign.demonstration.recording import Array, Recording
+from armdesign.demonstration.repeats import find_repeats
+from armdesign.demonstration.standard import is_mirrored
+
+_WIDTH = 110
+_HOLE = 1.5  # a step in time this many times the median is told
+
+
+@dataclass(frozen=True)
+class Seen:
+    """How much of a point, or of an orientation, is there.
+
+    Attributes:
+        name: Its name.
+        share: Part of the frames in which it was seen.
+        gaps: Number of gaps.
+        longest: Length of the longest gap [s].
+        at: When that begins [s]; None if there is no gap.
+    """
+
+    name: str
+    share: float
+    gaps: int
+    longest: float
+    at: float | None
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Distance of two neighbouring points of an arm.
+
+    Attributes:
+        name: From where to where.
+        mean: Over the frames in which both were seen [m].
+        spread: Standard deviation [m].
+    """
+
+    name: str
+    mean: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class ArmFound:
+    """An arm that the names tell of.
+
+    Attributes:
+        what: Side, subject and naming scheme in words.
+        base: Expression for the shoulder.
+        points: Expressions for the points from there to the hand.
+        orientation: Name of the point that has the hand's orientation; None for none.
+        segments: Their distances.
+        chosen: Whether a search takes this one if it is not told otherwise.
+    """
+
+    what: str
+    base: str
+    points: tuple[str, ...]
+    orientation: str | None
+    segments: tuple[Segment, ...]
+    chosen: bool
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a recording holds.
+
+    Attributes:
+        source: The file.
+        format: Its format and version.
+        frames: Number of frames.
+        start: Time of the first frame [s].
+        duration: From the first to the last frame [s].
+        rate_declared: Frames per second that the file declares; None where it does not.
+        rate_measured: Frames per second by the median step in time.
+        longest_step: Longest time from one frame to the next [s].
+        repeated: Number of frames that are equal to the one before.
+        points: How much of each point is there.
+        orientations: The same for the orientations.
+        bodies: Rigid bodies to the markers on them.
+        arms: The arms that the names tell of.
+        guess: What a search would take, in words.
+        steps: What was found and done on reading, in words.
+    """
+
+    source: str
+    format: str
+    frames: int
+    start: float
+    duration: float
+    rate_declared: float | None
+    rate_measured: float
+    longest_step: float
+    repeated: int
+    points: tuple[Seen, ...]
+    orientations: tuple[Seen, ...]
+    bodies: Mapping[str, tuple[str, ...]]
+    arms: tuple[ArmFound, ...]
+    guess: str
+    steps: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """All of it as plain JSON values."""
+        return dataclasses.asdict(self)
+
+
+def summarise(recording: Recording) -> Summary:
+    """Look a recording over.
+
+    Args:
+        recording: In metres with z up.
+    """
+    guess = guess_arm(recording.points, side="left" if is_mirrored(recording) else "right")
+    about, time = recording.about, recording.time
+    return Summary(
+        source=recording.source,
+        format=about.format or "recording",
+        frames=recording.frames,
+        start=float(time[0]),
+        duration=float(time[-1] - time[0]),
+        rate_declared=about.rate,
+        rate_measured=recording.rate,
+        longest_step=float(np.diff(time).max()),
+        repeated=sum(gap.stop - gap.first for gap in find_repeats(recording)),
+        points=tuple(_seen(name, values, time) for name, values in recording.points.items()),
+        orientations=tuple(_seen(name, values, time) for name, values in recording.orientations.items()),
+        bodies=dict(about.bodies),
+        arms=tuple(_arm(arm, recording, about.captured and arm is guess.arm) for arm in guess.arms),
+        guess=_taken(guess, recording),
+        steps=tuple(step.sentence for step in about.steps),
+    )
+
+
+def summary_text(summary: Summary) -> str:
+    """A summary for people.
+
+    Args:
+        summary: The summary.
+    """
+    blocks = [
+        _heading(summary),
+        _listed("Found and done on reading:", summary.steps),
+        _series_text("point", summary.points),
+        _series_text("orientation", summary.orientations),
+        _bodies_text(summary.bodies),
+        _arms_text(summary),
+    ]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _seen(name: str, values: Array, time: Array) -> Seen:
+    """How much of a series is there."""
+    gaps = find_gaps(name, values, time)
+    longest = max(gaps, key=lambda gap: gap.length, default=None)
+    share = 1.0 - sum(gap.stop - gap.first for gap in gaps) / len(time)
+    if longest is None:
+        return Seen(name, share, 0, 0.0, None)
+    return Seen(name, share, len(gaps), longest.length, longest.begins)
+
+
+def _arm(arm: Arm, recording: Recording, chosen: bool) -> ArmFound:
+    """An arm with the lengths of its segments."""
+    texts = (arm.base, *arm.points)
+    found = [define(parse(text, list(recording.points), recording.source), recording, {}) for text in texts]
+    places = [(point.expression.name, point.positions) for point in found if point.positions is not None]
+    segments = []
+    for (name, one), (following, other) in itertools.pairwise(places):
+        length = np.linalg.norm(other - one, axis=1)
+        length = length[np.isfinite(length)]
+        if len(length):
+            segments.append(Segment(f"{name} to {following}", float(length.mean()), float(length.std())))
+    return ArmFound(str(arm), arm.base, arm.points, arm.orientation(recording.orientations), tuple(segments), chosen)
+
+
+def _taken(guess: Guess, recording: Recording) -> str:
+    """What a search takes that is not told anything."""
+    first, *others = recording.points or ("",)
+    if recording.about.captured or not others:
+        return guess.sentence
+    return f"Without --base and --points a search takes the base {first} and follows {', '.join(others)}."
+
+
+def _heading(summary: Summary) -> str:
+    """File, format, length and rate."""
+    declared = "" if summary.rate_declared is None else f"{summary.rate_declared:.6g} frames/s declared, "
+    lines = [
+        summary.source,
+        f"  {summary.format}, {summary.frames} frames over {seconds(summary.duration)}, from {seconds(summary.start)}",
+        f"  {declared}{summary.rate_measured:.6g} frames/s measured",
+    ]
+    if summary.longest_step * summary.rate_measured > _HOLE:
+        lines.append(f"  longest time from one frame to the next: {seconds(summary.longest_step)}")
+    if summary.repeated:
+        lines.append(f"  {summary.repeated} frames repeat the one before")
+    return "\n".join(lines)
+
+
+def _listed(title: str, sentences: tuple[str, ...]) -> str:
+    """Sentences under a title."""
+    return "\n".join([title, *(_wrapped(sentence, "  - ") for sentence in sentences)]) if sentences else ""
+
+
+def _wrapped(text: str, first: str, following: str | None = None) -> str:
+    """Text in lines of a bearable length."""
+    rest = " " * len(first) if following is None else following
+    return textwrap.fill(text, _WIDTH, initial_indent=first, subsequent_indent=rest, break_on_hyphens=False)
+
+
+def _series_text(what: str, series: tuple[Seen, ...]) -> str:
+    """Points with gaps as a table, those without as a list."""
+    if not series:
+        return ""
+    whole = [each.name for each in series if each.gaps == 0]
+    broken = [each for each in series if each.gaps]
+    lines = [f"{len(series)} {what}{'s' if len(series) > 1 else ''}, {len(whole)} of them always seen"]
+    if whole:
+        lines.append(_wrapped(", ".join(whole), "  "))
+    if broken:
+        width = max(len("with gaps"), *(len(each.name) for each in broken))
+        lines.append(f"  {'with gaps':<{width}}       seen   gaps  longest [s]  from [s]")
+        for each in broken:
+            at = 0.0 if each.at is None else each.at
+            share = f"{_percent(each.share):>7} %"
+            lines.append(f"  {each.name:<{width}}  {share}  {each.gaps:5d}  {each.longest:11.3f}  {at:8.3f}")
+    return "\n".join(lines)
+
+
+def _percent(share: float) -> str:
+    """A share in percent, which is 100.0 or 0.0 only where it is all or nothing."""
+    shown = f"{100 * share:.1f}"
+    return {"100.0": "> 99.9", "0.0": "< 0.1"}.get(shown, shown) if 0 < share < 1 else shown
+
+
+def _bodies_text(bodies: Mapping[str, tuple[str, ...]]) -> str:
+    """Rigid bodies with their markers."""
+    if not bodies:
+        return ""
+    lines = [_wrapped(f"{body}: {', '.join(markers)}", "  ", "    ") for body, markers in bodies.items()]
+    return "\n".join(["Bodies and the markers on them", *lines])
+
+
+def _arms_text(summary: Summary) -> str:
+    """The arms with their segments, and how to ask for them."""
+    chosen = any(arm.chosen for arm in summary.arms)
+    title = "Arms by the names of the points; a search takes the one marked * if it is not told otherwise"
+    lines = [title if chosen else _wrapped(summary.guess.rstrip(".") + ".", "")]
+    for arm in summary.arms:
+        lines.append(f"{'*' if arm.chosen else ' '} {arm.what}")
+        lines += [f"    {s.name:<24} {s.mean:6.3f} m +- {s.spread:.3f} m" for s in arm.segments]
+        flags = f"--base {shlex.quote(arm.base)} --points {shlex.quote(','.join(arm.points))}"
+        lines.append(f"    {flags}" + (f" --orientation {arm.orientation}" if arm.orientation else ""))
+    return "\n".join(lines)

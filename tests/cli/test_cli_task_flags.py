@@ -1,0 +1,238 @@
+"""The flags from a recording to a task: the same for every command, all of them settings as well."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from armdesign.cli.common import ProgressLine
+from armdesign.cli.sweep_progress import SweepLine
+from armdesign.cli.task_flags import TaskFlags
+from armdesign.search import Progress
+from armdesign.settings import TaskSettings
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
+BOX = ("--base", "ACRO_tip", "--points", "elbow=EPICl+EPICm,wrist=STYLr+STYLu,hand=INDEX+LASTC+MEDH+LATH")
+real = pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings are not at hand")
+
+FLAGS = {
+    "--base": ("shoulder", "base", "shoulder"),
+    "--points": ("elbow=A+B, hand", "points", ["elbow=A+B", "hand"]),
+    "--orientation": ("hand", "orientation", "hand"),
+    "--base-mode": ("fixed", "base_mode", "fixed"),
+    "--units": ("mm", "units", "mm"),
+    "--up": ("y", "up", "y"),
+    "--max-gap": ("0.4", "max_gap", 0.4),
+    "--low-pass": ("8", "low_pass", 8.0),
+    "--from": ("0.5", "start", 0.5),
+    "--to": ("1.5", "stop", 1.5),
+    "--cut": ("0.7:0.9", "cut", [[0.7, 0.9]]),
+    "--rate": ("25", "rate", 25.0),
+    "--scale": ("1.5", "scale", 1.5),
+}
+SWITCHES = {"--mirror": "mirror", "--outliers": "outliers", "--repeats": "repeats"}
+
+
+def settings(run, *flags):
+    outcome = run("search", "--write-config", *flags)
+    assert outcome.exit_code == 0, outcome.output
+    return tomllib.loads(outcome.stdout)["task"]
+
+
+@pytest.mark.parametrize("flag", FLAGS)
+def test_a_flag_is_a_setting(run, flag):
+    text, name, value = FLAGS[flag]
+    assert settings(run, flag, text)[name] == value
+
+
+@pytest.mark.parametrize("flag", SWITCHES)
+def test_a_switch_goes_both_ways(run, flag):
+    assert settings(run, flag)[SWITCHES[flag]] is True
+    assert settings(run, flag.replace("--", "--no-"))[SWITCHES[flag]] is False
+
+
+def test_flags_go_over_the_file(run, place):
+    (place / "mine.toml").write_text("[task]\nmirror = true\nlow_pass = 3\ncut = [[1, 2]]\nscale = 2\n")
+    task = settings(run, "--config", "mine.toml", "--no-mirror", "--low-pass", "off", "--cut", "3:4", "--cut", "5:6")
+    assert (task["mirror"], task["low_pass"], task["cut"], task["scale"]) == (False, "off", [[3, 4], [5, 6]], 2.0)
+
+
+def test_every_task_setting_but_the_files_has_a_flag():
+    assert set(TaskSettings.names()) - set(TaskFlags.__dataclass_fields__) == {"recording", "files", "file_rate"}
+
+
+@pytest.mark.parametrize("command", [("search",), ("evaluate",), ("sweep",), ("recording", "convert")])
+def test_every_command_has_all_of_them(run, command):
+    outcome = run(*command, "--help")
+    assert outcome.exit_code == 0
+    for flag in (*FLAGS, *SWITCHES):
+        assert re.search(rf"{flag}\b.*\w{{3,}}", outcome.output), flag
+
+
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        (("--low-pass", "often"), "--low-pass is 'often'; allowed: a cut-off in Hz such as 6, or off"),
+        (("--low-pass", "-1"), "'task.low_pass' is -1.0; allowed: a number above 0 up to 10000 Hz, or \"off\""),
+        (("--cut", "3"), "--cut is '3'; allowed: two times A:B in seconds such as 2.5:3.1"),
+        (("--cut", "a:b"), "--cut is 'a:b'; allowed: two times A:B"),
+        (("--cut", "2:1"), r"'task.cut\[0\]' is \[2.0, 1.0\]: its bounds are upside down"),
+        (("--cut", "0.5:9"), "cut 0.5:9 reaches an end of the recording"),
+        (("--cut", "0.5:1.0"), r"cannot be cut out, '\w+' moves by \d+ mm; allowed: at most 5 mm"),
+        (("--base-mode", "world"), "'task.base_mode' is 'world'; allowed: shoulder, fixed"),
+        (("--up", "w"), "'task.up' is 'w'; allowed: x, y, z"),
+        (("--units", "feet"), "units is 'feet'; allowed: m, cm, mm, in"),
+        (("--units", "mm"), r"the arm measures 0.000\d+ m; allowed: 0.1 to 2 m"),
+        (("--max-gap", "-1"), "'task.max_gap' is -1.0; allowed: a number from 0 to 60 s"),
+        (("--rate", "0"), "'task.rate' is 0.0; allowed: a number above 0"),
+        (("--scale", "0"), "'task.scale' is 0.0; allowed: a number above 0"),
+        (("--from", "3"), r"start \(--from\) is 3.0 s: that leaves 0 frames"),
+    ],
+)
+def test_what_is_not_allowed_is_said(refused, packaging, flags, message):
+    assert re.search(message, refused("search", packaging, *flags))
+
+
+def test_weights_that_do_not_fit_name_the_way_out(refused, packaged, packaging):
+    sentence = refused("search", packaging, "--scenario", "welding", "--weights", "0,0.1,0.7")
+    assert "sum to 0.8; allowed: a sum of 1. Put the orientation's weight first, --weights 0.2,0,0.1,0.7" in sentence
+    sentence = refused("evaluate", packaged[0], packaging, "--points", "hand")
+    assert "there are 3 weights (" in sentence
+    assert "for 1 point; allowed: 1 weight w_1..w_1, or 2 with" in sentence
+    assert "Give others with --weights, or take those that grow along the arm with --scenario packaging" in sentence
+    sentence = refused("search", packaging, "--scenario", "welding", "--points", "forearm,hand")
+    assert "The welding weights are for three points: choose three with --points, or use --weights" in sentence
+
+
+def test_the_ways_out_work(run, place, packaged, packaging, welding, small):
+    for flags in (("--weights", "1"), ("--scenario", "packaging")):
+        assert run("evaluate", packaged[0], packaging, "--points", "hand", *flags).exit_code == 0
+    flags = ("--scenario", "welding", "--weights", "0.2,0,0.1,0.7")
+    assert run("search", welding, *flags, *small, "--out", "run").exit_code == 0
+
+
+def test_one_is_one_joint_and_one_iteration(run, place, packaging):
+    (place / "long.toml").write_text("[design]\ntool_length = 0.7\n")
+    outcome = run(
+        "search", packaging, "--config", "long.toml", "--dof", 1, "--particles", 1, "--iterations", 1, "--out", "run"
+    )
+    assert "Searching an arm of 1 joint with rapso, 1 particle, 1 iteration, seed 0." in outcome.output
+
+
+def test_a_recording_in_millimetres_is_the_same_task(run, place, packaging, small):
+    lines = packaging.read_text(encoding="utf-8").splitlines()
+    table = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
+    table[:, 1:] *= 1000.0
+    (place / "mm.csv").write_text("\n".join([lines[0], *(",".join(map(repr, row)) for row in table.tolist())]))
+    assert run("search", "mm.csv", "--units", "mm", *small, "--out", "mm").exit_code == 0
+    assert run("search", packaging, *small, "--out", "m").exit_code == 0
+    one, other = (np.loadtxt(place / name / "task.csv", delimiter=",", skiprows=1) for name in ("mm", "m"))
+    np.testing.assert_allclose(one, other, atol=1e-12)
+    told = json.loads((place / "mm" / "task.json").read_text())
+    assert (told["units"], told["up"]) == ("mm", "z")
+    again = run("evaluate", "mm", "mm/task.csv", "--base", "origin")  # which is in metres
+    assert again.exit_code == 0, again.output
+    assert "not used: units" in again.output
+
+
+def test_a_run_is_evaluated_on_its_own_recording_where_none_is_named(run, place, packaged):
+    folder, _ = packaged
+    outcome = run("evaluate", folder, "--out", "again")
+    assert outcome.exit_code == 0, outcome.output
+    one, other = (json.loads((place / path / "result.json").read_text()) for path in (folder, "again"))
+    assert one["fitness"] == other["fitness"]
+    (place / "arm.csv").write_text("alpha,a,d\n0.5,0,0\n1.0,0.3,0.1\n0.5,0.1,0.1\n")
+    assert "no recording given. Write 'armdesign evaluate DESIGN RECORDING'" in run("evaluate", "arm.csv").output
+
+
+def test_a_recording_and_files_at_once_are_refused(refused, place, packaging):
+    (place / "both.toml").write_text(f"[task]\nrecording = '{packaging}'\nfiles = {{ hand = 'hand.csv' }}\n")
+    assert "task.recording and task.files are set. Leave one out" in refused("search", "--config", "both.toml")
+
+
+@real
+def test_a_capture_is_searched_with_names_of_its_own(run, place, small):
+    box = SHARED / "pyomeca" / "box_lift.c3d"
+    outcome = run("search", box, *BOX, "--orientation", "hand", "--scenario", "welding", *small, "--out", "run")
+    assert outcome.exit_code == 0, outcome.output
+    for said in ("Took out 1 outlier", "Filled ", "Smoothed by", "Distances: ACRO_tip to elbow 308 +- 12 mm"):
+        assert said in outcome.output
+    result = json.loads((place / "run" / "result.json").read_text())
+    assert result["points"] == ["elbow", "wrist", "hand"]
+    assert "elbow=Daphnee:EPICl+Daphnee:EPICm" in result["settings"]["task"]["points"]
+    told = json.loads((place / "run" / "task.json").read_text())
+    assert told["format"] == "C3D"
+    assert told["sources"] == [result["recording"]]
+    for recording in ((), (box,), ("run/task.csv", "--base", "origin")):
+        again = run("evaluate", "run", *recording, "--out", "again", "--overwrite")
+        assert again.exit_code == 0, again.output
+        assert json.loads((place / "again" / "result.json").read_text())["fitness"] == result["fitness"]
+
+
+@real
+def test_several_files_are_one_recording_through_the_config(run, place, small):
+    folder = SHARED / "kth_handover"
+    files = {name: str(folder / f"giver_{name}_pose_saved.csv") for name in ("RUArm", "RFArm", "RHand")}
+    table = ", ".join(f'{name} = "{path}"' for name, path in files.items())
+    (place / "kth.toml").write_text(f"[task]\nfile_rate = 120\nfiles = {{ {table} }}\n")
+    outcome = run("search", "--config", "kth.toml", *small)
+    assert outcome.exit_code == 0, outcome.output
+    assert "Interpolated 76 frames that repeat the one before" in outcome.output
+    (told,) = (place / "runs").glob("kth_handover-*/task.json")
+    sources = json.loads(told.read_text())["sources"]
+    assert [source["path"] for source in sources] == list(files.values())
+    assert all(source["sha256"] for source in sources)
+    outcome = run("sweep", "--config", "kth.toml", *small, "--seeds", "1-1", "--rate", "30", "--out", "sweep")
+    assert outcome.exit_code == 0, outcome.output
+    assert "kth_handover-rapso" in (place / "sweep" / "sweep.csv").read_text()
+
+
+@real
+def test_sweeps_take_captures_of_several_formats(run, place, small):
+    recordings = [SHARED / "pyomeca" / "box_lift_vicon.csv", SHARED / "pyomeca" / "box_lift.c3d"]
+    outcome = run("sweep", *recordings, *BOX, *small, "--seeds", "1", "--low-pass", "8", "--out", "sweep")
+    assert outcome.exit_code == 0, outcome.output
+    told = [json.loads(path.read_text()) for path in (place / "sweep").glob("box_lift*/task.json")]
+    assert {content["format"] for content in told} == {"C3D", "Vicon Nexus CSV"}
+    assert all(content["settings"]["low_pass"] == 8.0 for content in told)
+
+
+class Terminal:
+    """Where standard error goes to if it is a terminal."""
+
+    def __init__(self):
+        self.text = ""
+
+    def write(self, text):
+        self.text += text
+
+    def flush(self):
+        pass
+
+    def isatty(self):
+        return True
+
+
+def test_what_follows_a_progress_line_begins_on_a_line_of_its_own(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    progress = Progress(1, 9, 1.0, 0.1, 0.1, 1, 1, 1.0)
+    with ProgressLine() as line:
+        line(progress)
+    assert terminal.text.endswith("left\n")
+    with ProgressLine() as line:
+        line(Progress(9, 9, 1.0, 0.1, 0.1, 1, 1, 1.0))
+    assert terminal.text.endswith("left\n")
+    assert not terminal.text.endswith("\n\n")
+    before = terminal.text
+    with ProgressLine(), SweepLine():
+        pass
+    assert terminal.text == before

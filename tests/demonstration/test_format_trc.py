@@ -1,0 +1,273 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from armdesign.demonstration.formats import FORMATS, trc
+from armdesign.demonstration.formats.marker_columns import clean_name
+from armdesign.errors import RecordingError
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
+NAMES = ("R.Shoulder", "R.Elbow", "R.Wrist")
+VALUES = np.random.default_rng(3).uniform(-900.0, 900.0, (8, 9)).round(3)
+KEYS = (
+    *("DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units"),
+    *("OrigDataRate", "OrigDataStartFrame", "OrigNumFrames"),
+)
+
+
+def cells(row, hidden=""):
+    return [hidden if np.isnan(value) else f"{value:.3f}" for value in row]
+
+
+def trc_lines(values=VALUES, first=1, times=None, hidden="", **facts):
+    """Lines of a file in which all is as it should be."""
+    frames = len(values)
+    facts = {"DataRate": 100.0, "CameraRate": 100.0, "NumFrames": frames, "NumMarkers": 3, "Units": "mm", **facts}
+    times = np.arange(frames) / 100 if times is None else times
+    return [
+        "PathFileType\t4\t(X/Y/Z)\ttake.trc",
+        "\t".join(KEYS),
+        "\t".join(str(facts.get(key, 1)) for key in KEYS),
+        "Frame#\tTime\t" + "\t\t\t".join(NAMES) + "\t\t",
+        "\t\t" + "\t".join(f"{axis}{i}" for i in (1, 2, 3) for axis in "XYZ"),
+        "",
+        *(f"{first + i}\t{times[i]:.5f}\t" + "\t".join(cells(row, hidden)) for i, row in enumerate(values)),
+    ]
+
+
+def read(tmp_path, text, encoding="utf-8"):
+    file = tmp_path / "take.trc"
+    file.write_bytes(("\n".join(text) + "\n" if isinstance(text, list) else text).encode(encoding))
+    assert trc.matches(file.read_bytes()[:8192])
+    assert next(form.name for form in FORMATS if form.matches(file.read_bytes()[:8192])) == "TRC"
+    return trc.read(file)
+
+
+def table(take):
+    return np.hstack(list(take.points.values()))
+
+
+def steps(take):
+    return {step.name: step.sentence for step in take.steps}
+
+
+def test_reads_names_positions_times_units_and_rate(tmp_path):
+    take = read(tmp_path, trc_lines())
+    assert tuple(take.points) == NAMES
+    np.testing.assert_array_equal(table(take), VALUES)
+    np.testing.assert_array_equal(take.time, np.arange(8) / 100)
+    assert (take.units, take.up, take.rate, take.format, take.captured) == ("mm", None, 100.0, "TRC", True)
+    assert (take.steps, dict(take.orientations)) == ((), {})
+
+
+def variant(index, line):
+    lines = trc_lines()
+    return [*lines[:index], *line, *lines[index + 1 :]]
+
+
+ROW = trc_lines()[3]
+DECORATED = {
+    "CRLF": "\r\n".join(trc_lines()) + "\r\n",
+    "no line end at the end": "\n".join(trc_lines()),
+    "byte order mark": ["\ufeff" + trc_lines()[0], *trc_lines()[1:]],
+    "commas": [line.replace("\t", ",") for line in trc_lines()],
+    "semicolons": [line.replace("\t", ";") for line in trc_lines()],
+    "semicolons and decimal commas": [
+        *(line.replace("\t", ";") for line in trc_lines()[:6]),
+        *(line.replace("\t", ";").replace(".", ",") for line in trc_lines()[6:]),
+    ],
+    "tabs and decimal commas": [*trc_lines()[:6], *(line.replace(".", ",") for line in trc_lines()[6:])],
+    "blanks in line 1": variant(0, ["PathFileType  4\t(X/Y/Z) C:\\take\\"]),
+    "double tabs and blanks in line 3": variant(
+        2, ["  100.0\t\t  100.0\t\t    8\t\t     3\t\t mm\t  100.0\t      1\t    8"]
+    ),
+    "tabs to the right everywhere": [line + "\t" * 40 for line in trc_lines()],
+    "tabs to the right of the header": [line + "\t" * 12 for line in trc_lines()[:6]] + trc_lines()[6:],
+    "padded names": variant(3, [ROW.replace("R.", "  R.").replace("\t\t\t", "  \t\t\t")]),
+    "names shifted by a tab": variant(3, [ROW.replace("Time\t", "Time\t\t")]),
+    "one tab between names": variant(3, [ROW.replace("\t\t\t", "\t")]),
+    "two tabs between names, labels shifted": [
+        *trc_lines()[:3],
+        ROW.replace("Time\t", "Time\t\t").replace("\t\t\t", "\t\t"),
+        "\t" + trc_lines()[4],
+        *trc_lines()[5:],
+    ],
+    "no empty line": [*trc_lines()[:5], *trc_lines()[6:]],
+    "line of tabs": [*trc_lines()[:5], "\t" * 11, *trc_lines()[6:]],
+    "no line of axes": [*trc_lines()[:4], *trc_lines()[6:]],
+    "padded rows": [*trc_lines()[:6], *(line.replace("\t", "  \t   ") for line in trc_lines()[6:])],
+    "exponents": [
+        *trc_lines()[:6],
+        *(f"{i + 1}\t{i / 100:.2e}\t" + "\t".join(f"{value:.12E}" for value in row) for i, row in enumerate(VALUES)),
+    ],
+    "empty lines below": [*trc_lines(), "", "\t\t\t\t"],
+    "empty lines between": [line for row in trc_lines()[6:] for line in (row, "")],
+}
+DECORATED["empty lines between"] = [*trc_lines()[:6], *DECORATED["empty lines between"]]
+
+
+@pytest.mark.parametrize("text", DECORATED.values(), ids=DECORATED.keys())
+def test_decoration_changes_nothing(tmp_path, text):
+    take, plain = read(tmp_path, text), read(tmp_path, trc_lines())
+    assert list(take.points) == list(plain.points)
+    np.testing.assert_allclose(table(take), table(plain), rtol=1e-12)
+    np.testing.assert_array_equal(take.time, plain.time)
+    assert (take.units, take.rate, take.steps) == (plain.units, plain.rate, ())
+
+
+@pytest.mark.parametrize("hidden", ["", "NaN", "Nan", "NAN", "nan", "       NaN", "NULL"])
+def test_what_was_not_seen(tmp_path, hidden):
+    values = VALUES.copy()
+    values[2:5, :3], values[0, 6:], values[-1, 3:6] = np.nan, np.nan, np.nan
+    np.testing.assert_array_equal(table(read(tmp_path, trc_lines(values, hidden=hidden))), values)
+
+
+def test_rows_may_stop_early(tmp_path):
+    values = VALUES.copy()
+    values[3, 6:] = np.nan
+    lines = trc_lines(values)
+    lines[9] = lines[9].rstrip("\t")
+    take = read(tmp_path, lines)
+    np.testing.assert_array_equal(table(take), values)
+    assert "stop early: 1" in steps(take)["short"]
+
+
+def test_wrong_counts_are_told_and_nothing_more(tmp_path):
+    take = read(tmp_path, trc_lines(NumFrames=652, NumMarkers=51))
+    np.testing.assert_array_equal(table(take), VALUES)
+    assert "announces 652 frames, the file holds 8" in steps(take)["count"]
+    assert "announces 51 markers and names 3" in steps(take)["markers"]
+
+
+@pytest.mark.parametrize("first", [0, 1, 185])
+def test_frame_numbers_start_anywhere(tmp_path, first):
+    np.testing.assert_array_equal(read(tmp_path, trc_lines(first=first)).time, np.arange(8) / 100)
+
+
+def test_times_count_where_the_rate_lies(tmp_path):
+    take = read(tmp_path, trc_lines(times=np.arange(8) * 0.04, DataRate=250.0))
+    np.testing.assert_array_equal(take.time, np.arange(8) * 0.04)
+    assert take.rate == 25.0
+    assert "declares 250 frames/s, but the times tell 25" in steps(take)["rate"]
+
+
+def test_rounded_times_become_even(tmp_path):
+    take = read(tmp_path, trc_lines(times=np.round(np.arange(8) / 60, 3), DataRate=60.0))
+    np.testing.assert_allclose(take.time, np.arange(8) / 60, atol=1e-12)
+    assert "rounded to 0.001 s" in steps(take)["times"]
+
+
+@pytest.mark.parametrize(("word", "units"), [("m", "m"), ("mm", "mm"), ("MM", "mm"), ("cm", "cm"), ("meters", "m")])
+def test_units(tmp_path, word, units):
+    assert read(tmp_path, trc_lines(Units=word)).units == units
+
+
+def test_units_that_are_not_told(tmp_path):
+    lines = trc_lines()
+    lines[1], lines[2] = lines[1].replace("\tUnits", ""), lines[2].replace("\tmm", "")
+    assert read(tmp_path, lines).units is None
+    lines = trc_lines(Units="")
+    assert read(tmp_path, lines).units is None
+    assert read(tmp_path, lines).rate == 100.0
+
+
+def test_unknown_units_are_refused(tmp_path):
+    with pytest.raises(RecordingError, match="line 3: the unit 'deg' is none of length; allowed: m, cm, mm, in"):
+        read(tmp_path, trc_lines(Units="deg"))
+
+
+def test_names_that_stand_twice_are_told_apart(tmp_path):
+    lines = trc_lines()
+    lines[3] = lines[3].replace("R.Wrist", "R.Elbow")
+    take = read(tmp_path, lines)
+    assert list(take.points) == ["R.Shoulder", "R.Elbow", "R.Elbow#2"]
+    np.testing.assert_array_equal(take.points["R.Elbow#2"], VALUES[:, 6:])
+    assert "R.Elbow#2" in steps(take)["names"]
+
+
+@pytest.mark.parametrize("end", [30, 60, 75])
+def test_a_file_that_was_cut_off_loses_its_last_row(tmp_path, end):
+    text = "\n".join(trc_lines())
+    last = text.rindex("\n")
+    take = read(tmp_path, text[: last + end])
+    np.testing.assert_array_equal(table(take), VALUES[:-1])
+    assert set(steps(take)) == {"cut", "count"}
+
+
+def test_names_in_other_letters(tmp_path):
+    lines = trc_lines()
+    lines[3] = lines[3].replace("R.Elbow", "Ellbögen 手")
+    for encoding in ("utf-8", "utf-16"):
+        assert list(read(tmp_path, lines, encoding).points)[1] == "Ellbögen 手"
+    lines[3] = lines[3].replace(" 手", "")
+    assert list(read(tmp_path, lines, "cp1252").points)[1] == "Ellbögen"
+    assert clean_name("  a\t b\x00c ") == "a b c"
+
+
+def changed(index, old, new):
+    lines = trc_lines()
+    lines[index] = lines[index].replace(old, new)
+    return lines
+
+
+BAD = {
+    "no row of names": (trc_lines()[:3], "none of the first 20 lines is the row of names, which begins with 'Frame#'"),
+    "no names": (variant(3, ["Frame#\tTime\t\t\t"]), "line 4: there are no names"),
+    "no time": (changed(3, "Time", "Zeit"), "line 4: 'Zeit' follows 'Frame#', not 'Time'"),
+    "no frames": (trc_lines()[:6], "holds no frame below the header"),
+    "word": (changed(8, "\t" + cells(VALUES[2])[4], "\tx"), "line 9, column 'R.Elbow Y': 'x' is not a number"),
+    "more cells than names": (changed(3, "R.Wrist", ""), "line 7: too many cells, 11 where the header has 8"),
+    "frame again": (
+        changed(9, "4\t0.03000", "3\t0.02000"),
+        "line 10: the time does not increase, 0.02 comes after 0.02",
+    ),
+    "two takes": ([*trc_lines(), *trc_lines()[6:]], "line 15: the time does not increase, 0 comes after 0.07"),
+    "infinite": (changed(8, "\t" + cells(VALUES[2])[4], "\tinf"), "'inf' is not a finite number"),
+    "long name": (changed(3, "R.Wrist", "W" * 201), "line 4: the name 'W+...' has 201 letters"),
+    "too many names": (
+        variant(3, ["Frame#\tTime\t" + "\t".join(f"m{i}" for i in range(10_000))]),
+        "line 4: the table has 30,002 columns",
+    ),
+}
+
+
+@pytest.mark.parametrize(("lines", "message"), BAD.values(), ids=BAD.keys())
+def test_bad_files_are_refused_in_a_sentence(tmp_path, lines, message):
+    with pytest.raises(RecordingError, match=message):
+        read(tmp_path, lines)
+
+
+def test_other_files_are_not_taken_for_trc():
+    for head in (b"time,a_x,a_y,a_z\n", b"Trajectories\n100\n", b"NO_OF_FRAMES\t3\n", b"HIERARCHY\n", b"\0\1", b""):
+        assert not trc.matches(head)
+
+
+REAL = {
+    "opensim/markers_walk.trc": (238, 41, 100.0, set()),
+    "opensim/dataWithNaNsWithSpaces.trc": (427, 42, 100.0, set()),
+    "opensim/std_walking2_markers.trc": (126, 44, 25.0, {"rate"}),
+    "pyomeca/box_lift_start.trc": (93, 51, 100.0, {"count"}),
+}
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings are not at hand")
+@pytest.mark.parametrize("name", REAL)
+def test_real_files(name):
+    frames, markers, rate, told = REAL[name]
+    take = trc.read(SHARED / name)
+    assert (len(take.time), len(take.points), take.rate, take.units) == (frames, markers, rate, "mm")
+    assert set(steps(take)) == told
+    assert np.nanmedian(np.abs(np.diff(take.time) * rate - 1)) < 1e-9
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings are not at hand")
+def test_segments_of_real_files_are_rigid():
+    take = trc.read(SHARED / "opensim/markers_walk.trc")
+    forearm = np.linalg.norm(take.points["R.Elbow"] - take.points["R.Wrist"], axis=1)
+    assert 200 < forearm.mean() < 300
+    assert forearm.std() < 10
+    box = trc.read(SHARED / "pyomeca/box_lift_start.trc").points
+    hand = np.linalg.norm(box["INDEX"] - box["LASTC"], axis=1)
+    assert 30 < hand.mean() < 120
+    assert hand.std() < 3

@@ -1,0 +1,176 @@
+"""Whatever happens to a file, reading it gives a sound recording or one sentence: no crash, no hang, no warning."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mutations import BINARY, TEXT, mutated
+from recording_seeds import FRAMES, seeds
+
+from armdesign.demonstration.formats.c3d_layout import read_layout
+from armdesign.demonstration.legible import legible
+from armdesign.demonstration.readers import read_recordings, read_take
+from armdesign.demonstration.standard import to_recording
+from armdesign.errors import ArmDesignError
+
+SEEDS = seeds()
+SECONDS = 20  # for one small file
+MOST_GROWTH = 500  # [MiB] of this process, over all files
+LONG = 2_600  # files of each format; eight formats
+PARTS = 4
+
+resource = pytest.importorskip("resource", reason="needs alarm signals and memory counts")
+
+
+def test_seeds_are_sound(tmp_path):
+    for kind, contents in SEEDS.items():
+        for content in contents:
+            assert not problem(written(tmp_path, content), kind)
+            if kind != "bone":
+                take = read_take(tmp_path / "take.bin")
+                assert kind.lower() in take.format.lower()
+                assert len(take.time) >= FRAMES
+            else:
+                assert read_recordings({"hand": tmp_path / "take.bin"}, rate=120.0, units="m").frames >= FRAMES
+
+
+@pytest.mark.parametrize("kind", sorted(set(SEEDS) - {"C3D"}))
+def test_damaged_text_gives_a_recording_or_a_sentence(kind, tmp_path, capfd):
+    fuzz(kind, 60, tmp_path, capfd, seed=1)
+
+
+def test_damaged_c3d_gives_a_recording_or_a_sentence(tmp_path, capfd):
+    fuzz("C3D", 12, tmp_path, capfd, seed=1)
+
+
+def test_damaged_c3d_headers_give_a_layout_within_the_file_or_a_sentence(tmp_path):
+    rng = np.random.default_rng(3)
+    for number in range(1500):
+        content, how = mutated(SEEDS["C3D"][number % 4], rng, BINARY)
+        path = written(tmp_path, content)
+        wrong = layout_problem(path)
+        assert not wrong, f"{number}, {how}: {wrong}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(PARTS))
+@pytest.mark.parametrize("kind", sorted(SEEDS))
+def test_many_damaged_files(kind, part, tmp_path, capfd):
+    fuzz(kind, LONG // PARTS, tmp_path, capfd, seed=100 + part)
+
+
+def fuzz(kind: str, count: int, folder: Path, capfd, seed: int) -> None:
+    """Read ``count`` damaged files of a kind; every problem is listed with what it takes to see it again."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    problems = []
+    for number in range(count):
+        content, how = damaged(kind, seed, number)
+        found = problem(written(folder, content), kind)
+        if found:
+            problems.append(f"damaged({kind!r}, {seed}, {number}) [{how}]: {found}")
+    printed = capfd.readouterr()
+    assert not problems, f"{len(problems)} of {count}:\n" + "\n".join(problems[:20])
+    assert not printed.out
+    assert not printed.err
+    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / (
+        1 << 10 if sys.platform != "darwin" else 1 << 20
+    )
+    assert grown < MOST_GROWTH
+
+
+def damaged(kind: str, seed: int, number: int) -> tuple[bytes, str]:
+    """One damaged file, the same in every run."""
+    rng = np.random.default_rng([seed, zlib.crc32(kind.encode()), number])
+    contents = SEEDS[kind]
+    return mutated(contents[number % len(contents)], rng, BINARY if kind == "C3D" else TEXT)
+
+
+def written(folder: Path, content: bytes) -> Path:
+    path = folder / "take.bin"
+    path.write_bytes(content)
+    return path
+
+
+def problem(path: Path, kind: str) -> str:
+    """What is wrong with how a file is read; empty if nothing is."""
+    try:
+        with warnings.catch_warnings(), time_limit(SECONDS):
+            warnings.simplefilter("error")
+            if kind == "bone":  # its file has no times, and so needs a rate and a name
+                return unsound(read_recordings({"hand": path}, rate=120.0, units="m"))
+            take = read_take(path)
+            return unsound(take) or unsound(legible(to_recording)(take))  # as read_recording does, reading but once
+    except ArmDesignError as error:
+        return ill_said(error, path)
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        last = error.__traceback__
+        while last and last.tb_next:
+            last = last.tb_next
+        where = f"{Path(last.tb_frame.f_code.co_filename).name}:{last.tb_lineno}" if last else "?"
+        return f"{type(error).__name__} at {where}: {str(error)[:200]}"
+
+
+def layout_problem(path: Path) -> str:
+    """What is wrong with how a C3D file's header is read; empty if nothing is."""
+    try:
+        layout = read_layout(path)
+    except ArmDesignError as error:
+        return ill_said(error, path)
+    width = 4 if layout.scale < 0 else 2
+    points = layout.start + layout.frames * (4 * layout.points + layout.analog) * width
+    poses = layout.rotation_start + layout.frames * layout.ratio * layout.rotations * 17 * 4
+    return "" if max(points, poses) <= path.stat().st_size else f"data up to {max(points, poses)}"
+
+
+def unsound(take) -> str:
+    """Why a take or recording is none; empty if it is one."""
+    frames = len(take.time)
+    if take.time.shape != (frames,) or not np.isfinite(take.time).all() or not (np.diff(take.time) > 0).all():
+        return "times that do not increase"
+    if not take.points and not take.orientations:
+        return "neither points nor orientations"
+    for width, series in ((3, take.points), (4, take.orientations)):
+        for name, values in series.items():
+            if values.shape != (frames, width) or values.dtype != float:
+                return f"shape {values.shape} of {name!r}"
+            if np.isinf(values).any():
+                return f"an infinite value of {name!r}"
+            if not name or name != name.strip():
+                return f"the name {name!r}"
+    return ""
+
+
+def ill_said(error: ArmDesignError, path: Path) -> str:
+    """What is wrong with an error's text; empty if nothing is."""
+    text = str(error)
+    if path.name not in text:
+        return f"the file is not named in: {text[:300]}"
+    if any(not letter.isprintable() for letter in text):
+        return f"letters that cannot be printed in: {text[:300]!r}"
+    return f"{len(text)} letters: {text[:300]}" if len(text) >= 1000 else ""
+
+
+@contextmanager
+def time_limit(seconds: int) -> Iterator[None]:
+    """Raise TimeoutError after so many seconds of computing; what the C3D library takes has a limit of its own."""
+
+    def stop(*_: object) -> None:
+        raise TimeoutError(f"still reading after {seconds} s")
+
+    old = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, old)
