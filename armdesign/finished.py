@@ -1,0 +1,138 @@
+"""A finished run, read back from its folder: the arm, its path and the task, as whatever leaves the tool needs them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign.errors import RunFolderError
+from armdesign.evaluation import Evaluation
+from armdesign.fitness.constraints import joint_limits
+from armdesign.fitness.evaluator import BlockEvaluator
+from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.dh_files import read_design
+from armdesign.running import open_run
+from armdesign.study import Prepared
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FinishedRun:
+    """An arm that does a task.
+
+    Attributes:
+        name: What to call it, the folder's name; for people, not safe for XML.
+        prepared: Task and settings.
+        evaluation: The arm (``evaluation.table``) with its path (``evaluation.path``: q, g, area, distance ...).
+        history: Columns of history.csv, each of shape (iterations,); empty for an arm that was not searched.
+        content: result.json, for what is only told, not computed.
+        folder: Where it was read; None for a result that is still in memory.
+    """
+
+    name: str
+    prepared: Prepared
+    evaluation: Evaluation
+    history: dict[str, Array]
+    content: dict[str, Any]
+    folder: Path | None = None
+
+    @property
+    def table(self) -> DHTable:
+        """The arm."""
+        return self.evaluation.table
+
+    @property
+    def limits(self) -> Array:
+        """Joint limits of the search, shape (n, 2) [rad]."""
+        return joint_limits(self.prepared.study.design)
+
+
+def read_finished(folder: str | Path) -> FinishedRun:
+    """Read a run folder that has a result, also that of an interrupted search.
+
+    The errors along the path come from the joint angles in trajectory.csv; the angles are not solved again.
+
+    Args:
+        folder: The run folder.
+
+    Raises:
+        RunFolderError: There is no result, or a file is missing, damaged or does not fit the others.
+    """
+    place = Path(folder)
+    content = read_result(place)
+    prepared = open_run(place)
+    table = read_design(place / "result.json")
+    q = read_columns(place / "trajectory.csv", 1 + table.dof)[:, 1:]
+    if len(q) != len(prepared.task.time):
+        raise RunFolderError(
+            f"{place / 'trajectory.csv'} has {len(q)} frames, the task has {len(prepared.task.time)}",
+            value=len(q),
+            fix="Search again, or resume the run",
+        )
+    mount = np.array(content.get("mount", np.eye(3)), dtype=float).reshape(3, 3)
+    path = BlockEvaluator(prepared.problem(), block=1).replay(table, q, mount)
+    r, f, E = (number(content, name, place) for name in ("fitness", "path_fitness", "area"))
+    evaluation = Evaluation(table, r, f, E, path)
+    return FinishedRun(place.resolve().name, prepared, evaluation, read_history(place / "history.csv"), content, place)
+
+
+def read_result(folder: Path) -> dict[str, Any]:
+    """result.json of a run folder.
+
+    Raises:
+        RunFolderError: It is missing or damaged.
+    """
+    path = folder / "result.json"
+    if not folder.is_dir():
+        raise RunFolderError(f"there is no run folder {folder}", value=str(folder), fix="Check the path")
+    if not path.is_file():
+        fix = f"Finish the search first: armdesign search --resume {folder}"
+        raise RunFolderError(f"{folder} holds no result: result.json is missing", value=str(folder), fix=fix)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise RunFolderError(f"{path} is damaged: {error}", value=str(path), fix="Search again") from error
+    if not isinstance(content, dict):
+        raise RunFolderError(f"{path} is damaged: it holds no table", value=str(path), fix="Search again")
+    return content
+
+
+def number(content: dict[str, Any], name: str, folder: Path) -> float:
+    """A figure of result.json.
+
+    Raises:
+        RunFolderError: It is missing or no number.
+    """
+    value = content.get(name)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise RunFolderError(f"{folder / 'result.json'} is damaged: '{name}' is {value!r}", value=value)
+    return float(value)
+
+
+def read_columns(path: Path, width: int | None = None) -> Array:
+    """Numbers below the header of one of our own CSV files, shape (rows, columns).
+
+    Raises:
+        RunFolderError: The file is missing or damaged.
+    """
+    try:
+        values = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+    except (OSError, ValueError) as error:
+        raise RunFolderError(f"{path} is missing or damaged: {error}", value=str(path), fix="Search again") from error
+    if width is not None and values.shape[1] != width:
+        raise RunFolderError(f"{path} is damaged: it has {values.shape[1]} columns", allowed=width)
+    return values
+
+
+def read_history(path: Path) -> dict[str, Array]:
+    """Columns of history.csv by name; nothing where there is none."""
+    if not path.is_file():
+        return {}
+    names = path.read_text(encoding="utf-8").splitlines()[0].split(",")
+    return dict(zip(names, read_columns(path, len(names)).T, strict=True))
