@@ -78,11 +78,11 @@ def free_folder(parent: Path, name: str) -> Path:
     return folder
 
 
-def write_search(folder: Path, result: SearchResult) -> Written:
+def write_search(folder: str | Path, result: SearchResult) -> Written:
     """Write a finished search.
 
     Args:
-        folder: The run folder, see claim_folder.
+        folder: The run folder, made where it is missing; see claim_folder where an earlier run must not be lost.
         result: What the search has found.
 
     Raises:
@@ -100,22 +100,37 @@ def write_search(folder: Path, result: SearchResult) -> Written:
         "stopped_by": result.stopped_by,
         "wall_time": result.wall_time,
     }
-    clear(folder)
-    write_whole(folder / "history.csv", history_csv(result.history))
-    written = write_parts(folder, result.best, result.prepared, extra)
-    return Written(folder, ("history.csv", *written))
+    place = opened(folder)
+    write_whole(place / "history.csv", history_csv(result.history))
+    written = write_parts(place, result.best, result.prepared, extra)
+    return Written(place, ("history.csv", *written))
 
 
-def write_evaluation(folder: Path, evaluation: Evaluation, prepared: Prepared) -> Written:
+def write_evaluation(folder: str | Path, evaluation: Evaluation, prepared: Prepared) -> Written:
     """Write one arm on one task; a search that lay in the folder before is removed.
 
     Args:
-        folder: The run folder, see claim_folder.
+        folder: The run folder, made where it is missing.
         evaluation: The arm with its path.
         prepared: Task and settings.
     """
-    clear(folder)
-    return Written(folder, write_parts(folder, evaluation, prepared, {}))
+    place = opened(folder)
+    return Written(place, write_parts(place, evaluation, prepared, {}))
+
+
+def opened(folder: str | Path) -> Path:
+    """A run folder that is there and holds no result.
+
+    Raises:
+        RunFolderError: It cannot be made, or an earlier result cannot be removed.
+    """
+    place = Path(folder)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunFolderError(f"cannot make the folder {place}: {error.strerror}", value=str(place)) from error
+    clear(place)
+    return place
 
 
 def clear(folder: Path) -> None:
