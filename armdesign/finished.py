@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -75,8 +75,9 @@ def read_finished(folder: str | Path) -> FinishedRun:
             value=len(q),
             fix="Search again, or resume the run",
         )
-    mount = np.array(content.get("mount", np.eye(3)), dtype=float).reshape(3, 3)
+    mount = rotation(content.get("mount", np.eye(3).tolist()), place)
     path = BlockEvaluator(prepared.problem(), block=1).replay(table, q, mount)
+    path = replace(path, start_error=float(path.distance[0, -1]))
     r, f, E = (number(content, name, place) for name in ("fitness", "path_fitness", "area"))
     evaluation = Evaluation(table, r, f, E, path)
     return FinishedRun(place.resolve().name, prepared, evaluation, read_history(place / "history.csv"), content, place)
@@ -103,6 +104,21 @@ def read_result(folder: Path) -> dict[str, Any]:
     return content
 
 
+def rotation(value: object, folder: Path) -> Array:
+    """The mount of result.json, shape (3, 3).
+
+    Raises:
+        RunFolderError: It is no rotation matrix.
+    """
+    try:
+        matrix = np.array(value, dtype=float).reshape(3, 3)
+    except (TypeError, ValueError) as error:
+        raise RunFolderError(f"{folder / 'result.json'} is damaged: 'mount' is {value!r}", value=value) from error
+    if not np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-6:
+        raise RunFolderError(f"{folder / 'result.json'} is damaged: 'mount' is no rotation", value=value)
+    return matrix
+
+
 def number(content: dict[str, Any], name: str, folder: Path) -> float:
     """A figure of result.json.
 
@@ -122,7 +138,10 @@ def read_columns(path: Path, width: int | None = None) -> Array:
         RunFolderError: The file is missing or damaged.
     """
     try:
-        values = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+        lines = path.read_text(encoding="utf-8").splitlines()[1:]
+        if not lines:
+            raise ValueError("there are no rows")
+        values = np.loadtxt(lines, delimiter=",", ndmin=2)
     except (OSError, ValueError) as error:
         raise RunFolderError(f"{path} is missing or damaged: {error}", value=str(path), fix="Search again") from error
     if width is not None and values.shape[1] != width:
@@ -134,5 +153,8 @@ def read_history(path: Path) -> dict[str, Array]:
     """Columns of history.csv by name; nothing where there is none."""
     if not path.is_file():
         return {}
+    values = read_columns(path)
     names = path.read_text(encoding="utf-8").splitlines()[0].split(",")
-    return dict(zip(names, read_columns(path, len(names)).T, strict=True))
+    if len(names) != values.shape[1]:
+        raise RunFolderError(f"{path} is damaged: {len(names)} names for {values.shape[1]} columns", value=names)
+    return dict(zip(names, values.T, strict=True))

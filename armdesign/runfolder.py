@@ -14,7 +14,6 @@ from armdesign.demonstration import task_recording, write_plain_csv
 from armdesign.errors import RunFolderError
 from armdesign.evaluation import Evaluation
 from armdesign.files import write_whole
-from armdesign.fitness.constraints import joint_limits
 from armdesign.kinematics.dh import DHTable
 from armdesign.origin import Source, write_task_json
 from armdesign.search import SearchResult
@@ -23,6 +22,10 @@ from armdesign.swarm import History
 
 SCHEMA_VERSION = 1
 TASK_JSON = "task.json"
+
+
+VIEWS = ("preview.html", "report.html")
+"""What views.write_views adds to a run."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +142,7 @@ def clear(folder: Path) -> None:
     Raises:
         RunFolderError: A file cannot be removed.
     """
-    for name in ("result.json", "history.csv"):
+    for name in ("result.json", "history.csv", *VIEWS):
         try:
             (folder / name).unlink(missing_ok=True)
         except OSError as error:
@@ -223,11 +226,8 @@ def trajectory_csv(times: np.ndarray[Any, Any], q: np.ndarray[Any, Any]) -> str:
 
 
 def arm_urdf(evaluation: Evaluation, prepared: Prepared) -> str:
-    """The arm's URDF with the limits its own trajectory asks for."""
-    from armdesign.export.limits import trajectory_limits  # noqa: PLC0415 (SciPy)
-    from armdesign.export.urdf import urdf_text  # noqa: PLC0415
+    """The arm's URDF with the limits and the body its own trajectory asks for; what ``armdesign export`` writes."""
+    from armdesign.export.robot import finished_robot  # noqa: PLC0415 (SciPy)
+    from armdesign.export.urdf import robot_urdf  # noqa: PLC0415
 
-    limits = trajectory_limits(evaluation.table, prepared.task.time, evaluation.path.q)
-    return urdf_text(
-        evaluation.table, limits=joint_limits(prepared.study.design), velocity=limits.velocity, effort=limits.effort
-    )
+    return robot_urdf(finished_robot(evaluation, prepared))

@@ -25,7 +25,7 @@ from armdesign.search import Progress, Search, SearchResult
 from armdesign.settings import read_study
 from armdesign.study import Prepared
 
-RESULTS = ("result.json", "history.csv", "trajectory.csv", "arm.urdf")
+RESULTS = ("result.json", "history.csv", "trajectory.csv", "arm.urdf", *runfolder.VIEWS)
 STUDY, TASK, FAILED = "study.toml", "task.csv", "failed_candidate.json"
 NOTES = "notes.json"
 """What earlier versions kept in place of the task.json."""

@@ -7,8 +7,12 @@ from typing import Annotated
 import typer
 
 from armdesign import __version__
+from armdesign.cli.compare import compare
 from armdesign.cli.evaluate import evaluate
+from armdesign.cli.export import export
+from armdesign.cli.preview import preview
 from armdesign.cli.recording import app as recording
+from armdesign.cli.report import report
 from armdesign.cli.runs import runs
 from armdesign.cli.search import search
 from armdesign.cli.sweep import sweep
@@ -25,6 +29,10 @@ app.command()(search)
 app.command()(evaluate)
 app.command()(sweep)
 app.command()(runs)
+app.command()(export)
+app.command()(report)
+app.command()(preview)
+app.command()(compare)
 app.add_typer(recording)
 
 

@@ -204,7 +204,7 @@ def seconds(text: str | None) -> float | None:
         ) from error
 
 
-GO_ON_FLAGS = ("resume", "workers", "cluster", "quiet", "dry_run")
+GO_ON_FLAGS = ("resume", "workers", "cluster", "quiet", "dry_run", "report")
 """What may be given with --resume."""
 
 

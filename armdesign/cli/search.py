@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -80,6 +81,9 @@ def search(
         Path | None, typer.Option("--resume", help="Go on with the search in this run folder where it stopped.")
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Run folder to write (default runs/NAME).")] = None,
+    report: Annotated[
+        bool, typer.Option("--report/--no-report", help="Also write preview.html and report.html (default).")
+    ] = True,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
     write_config: Annotated[
@@ -89,12 +93,12 @@ def search(
     """Search the arm that follows a recorded demonstration best.
 
     Writes a run folder: result.json, arm.urdf, trajectory.csv, task.csv, task.json (what was done to the data),
-    history.csv and study.toml. Its state is saved after every iteration: Ctrl-C ends it with the best arm so far, and
-    --resume goes on, also after a crash.
+    history.csv, study.toml, and to look at preview.html and report.html. Its state is saved after every iteration:
+    Ctrl-C ends it with the best arm so far, and --resume goes on, also after a crash.
     """
     if resume is not None:
         refuse_beside_resume(context, "a search", "For another search leave --resume out and choose another --out")
-        take_up(resume, workers, cluster, quiet=quiet)
+        take_up(resume, workers, cluster, report=report, quiet=quiet)
         return
     study = read_settings(
         config,
@@ -119,7 +123,8 @@ def search(
         typer.echo(weighted.to_toml(comments=True), nl=False)
         return
     source, demonstration, study = open_recording(recording, study, scenario, weights)
-    begin(demonstration, study, folder_for(source, study, out), workers, cluster, overwrite=overwrite, quiet=quiet)
+    folder = folder_for(source, study, out)
+    begin(demonstration, study, folder, workers, cluster, report=report, overwrite=overwrite, quiet=quiet)
 
 
 def open_recording(
@@ -194,6 +199,7 @@ def begin(
     workers: int | None,
     cluster: str | None,
     *,
+    report: bool,
     overwrite: bool,
     quiet: bool,
 ) -> None:
@@ -206,10 +212,10 @@ def begin(
     prepared.space().check_not_empty()
     prepared.problem()
     runfolder.claim_folder(folder, overwrite=overwrite)
-    carry_on(folder, prepared, workers, cluster, fresh=True, quiet=quiet)
+    carry_on(folder, prepared, workers, cluster, fresh=True, report=report, quiet=quiet)
 
 
-def take_up(folder: Path, workers: int | None, cluster: str | None, *, quiet: bool) -> None:
+def take_up(folder: Path, workers: int | None, cluster: str | None, *, report: bool, quiet: bool) -> None:
     """Go on with the search of a run folder."""
     from armdesign.running import finished, open_run, tidy_up  # noqa: PLC0415
 
@@ -217,13 +223,21 @@ def take_up(folder: Path, workers: int | None, cluster: str | None, *, quiet: bo
         tidy_up(folder)
         typer.echo(f"{folder} is finished; nothing to resume.", err=True)
         return
-    carry_on(folder, open_run(folder), workers, cluster, fresh=False, quiet=quiet)
+    carry_on(folder, open_run(folder), workers, cluster, fresh=False, report=report, quiet=quiet)
 
 
 def carry_on(
-    folder: Path, prepared: Prepared, workers: int | None, cluster: str | None, *, fresh: bool, quiet: bool
+    folder: Path,
+    prepared: Prepared,
+    workers: int | None,
+    cluster: str | None,
+    *,
+    fresh: bool,
+    report: bool,
+    quiet: bool,
 ) -> None:
     """Search in a run folder, saying what is decided and done."""
+    from armdesign import views  # noqa: PLC0415
     from armdesign.fitness.evaluator import compile_kernels  # noqa: PLC0415
     from armdesign.running import carry_out  # noqa: PLC0415
 
@@ -245,6 +259,8 @@ def carry_on(
             on_interrupt=on_interrupt,
             on_note=lambda note: typer.echo(note, err=True),
         )
+    if report:
+        written = replace(written, files=(*written.files, *views.write_views(folder)))
     if not quiet:
         typer.echo(closing(result, written))
     if result.stopped_by == "interrupted":

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armdesign.errors import DesignError, SettingsError
-from armdesign.export.solids import BodyOptions, link_bodies
+from armdesign.export.options import PEAK_WINDOW, BodyOptions
+from armdesign.export.solids import link_bodies, tool_inertial
 from armdesign.kinematics.dh import Array, DHTable
 
 GRAVITY = (0.0, 0.0, -9.81)
 """Gravity in the base frame [m/s^2]."""
-PEAK_WINDOW = 0.12
-"""Default length of the smoothing window [s]: with a cubic it passes about 6 Hz, the usual cut-off for arm motion."""
 
 
 @dataclass(frozen=True)
@@ -139,21 +139,36 @@ def joint_torques(table: DHTable, motion: SmoothMotion, body: BodyOptions, paylo
     """
     import pinocchio as pin  # noqa: PLC0415, slow to import
 
-    from armdesign.kinematics.models import arm_model  # noqa: PLC0415, imports Pinocchio
-
     pull = np.asarray(gravity, dtype=float)
     if pull.shape != (3,) or not np.isfinite(pull).all():
         raise SettingsError("gravity is not a finite vector", value=gravity, allowed="three numbers [m/s^2]")
-    model = arm_model(table)
+    model = dynamic_model(table, body, payload)
     model.gravity.linear = pull
+    data = model.createData()
+    return np.stack([pin.rnea(model, data, *state) for state in zip(motion.q, motion.v, motion.a, strict=True)])
+
+
+def dynamic_model(table: DHTable, body: BodyOptions, payload: float = 0.0) -> Any:  # noqa: ANN401 (a pin.Model)
+    """The Pinocchio model of an arm with the inertias of its solids.
+
+    Args:
+        table: The arm, n joints.
+        body: What the arm is built of.
+        payload: Point mass at tool0 [kg].
+    """
+    import pinocchio as pin  # noqa: PLC0415, slow to import
+
+    from armdesign.kinematics.models import arm_model  # noqa: PLC0415, imports Pinocchio
+
+    model = arm_model(table)
     for joint, link in enumerate(link_bodies(table, body)[1:], start=1):
         inertial = link.inertial
         model.appendBodyToJoint(joint, pin.Inertia(inertial.mass, inertial.com, inertial.inertia), pin.SE3.Identity())
     tool = pin.SE3(table.placements()[-1])
-    model.appendBodyToJoint(table.dof, pin.Inertia(body.tool.mass, body.tool.com, body.tool.inertia), tool)
+    hand = tool_inertial(body)
+    model.appendBodyToJoint(table.dof, pin.Inertia(hand.mass, hand.com, hand.inertia), tool)
     model.appendBodyToJoint(table.dof, pin.Inertia(payload, np.zeros(3), np.zeros((3, 3))), tool)
-    data = model.createData()
-    return np.stack([pin.rnea(model, data, *state) for state in zip(motion.q, motion.v, motion.a, strict=True)])
+    return model
 
 
 def _window_frames(wanted: float, frames: int) -> int:

@@ -5,30 +5,51 @@ along the next joint's axis by d_i. Neither piece moves with that joint, so both
 base_link, row i to link_i, the tool row to link_n. On top of the tubes
 
 * link_i carries the housing of joint_i, a solid cylinder about the joint's axis: the **child** link owns it;
-* base_link carries a plate, ``reach`` beneath its origin, and a post from the plate up to the origin.
+* base_link carries a plate, ``reach`` beneath its origin (or on another side of it, where an arm on a wall or a
+  ceiling needs it), and a post from the plate to the origin.
 
 Collision shapes are the same cylinders, made so that neighbouring links do not touch where they meet: a tube ends at
 the sphere of radius ``reach`` about the next joint, and of joints closer together than two such spheres only the last
-keeps its housing. Links that fold back onto each other still collide, as they would in metal.
+keeps its housing. Links that fold back onto each other still collide, as they would in metal, unless a ``BodyFit``
+makes room for the motion in question.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from numbers import Real
+from dataclasses import dataclass
 
 import numpy as np
 
-from armdesign.errors import DesignError, SettingsError
+from armdesign.errors import DesignError
+from armdesign.export.options import BodyOptions
 from armdesign.kinematics.dh import Array, DHTable, rot_x, translation
+
+__all__ = [
+    "SHORTEST",
+    "BodyFit",
+    "BodyOptions",
+    "Cylinder",
+    "Inertial",
+    "LinkBody",
+    "combine",
+    "link_bodies",
+    "tool_inertial",
+]
 
 SHORTEST = 1e-6
 """Pieces shorter than this are left out [m]; a cylinder of no length is refused by most readers."""
-LIGHTEST = 1e-6
-"""Gazebo drops links of this mass and below [kg]."""
 Z_TO_X = np.array([[0.0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
 """A quarter turn about y, which lays a cylinder along x, shape (4, 4)."""
+TURNS = {
+    "below": np.eye(4),
+    "above": np.diag([1.0, -1, -1, 1]),
+    "behind": np.array([[0.0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]]),
+    "left": np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),
+    "right": np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),
+    "front": np.array([[0.0, 0, -1, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
+}
+"""The turns that bring -z of the base to the side its plate stands on, shape (4, 4) each."""
 
 
 @dataclass(frozen=True)
@@ -128,72 +149,19 @@ class Cylinder:
 
 
 @dataclass(frozen=True)
-class BodyOptions:
-    """What the arm is built of. Lengths in metres, masses in kilograms; every value above 0.
+class BodyFit:
+    """How the body makes room for a motion, see ``armdesign.export.fit``.
 
     Attributes:
-        tube_diameter: Outer diameter of the tubes [m].
-        tube_wall: Wall of the tubes [m]; half the diameter makes a solid rod.
-        tube_density: Density of the tubes [kg/m^3]; aluminium.
-        joint_mass: Mass of a joint module, motor and gear [kg].
-        joint_diameter: Diameter of a joint's housing [m].
-        joint_length: Length of a joint's housing along its axis [m].
-        base_diameter: Diameter of the base plate [m].
-        base_height: Height of the base plate [m].
-        base_mass: Mass of the base plate [kg].
-        tool_mass: Mass of the empty link tool0 [kg], above 1e-6: small, yet enough that no simulator drops or fills it.
-        tool_inertia: Each principal moment of tool0 [kg m^2].
-        clearance: Gap left between the collision shapes of neighbouring links [m].
+        side: Where the base plate stands, seen from the base; one of ``armdesign.export.options.SIDES``.
+        plate: Whether the plate collides.
+        spheres: Radii of the spheres about joint_1, ..., joint_n that the link before stays out of, shape (n,) [m];
+            empty: all of them ``BodyOptions.reach``.
     """
 
-    tube_diameter: float = 0.04
-    tube_wall: float = 0.003
-    tube_density: float = 2700.0
-    joint_mass: float = 0.6
-    joint_diameter: float = 0.06
-    joint_length: float = 0.06
-    base_diameter: float = 0.1
-    base_height: float = 0.02
-    base_mass: float = 1.0
-    tool_mass: float = 1e-4
-    tool_inertia: float = 1e-7
-    clearance: float = 1e-3
-
-    def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            SettingsError: A value is not a positive number, a wall is thicker than its tube, or tool0 is too light.
-        """
-        for item in fields(self):
-            value = getattr(self, item.name)
-            number = isinstance(value, Real) and not isinstance(value, bool)
-            if not number or not np.isfinite(value) or value <= 0:
-                raise SettingsError(f"body option '{item.name}' is {value!r}", value=value, allowed="a number > 0")
-        if self.tube_wall > self.tube_diameter / 2.0:
-            allowed = f"at most half of tube_diameter, {self.tube_diameter / 2.0!r} m"
-            raise SettingsError(
-                f"body option 'tube_wall' is {self.tube_wall!r} m", value=self.tube_wall, allowed=allowed
-            )
-        if self.tool_mass <= LIGHTEST:
-            fix = "Lighter links are dropped by simulators."
-            raise SettingsError(
-                f"body option 'tool_mass' is {self.tool_mass!r} kg",
-                value=self.tool_mass,
-                allowed=f"> {LIGHTEST} kg",
-                fix=fix,
-            )
-
-    @property
-    def reach(self) -> float:
-        """Radius of the sphere about a joint that its housing stays within and the link before it stays out of [m]."""
-        housing = float(np.hypot(self.joint_diameter, self.joint_length)) / 2.0
-        return max(housing, self.tube_diameter / 2.0) + self.clearance
-
-    @property
-    def tool(self) -> Inertial:
-        """Mass properties of tool0."""
-        return Inertial(self.tool_mass, np.zeros(3), self.tool_inertia * np.eye(3))
+    side: str = "below"
+    plate: bool = True
+    spheres: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -214,40 +182,49 @@ class LinkBody:
         return combine([part.inertial for part in self.visual])
 
 
-def link_bodies(table: DHTable, options: BodyOptions) -> tuple[LinkBody, ...]:
+def link_bodies(table: DHTable, options: BodyOptions, fit: BodyFit | None = None) -> tuple[LinkBody, ...]:
     """The bodies of base_link, link_1, ..., link_n.
 
     Args:
         table: The arm.
         options: What it is built of.
+        fit: The room it makes for a motion; by default none in particular.
 
     Returns:
         n + 1 bodies; that of link_i is given in the frame of joint_i, which turns with it.
     """
-    kept = _housings_that_collide(table, options.reach)
+    made = fit or BodyFit()
+    spheres = made.spheres or (options.reach,) * table.dof
+    kept = _housings_that_collide(table, options.reach, spheres)
     housing = _housing(options)
-    bodies = [_base(table, options)]
+    bodies = [_base(table, options, made, spheres[0])]
     for i in range(1, table.dof + 1):
+        cut = spheres[i] if i < table.dof else 0.0
         touching = (housing,) if kept[i - 1] else ()
         bodies.append(
-            LinkBody((housing, *_row_tubes(table, i, options)), (*touching, *_row_tubes(table, i, options, cut=True)))
+            LinkBody((housing, *_row_tubes(table, i, options)), (*touching, *_row_tubes(table, i, options, cut)))
         )
     return tuple(bodies)
 
 
-def _base(table: DHTable, options: BodyOptions) -> LinkBody:
+def tool_inertial(options: BodyOptions) -> Inertial:
+    """Mass properties of tool0."""
+    return Inertial(options.tool_mass, np.zeros(3), options.tool_inertia * np.eye(3))
+
+
+def _base(table: DHTable, options: BodyOptions, fit: BodyFit, cut: float) -> LinkBody:
     """Plate, post and the tubes of row 0; the post stays inside the first joint's sphere and so never collides.
 
-    The plate does not collide either where that sphere reaches it, which takes a first joint placed below the base.
+    The plate does not collide either where that sphere reaches it, which takes a first joint placed on its side.
     """
     reach, height, radius = options.reach, options.base_height, options.base_diameter / 2.0
-    down = translation(0.0, 0.0, -reach - height / 2.0)
-    plate = Cylinder(down, radius, height, options.base_mass, "base")
-    post = _tube(np.eye(4), -reach, options)
-    x, y, z = table.placements()[0][:3, 3]
+    turn = TURNS[fit.side]
+    plate = Cylinder(turn @ translation(0.0, 0.0, -reach - height / 2.0), radius, height, options.base_mass, "base")
+    post = _tube(turn, -reach, options)
+    x, y, z = turn[:3, :3].T @ table.placements()[0][:3, 3]
     clear = z >= -SHORTEST or z <= -2.0 * reach - height or np.hypot(x, y) >= radius + reach
     visual = (plate, *post, *_row_tubes(table, 0, options))
-    return LinkBody(visual, (*((plate,) if clear else ()), *_row_tubes(table, 0, options, cut=True)))
+    return LinkBody(visual, (*((plate,) if clear and fit.plate else ()), *_row_tubes(table, 0, options, cut)))
 
 
 def _housing(options: BodyOptions) -> Cylinder:
@@ -255,35 +232,43 @@ def _housing(options: BodyOptions) -> Cylinder:
     return Cylinder(np.eye(4), options.joint_diameter / 2.0, options.joint_length, options.joint_mass, "joint")
 
 
-def _housings_that_collide(table: DHTable, reach: float) -> list[bool]:
+def _housings_that_collide(table: DHTable, reach: float, spheres: Sequence[float]) -> list[bool]:
     """Whether joint_1, ..., joint_n keep a collision shape: from the tool down, each a whole sphere clear of the last.
 
-    The last of a cluster keeps it because its link also carries the tube that leads away.
+    The last of a cluster keeps it because its link also carries the tube that leads away. Where the next joint's sphere
+    was made wider than a housing, it has to be clear of that too.
     """
     kept = [False] * table.dof
-    travelled = np.inf
+    travelled, sphere = np.inf, 0.0
     for i in reversed(range(table.dof)):
-        kept[i] = bool(travelled >= 2.0 * reach)
-        travelled = (0.0 if kept[i] else travelled) + float(np.hypot(table.a[i], table.d[i]))
+        free = i + 1 == table.dof or spheres[i + 1] <= reach or _span(table, i + 1) >= reach + spheres[i + 1]
+        kept[i] = bool(travelled >= reach + sphere) and free
+        travelled, sphere = (0.0, spheres[i]) if kept[i] else (travelled, sphere)
+        travelled += _span(table, i)
     return kept
 
 
-def _row_tubes(table: DHTable, i: int, options: BodyOptions, cut: bool = False) -> tuple[Cylinder, ...]:
+def _span(table: DHTable, i: int) -> float:
+    """Distance between the ends of row i [m]."""
+    return float(np.hypot(table.a[i], table.d[i]))
+
+
+def _row_tubes(table: DHTable, i: int, options: BodyOptions, cut: float = 0.0) -> tuple[Cylinder, ...]:
     """The tubes of row i in the frame of the link that carries them: along x by a_i, then along z_i by d_i.
 
     Args:
         table: The arm.
         i: Row, 0..n.
         options: What the tubes are made of.
-        cut: End them at the sphere about the next joint; the tool row has none.
+        cut: End them at a sphere of this radius about the next joint [m].
     """
     a, d = float(table.a[i]), float(table.d[i])
     start = table.base() if i == 0 else np.eye(4)
     corner = start @ translation(a, 0.0, 0.0) @ rot_x(table.alpha[i])
-    if cut and i < table.dof:
+    if cut > 0.0:
         aside = max(abs(d) - options.tube_diameter / 2.0, 0.0)
-        a = _shortened(a, float(np.sqrt(max(options.reach**2 - aside**2, 0.0))))
-        d = _shortened(d, options.reach)
+        a = _shortened(a, float(np.sqrt(max(cut**2 - aside**2, 0.0))))
+        d = _shortened(d, cut)
     return (*_tube(start @ Z_TO_X, a, options), *_tube(corner, d, options))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,6 +24,8 @@ CONVENTIONS = ("modified", "classic")
 COLUMNS = ("alpha", "a", "d", "theta")
 LABELS = ("row", "i", "joint", "link", "name")
 """Columns of a CSV that only label its rows."""
+COMMENT = re.compile(r"^#\s*(convention|base_yaw)\s*:\s*(.*?)\s*$", re.MULTILINE)
+"""A comment line of a CSV that says what its columns do not."""
 EXAMPLE = 'rows like { "alpha": 1.57, "a": 0.3, "d": 0.0 } [rad, m]'
 
 
@@ -45,15 +48,35 @@ def read_design(path: str | Path, convention: str | None = None) -> DHTable:
     if not isinstance(table, Mapping) or not isinstance(table.get("rows"), list) or not table["rows"]:
         raise DesignError(f"{path} holds no DH table: 'rows' is missing or empty", allowed=EXAMPLE)
     stated = settle_convention(path, table.get("convention"), convention)
-    rows = np.array([row_values(path, i, row) for i, row in enumerate(table["rows"])])
+    rows = np.array([row_values(path, f"rows[{i}]", row) for i, row in enumerate(table["rows"])])
     yaw = number(path, "base_yaw", table.get("base_yaw", 0.0))
     if stated == "classic":
         if yaw != 0.0:
             raise DesignError(f"{path}: a classic table has no base_yaw", value=yaw, allowed=0)
-        return DHTable.from_classic(rows)
+        return with_fixed_rows(DHTable.from_classic(rows), path, table)
     if len(rows) < 2:
         raise DesignError(f"{path}: a modified table needs a row per joint and a tool row, this has {len(rows)}")
     return DHTable.from_rows(rows, yaw)
+
+
+def with_fixed_rows(table: DHTable, path: Path, content: Mapping[str, Any]) -> DHTable:
+    """A classic table with what its rows ``base`` and ``tool`` put before the first axis and behind the last.
+
+    Raises:
+        DesignError: A row holds what a modified table has no place for.
+    """
+    base, tool = (fixed_row(path, name, content.get(name)) for name in ("base", "tool"))
+    for where, value in (("base.d", base[2]), ("tool.alpha", tool[0]), ("tool.a", tool[1])):
+        if value != 0.0:
+            raise DesignError(f"{path}: {where} is {value:g}", value=value, allowed=0)
+    rows = np.stack([table.alpha, table.a, table.d, table.theta], axis=1)
+    rows[0, :2], rows[-1, 2:] = base[:2], tool[2:]
+    return DHTable.from_rows(rows, base[3])
+
+
+def fixed_row(path: Path, name: str, row: object) -> list[float]:
+    """A row that carries no joint; zeros where there is none."""
+    return [0.0] * 4 if row is None else row_values(path, name, row)
 
 
 def design_file(path: str | Path) -> Path:
@@ -100,7 +123,7 @@ def parse(path: Path, text: str) -> Any:  # noqa: ANN401 (file content)
             return json.loads(text)
         first = next((line for line in stripped.splitlines() if line and not line.startswith("#")), "")
         if "=" not in first and not first.startswith("["):
-            return {"rows": csv_rows(path, text)}
+            return csv_table(path, text)
         return tomllib.loads(text)
     except json.JSONDecodeError as error:
         raise DesignError(
@@ -112,8 +135,23 @@ def parse(path: Path, text: str) -> Any:  # noqa: ANN401 (file content)
         raise DesignError(f"the design {path} holds numbers or nesting beyond all bounds: {error}") from error
 
 
-def csv_rows(path: Path, text: str) -> list[dict[str, str]]:
-    """Rows of a CSV table with a header; lines that start with # are comments."""
+def csv_table(path: Path, text: str) -> dict[str, Any]:
+    """A CSV table with a header. Comments such as ``# convention: classic`` and ``# base_yaw: 0.5`` are entries.
+
+    A classic table's rows labelled base and tool are kept apart from those of the joints.
+    """
+    table: dict[str, Any] = dict(COMMENT.findall(text))
+    labelled = csv_rows(path, text)
+    fixed = ("base", "tool") if table.get("convention") == "classic" else ()
+    table |= {label: row for label, row in labelled if label in fixed}
+    table["rows"] = [row for label, row in labelled if label not in fixed]
+    if fixed and not table["rows"]:
+        raise DesignError(f"{path}: a classic table needs a row per joint", allowed=EXAMPLE)
+    return table
+
+
+def csv_rows(path: Path, text: str) -> list[tuple[str, dict[str, str]]]:
+    """Label (or nothing) and cells of each row of a CSV table; lines that start with # are comments."""
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     reader = csv.DictReader(lines, skipinitialspace=True)
     names = [name.strip() for name in reader.fieldnames or ()]
@@ -129,7 +167,8 @@ def csv_rows(path: Path, text: str) -> list[dict[str, str]]:
                 f"{path}: rows[{i}] has more cells than the header has columns", fix="Write decimals with a point"
             )
         cells = {name.strip(): (cell or "").strip() for name, cell in row.items()}
-        rows.append({name: cell for name, cell in cells.items() if name not in LABELS})
+        label = next((cell for name, cell in cells.items() if name in LABELS), "")
+        rows.append((label, {name: cell for name, cell in cells.items() if name not in LABELS}))
     return rows
 
 
@@ -138,9 +177,8 @@ def allowed_names() -> tuple[str, ...]:
     return (*COLUMNS, "alpha_deg", "theta_deg")
 
 
-def row_values(path: Path, index: int, row: object) -> list[float]:
+def row_values(path: Path, where: str, row: object) -> list[float]:
     """One row as (alpha, a, d, theta) [rad, m, m, rad]."""
-    where = f"rows[{index}]"
     if isinstance(row, (list, tuple)) and len(row) in (3, 4):
         row = dict(zip(COLUMNS, row, strict=False))
     if not isinstance(row, Mapping):

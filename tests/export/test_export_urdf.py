@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import shutil
 import subprocess
 from xml.etree import ElementTree
 
@@ -11,23 +10,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import yourdfpy
+from export_designs import CHECK_URDF, random_design
 from scipy.spatial.transform import Rotation
 
 from armdesign.errors import DesignError
+from armdesign.export.joints import joint_limits
 from armdesign.export.solids import BodyOptions, link_bodies
-from armdesign.export.urdf import joint_limits, rpy, safe_name, urdf_text
+from armdesign.export.text import rpy, safe_name
+from armdesign.export.urdf import urdf_text
 from armdesign.kinematics.dh import DHTable, rot_x, rot_z
-
-
-def random_design(n, seed):
-    """A table with zeros, right angles, negative lengths, offsets and a base yaw, and lopsided limits."""
-    rng = np.random.default_rng([n, seed])
-    alpha = rng.choice([0.0, np.pi / 2, -np.pi / 2, rng.uniform(-np.pi, np.pi)], n + 1)
-    a, d = rng.uniform(-0.4, 0.5, (2, n + 1)) * (rng.random((2, n + 1)) > 0.35)
-    theta = rng.choice([0.0, np.pi / 2, -np.pi / 2, rng.uniform(-3, 3)], n + 1) * (seed % 3 > 0)
-    table = DHTable(alpha, a, d, theta, base_yaw=rng.uniform(-np.pi, np.pi) * (seed % 2))
-    return table, np.stack([-rng.uniform(0, 3, n), rng.uniform(0.1, 3, n)], axis=1), rng
-
 
 DESIGNS = [(n, seed) for n in range(1, 9) for seed in range(6)]
 ARM, LIMITS, _ = random_design(5, 5)
@@ -95,12 +86,16 @@ def test_mujoco_reads_back_the_table(n, seed, world):
     assert model.body_mass.sum() == pytest.approx(links, rel=1e-12)
 
 
-@pytest.mark.skipif(shutil.which("check_urdf") is None, reason="check_urdf is not installed")
-def test_urdfdom_accepts_the_file(tmp_path):
+@pytest.mark.skipif(CHECK_URDF is None, reason="check_urdf is not installed")
+@pytest.mark.parametrize("n", range(1, 9))
+def test_urdfdom_reads_the_same_chain(n, tmp_path):
+    table, limits, _ = random_design(n, n % 3)
     path = tmp_path / "arm.urdf"
-    path.write_text(urdf_text(ARM, limits=LIMITS))
-    found = subprocess.run(["check_urdf", str(path)], capture_output=True, text=True, check=True)
-    assert "root Link: base_link" in found.stdout
+    path.write_text(urdf_text(table, limits=limits))
+    found = subprocess.run([CHECK_URDF, str(path)], capture_output=True, text=True, check=True)
+    names = [line.split()[-1] for line in found.stdout.splitlines() if "child" in line]
+    assert "root Link: base_link has 1 child(ren)" in found.stdout
+    assert names[1:] == [*(f"link_{i + 1}" for i in range(n)), "tool0"]
 
 
 @pytest.mark.parametrize(("n", "seed"), DESIGNS[::3])

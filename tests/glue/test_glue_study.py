@@ -126,9 +126,7 @@ def test_orientation_that_is_missing_lists_those_there_are(recording):
         "fitness": {"scenario": "welding"},
         "task": {"points": ("upper", "elbow", "hand"), "orientation": "elbow"},
     }
-    with pytest.raises(
-        TaskError, match=r"followed \(w_0 > 0\), but .*no orientation of 'elbow'.*allowed: wrist, hand"
-    ):
+    with pytest.raises(TaskError, match=r"followed \(w_0 > 0\), but .*no orientation of 'elbow'.*allowed: wrist, hand"):
         prepare(recording, study(**changes))
 
 

@@ -1,0 +1,107 @@
+"""Limits of the joints as robot files carry them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armdesign.errors import DesignError
+from armdesign.kinematics.dh import Array
+
+DEFAULT_RANGE = float(np.pi)
+"""Joints without limits turn this far either way [rad]."""
+DEFAULT_VELOCITY = float(np.pi)
+"""Speed limit of joints without one [rad/s]."""
+DEFAULT_EFFORT = 100.0
+"""Torque limit of joints without one [N m]."""
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Limits of the n joints, checked.
+
+    Attributes:
+        position: Lowest and highest angle, shape (n, 2) [rad]; each range holds 0.
+        velocity: Speed limits, shape (n,) [rad/s], above 0.
+        effort: Torque limits, shape (n,) [N m], above 0.
+    """
+
+    position: Array
+    velocity: Array
+    effort: Array
+
+    def __post_init__(self) -> None:
+        """Check what URDF readers insist on.
+
+        Raises:
+            DesignError: A limit is missing or not finite, a range is empty or leaves out 0, or a speed or torque limit
+                is not positive.
+        """
+        n = len(self.velocity)
+        for name, shape in (("position", (n, 2)), ("velocity", (n,)), ("effort", (n,))):
+            array = getattr(self, name)
+            if array.shape != shape or not np.isfinite(array).all():
+                raise DesignError(f"{name} limits are not finite numbers of shape {shape}", value=array.tolist())
+        for i, (lower, upper) in enumerate(self.position.tolist(), start=1):
+            if not (lower <= 0.0 <= upper and lower < upper):
+                raise DesignError(
+                    f"joint_{i} turns from {lower!r} to {upper!r} rad",
+                    value=(lower, upper),
+                    allowed="lower <= 0 <= upper, lower < upper",
+                    fix="Where the range leaves out 0, move the zero pose with the joint's theta.",
+                )
+        for name, unit in (("velocity", "rad/s"), ("effort", "N m")):
+            for i, value in enumerate(getattr(self, name).tolist(), start=1):
+                if value <= 0.0:
+                    raise DesignError(f"joint_{i} has a {name} limit of {value!r} {unit}", value=value, allowed="> 0")
+
+
+def joint_limits(
+    dof: int,
+    position: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
+    effort: ArrayLike | None = None,
+) -> JointLimits:
+    """Limits of n joints; what is not given is +-pi rad, pi rad/s and 100 N m.
+
+    Args:
+        dof: Number of joints n.
+        position: Shape (n, 2) [rad].
+        velocity: Shape (n,) [rad/s].
+        effort: Shape (n,) [N m].
+
+    Raises:
+        DesignError: As ``JointLimits``, or the shape does not fit n joints.
+    """
+    defaults = (np.tile([-DEFAULT_RANGE, DEFAULT_RANGE], (dof, 1)), DEFAULT_VELOCITY, DEFAULT_EFFORT)
+    arrays = []
+    for name, given, default in zip(
+        ("joint", "velocity", "effort"), (position, velocity, effort), defaults, strict=True
+    ):
+        shape = (dof, 2) if name == "joint" else (dof,)
+        array = np.full(shape, default) if given is None else np.array(given, dtype=float)
+        if array.shape != shape:
+            raise DesignError(
+                f"{name} limits have shape {array.shape}, but the arm has {dof} joints", allowed=f"{shape}"
+            )
+        arrays.append(array)
+    return JointLimits(*arrays)
+
+
+def narrowed(position: Array, q: ArrayLike, margin: float) -> Array:
+    """Ranges cut to what a motion uses and a margin on both sides; they go on holding 0, as readers insist.
+
+    Args:
+        position: Ranges that hold the motion, shape (n, 2) [rad].
+        q: The motion, shape (T, n) [rad].
+        margin: Angle left beyond the motion [rad].
+
+    Returns:
+        Shape (n, 2) [rad]; never wider than before.
+    """
+    angles = np.asarray(q, dtype=float)
+    lower = np.minimum(np.maximum(angles.min(axis=0) - margin, position[:, 0]), 0.0)
+    upper = np.maximum(np.minimum(angles.max(axis=0) + margin, position[:, 1]), 0.0)
+    return np.stack([lower, upper], axis=1)

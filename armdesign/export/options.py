@@ -1,0 +1,236 @@
+"""Everything a robot file assumes beyond the design and its motion, for the files, the command line and the report.
+
+Each field says what it is, what it allows and its default. This module stays free of NumPy, so that the command line
+can show its help at once.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+from armdesign.errors import SettingsError
+from armdesign.parameters import Choice, Number, Section, Switch, Text, parameter
+
+DEFAULT_NAME = "arm"
+LIGHTEST = 1e-6
+"""Gazebo drops links of this mass and below [kg]."""
+PEAK_WINDOW = 0.12
+"""Default length of the smoothing window [s]: with a cubic it passes about 6 Hz, the usual cut-off for arm motion."""
+AUTO = "auto"
+SIDES = ("below", "above", "behind", "left", "right", "front")
+"""Sides of the base that its plate may stand on: -z, +z, -x, +y, -y, +x."""
+PLUGIN = re.compile(r"[A-Za-z_][A-Za-z0-9_:/.-]*")
+"""Names that plugins may have."""
+
+
+def _size(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclass field)
+    """A length of the body."""
+    return parameter(default, Number(0.0, 10.0, "m", above=True), f"{doc} [m].")
+
+
+def _mass(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclass field)
+    """A mass of the body, more than simulators drop."""
+    return parameter(default, Number(LIGHTEST, 1000.0, "kg", above=True), f"{doc} [kg].")
+
+
+@dataclass(frozen=True)
+class BodyOptions(Section):
+    """What the arm is built of: assumptions, since the design is but lines; lengths in metres, masses in kilograms.
+
+    Each field says what it is, what it allows and its default; the command line and the report read it from there.
+    """
+
+    tube_diameter: float = _size(0.04, "Outer diameter of the tubes")
+    tube_wall: float = _size(0.003, "Wall of the tubes; half the diameter makes a solid rod")
+    tube_density: float = parameter(
+        2700.0, Number(0.0, 1e5, "kg/m^3", above=True), "Density of the tubes [kg/m^3]; the default is aluminium."
+    )
+    joint_mass: float = _mass(0.6, "Mass of a joint module, motor and gear")
+    joint_diameter: float = _size(0.06, "Diameter of a joint's housing")
+    joint_length: float = _size(0.06, "Length of a joint's housing along its axis")
+    base_diameter: float = _size(0.1, "Diameter of the base plate")
+    base_height: float = _size(0.02, "Height of the base plate")
+    base_mass: float = _mass(1.0, "Mass of the base plate")
+    tool_mass: float = _mass(
+        1e-4, "Mass of the empty link tool0, small, yet enough that no simulator drops or fills it"
+    )
+    tool_inertia: float = parameter(
+        1e-7, Number(0.0, 1000.0, "kg m^2", above=True), "Each principal moment of tool0 [kg m^2]."
+    )
+    clearance: float = _size(1e-3, "Gap left between the collision shapes of neighbouring links")
+
+    @classmethod
+    def title(cls) -> str:
+        """See Section.title."""
+        return "body"
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            SettingsError: A value is not a number above 0, out of range, or a wall is thicker than its tube.
+        """
+        super().__post_init__()
+        if self.tube_wall > self.tube_diameter / 2.0:
+            allowed = f"at most half of tube_diameter, {self.tube_diameter / 2.0!r} m"
+            raise SettingsError(
+                f"setting 'body.tube_wall' is {self.tube_wall!r} m", value=self.tube_wall, allowed=allowed
+            )
+
+    @property
+    def reach(self) -> float:
+        """Radius of the sphere about a joint that its housing stays within and the link before it stays out of [m]."""
+        housing = math.hypot(self.joint_diameter, self.joint_length) / 2.0
+        return max(housing, self.tube_diameter / 2.0) + self.clearance
+
+
+@dataclass(frozen=True)
+class LimitOptions(Section):
+    """How the joints' limits come about."""
+
+    payload: float = parameter(0.0, Number(0.0, 1000.0, "kg"), "Point mass carried at tool0, for the torques [kg].")
+    margin: float = parameter(1.5, Number(1.0, 100.0), "Factor on the peak speeds and torques of the motion.")
+    velocity_floor: float = parameter(1.0, Number(0.0, 1000.0, "rad/s", above=True), "Least speed limit [rad/s].")
+    effort_floor: float = parameter(1.0, Number(0.0, 1e5, "N m", above=True), "Least torque limit [N m].")
+    window: float = parameter(
+        PEAK_WINDOW, Number(0.0, 10.0, "s", above=True),
+        "Length of the window that the motion is smoothed over before its peaks are read off [s].",
+    )  # fmt: skip
+    narrow_limits: float | None = parameter(
+        None, Number(0.0, 360.0, "deg", above=True),
+        "Narrow the joints' ranges to what the motion uses and this angle on both sides [deg]; they go on holding 0. "
+        "Not set: as searched.",
+        optional=True,
+    )  # fmt: skip
+
+    @classmethod
+    def title(cls) -> str:
+        """See Section.title."""
+        return "limits"
+
+    def loads(self) -> dict[str, float]:
+        """The arguments of ``trajectory_limits``."""
+        names = ("payload", "margin", "velocity_floor", "effort_floor", "window")
+        return {name: getattr(self, name) for name in names}
+
+
+@dataclass(frozen=True)
+class SimulationOptions(Section):
+    """What simulators ask for beyond the solids: the drives, in MJCF and SDF."""
+
+    joint_damping: float = parameter(
+        0.1, Number(0.0, 1e4, "N m s/rad"), "Viscous friction of a joint [N m s/rad]; MJCF and SDF."
+    )
+    joint_friction: float = parameter(0.0, Number(0.0, 1e4, "N m"), "Dry friction of a joint [N m]; MJCF and SDF.")
+    joint_armature: float = parameter(
+        0.01, Number(0.0, 1e3, "kg m^2"), "Rotor inertia of a motor behind its gear [kg m^2]; MJCF."
+    )
+    bandwidth: float = parameter(
+        20.0, Number(0.1, 200.0, "Hz"),
+        "Natural frequency of the position actuators, critically damped [Hz]; MJCF. Each gain follows from it and the "
+        "inertia its joint moves.",
+    )  # fmt: skip
+    kp: float | None = parameter(
+        None, Number(0.0, 1e9, "N m/rad", above=True),
+        "Position gain of every actuator [N m/rad]; MJCF; not set: by the bandwidth.", optional=True,
+    )  # fmt: skip
+    kv: float | None = parameter(
+        None, Number(0.0, 1e9, "N m s/rad"), "Velocity gain of every actuator [N m s/rad]; MJCF; not set: critical.",
+        optional=True,
+    )  # fmt: skip
+
+    @classmethod
+    def title(cls) -> str:
+        """See Section.title."""
+        return "simulation"
+
+
+@dataclass(frozen=True)
+class TagOptions(Section):
+    """What the files say around the arm itself."""
+
+    name: str = parameter(DEFAULT_NAME, Text("a name"), "Name of the robot; made safe: letters, digits, underscores.")
+    base_side: str = parameter(
+        AUTO, Choice((AUTO, *SIDES)),
+        "Side of the base its plate stands on: below, above, behind (-x), front (+x), left (+y) or right (-y); auto: "
+        "below where it is not in the way of the motion, else where most room is left.",
+    )  # fmt: skip
+    world: bool = parameter(
+        False, Switch(), "URDF and xacro: a link 'world' before base_link, for readers that let any other root float."
+    )
+    ros2_control: str | None = parameter(
+        None, Text("mock, gazebo, or the name of a hardware plugin"),
+        "URDF and xacro: add a ros2_control tag with this hardware: mock, gazebo, or a plugin's name.", optional=True,
+    )  # fmt: skip
+    transmissions: bool = parameter(False, Switch(), "URDF and xacro: add a simple transmission to every joint.")
+
+    @classmethod
+    def title(cls) -> str:
+        """See Section.title."""
+        return "tags"
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            SettingsError: A value is not allowed.
+        """
+        super().__post_init__()
+        if self.ros2_control is not None and not PLUGIN.fullmatch(self.ros2_control):
+            allowed = "mock, gazebo, or a name such as my_package/MyHardware"
+            message = f"setting 'tags.ros2_control' is {self.ros2_control!r}"
+            raise SettingsError(message, value=self.ros2_control, allowed=allowed)
+
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """Everything a robot file assumes beyond the design and its motion.
+
+    Attributes:
+        body: What the arm is built of.
+        limits: How the joints' limits come about.
+        simulation: What simulators ask for.
+        tags: What the files say around the arm.
+    """
+
+    body: BodyOptions = field(default_factory=BodyOptions)
+    limits: LimitOptions = field(default_factory=LimitOptions)
+    simulation: SimulationOptions = field(default_factory=SimulationOptions)
+    tags: TagOptions = field(default_factory=TagOptions)
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One option with its value, for people.
+
+    Attributes:
+        name: Its name, as in ``BodyOptions``.
+        value: Its value; None where it is not set.
+        doc: What it is, with the unit.
+        flag: How the command line calls it.
+    """
+
+    name: str
+    value: Any
+    doc: str
+    flag: str
+
+
+def assumptions(options: RobotOptions | None = None) -> tuple[Assumption, ...]:
+    """Every assumption in the robot files: body, limits, simulation."""
+    chosen = options or RobotOptions()
+    sections = (chosen.body, chosen.limits, chosen.simulation)
+    return tuple(
+        Assumption(entry.name, getattr(section, entry.name), str(entry.metadata["doc"]), flag_name(entry.name))
+        for section in sections
+        for entry in dataclasses.fields(section)
+    )
+
+
+def flag_name(name: str) -> str:
+    """An option as the command line calls it."""
+    return "--" + name.replace("_", "-")

@@ -1,0 +1,20 @@
+"""The arm as an SDF 1.7 model, as Gazebo reads it: base fixed to the world, frames stated relative to one another."""
+
+from __future__ import annotations
+
+from armdesign.export.parts import robot_parts
+from armdesign.export.robot import Robot
+from armdesign.export.templates import render
+from armdesign.export.text import number
+
+TEMPLATE = "arm.sdf.j2"
+
+
+def robot_sdf(robot: Robot) -> str:
+    """Write a robot as SDF; a pure function of it.
+
+    A joint stands in its parent link, ``relative_to`` it, and a link stands where its joint does.
+    """
+    simulation = robot.options.simulation
+    dynamics = {"damping": number(simulation.joint_damping), "friction": number(simulation.joint_friction)}
+    return render(TEMPLATE, {**robot_parts(robot), "dynamics": dynamics})
