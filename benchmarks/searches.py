@@ -1,0 +1,145 @@
+"""Per search: a default search in a run folder, what it spends besides evaluating, and what pruning brings."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from plan import Job, Plan, designs
+from tables import Row, Table
+
+from armdesign.compute import InProcess
+from armdesign.fitness.evaluator import Scores
+from armdesign.fitness.robot import Rejections
+from armdesign.running import carry_out
+from armdesign.search import SearchResult
+from armdesign.study import Prepared
+
+DOF = 3
+
+
+@dataclass
+class TimedBackend(InProcess):
+    """Evaluates in this process, by the clock.
+
+    Attributes:
+        prepared: Task and settings.
+        seconds: Time spent evaluating.
+        frames: Frames solved.
+        steps: Kernel evaluations.
+        first: When the first evaluation began.
+        last: When the last one ended.
+    """
+
+    prepared: Prepared
+    seconds: float = 0.0
+    frames: int = 0
+    steps: int = 0
+    first: float = field(default=np.inf)
+    last: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Allocate the block, and touch everything once."""
+        super().__init__(self.prepared)
+        self.fitness.evaluate(designs(self.prepared, 8))
+
+    def evaluate(self, Phi: NDArray[np.float64], cutoff: NDArray[np.float64]) -> tuple[Scores, Rejections]:
+        """See Backend.evaluate."""
+        began = time.perf_counter()
+        scores, removed = super().evaluate(Phi, cutoff)
+        self.last = time.perf_counter()
+        self.first = min(self.first, began)
+        self.seconds += self.last - began
+        self.frames += int(scores.frames.sum())
+        self.steps += int(scores.steps.sum())
+        return scores, removed
+
+
+@dataclass(frozen=True)
+class Searched:
+    """A search with its times [s]: whole, evaluating, between first and last evaluation; frames solved and steps."""
+
+    result: SearchResult
+    wall: float
+    evaluating: float
+    iterating: float
+    frames: int
+    steps: int
+
+
+def tables(plan: Plan) -> Iterator[Table]:
+    """Searches with pruning and, on fewer iterations, with and without."""
+    iterations, compared = plan.pick((200, 60), (10, 5))
+    searched(plan.jobs[0].prepared(DOF, search={"iterations": 1}))  # loads what a first run folder loads
+    yield Table(
+        "search",
+        f"A search in a run folder, n = {DOF}, N = 400, M = {iterations}, one process, state saved after every "
+        "iteration (one run)",
+        [search_row(job, iterations) for job in plan.jobs],
+        [
+            "glue: part of the iterations' time that is not evaluation (swarm, saving); the aim is 5 % at most.",
+            "ends: seconds before the first evaluation and behind the last one (settings, best path, URDF, files).",
+        ],
+    )
+    yield Table(
+        "pruning",
+        f"What each test removed and what pruning saves, n = {DOF}, N = 400, M = {compared} (one run each)",
+        [pruning_row(job, compared) for job in plan.jobs],
+        [
+            "Per cent of all candidates, in the order of the tests. same: whether the history is the same to the last bit."
+        ],
+    )
+
+
+def search_row(job: Job, iterations: int) -> Row:
+    """A search with the default settings."""
+    done = searched(job.prepared(DOF, search={"iterations": iterations}))
+    return {
+        "task": job.name,
+        "wall s": done.wall,
+        "evaluating s": done.evaluating,
+        "glue %": 100.0 * (1.0 - done.evaluating / done.iterating),
+        "ends s": done.wall - done.iterating,
+        "us/candidate": 1e6 * done.evaluating / (400 * iterations),
+        "r mm": 1e3 * done.result.best.fitness,
+    }
+
+
+def pruning_row(job: Job, iterations: int) -> Row:
+    """The same search with and without pruning."""
+    plain, pruned = (
+        searched(job.prepared(DOF, search={"iterations": iterations, "prune": prune})) for prune in (False, True)
+    )
+    removed, count = pruned.result.rejections, 400 * iterations
+    walked = count - removed.constraints - removed.reach - removed.start - removed.pruned
+    shares = {
+        "constraints": removed.constraints,
+        "reach": removed.reach,
+        "start": removed.start,
+        "pruned": removed.pruned,
+        "walked": walked,
+    }
+    return {
+        "task": job.name,
+        **{f"{name} %": 100.0 * number / count for name, number in shares.items()},
+        "frames saved %": 100.0 * (1.0 - pruned.frames / plain.frames),
+        "steps saved %": 100.0 * (1.0 - pruned.steps / plain.steps),
+        "s unpruned": plain.evaluating,
+        "s pruned": pruned.evaluating,
+        "x faster": plain.evaluating / pruned.evaluating,
+        "same": "yes" if np.array_equal(plain.result.history.best, pruned.result.history.best) else "NO",
+    }
+
+
+def searched(prepared: Prepared) -> Searched:
+    """Carry out a search in a temporary run folder."""
+    with tempfile.TemporaryDirectory() as folder, TimedBackend(prepared) as backend:
+        began = time.perf_counter()
+        result, _ = carry_out(Path(folder), prepared, backend, fresh=True)
+        wall = time.perf_counter() - began
+    return Searched(result, wall, backend.seconds, backend.last - backend.first, backend.frames, backend.steps)

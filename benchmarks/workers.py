@@ -1,0 +1,134 @@
+"""Scaling in workers on this machine, next to what the machine gives to processes that share nothing."""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from collections.abc import Iterator
+from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Barrier
+
+import numpy as np
+from plan import PACKAGING, Plan, designs
+from tables import Row, Table
+
+from armdesign.compute import Backend, InProcess, WorkerPool
+from armdesign.compute.processes import available_cores
+from armdesign.search import Search
+from armdesign.study import Prepared
+
+DOF = 3
+
+
+def tables(plan: Plan) -> Iterator[Table]:
+    """The default search on more and more workers, and the number of candidates from which on two pay."""
+    iterations, rounds = plan.pick((200, 2), (15, 1))
+    yield Table(
+        "workers",
+        f"The default search, packaging, n = {DOF}, N = 400, M = {iterations}, on W workers (best of {rounds})",
+        scaling(PACKAGING.prepared(DOF, search={"iterations": iterations}), rounds),
+        [
+            "ceiling: W such searches at once, one process each, over one alone; a shared machine gives less than W.",
+            "The aim is 1.85 times one worker with two. Start-up is not counted, see break-even.",
+        ],
+    )
+    yield Table(
+        "break-even",
+        f"From how many candidates on two workers beat one, their start-up counted (best of {plan.repeats})",
+        [break_even(plan, dof, count) for dof, count in plan.pick(((3, 1600), (4, 800), (6, 200)), ((3, 800),))],
+        ["start-up: until both have answered for the first time. Candidates are random designs, nothing pruned."],
+    )
+
+
+def scaling(prepared: Prepared, rounds: int) -> list[Row]:
+    """A row for every number of workers; all measurements in turns, so that noise meets all of them."""
+    counts = sorted({2, available_cores()})
+    alone, together, shared = [], {w: [] for w in counts}, {w: [] for w in counts}
+    for _ in range(rounds):
+        alone.append(at_once(prepared, 1))
+        for w in counts:
+            together[w].append(at_once(prepared, w))
+            with WorkerPool(prepared, w) as pool:
+                shared[w].append(timed_search(prepared, pool))
+    one = min(alone)
+    rows: list[Row] = [{"W": 1, "seconds": one, "x one": 1.0, "ceiling": 1.0, "% of ceiling": 100.0}]
+    for w in counts:
+        gain, ceiling = one / min(shared[w]), w * one / min(together[w])
+        row = {"W": w, "seconds": min(shared[w]), "x one": gain, "ceiling": ceiling}
+        rows.append(row | {"% of ceiling": 100.0 * gain / ceiling})
+    return rows
+
+
+def timed_search(prepared: Prepared, backend: Backend) -> float:
+    """Seconds of a search; everything has run once before."""
+    warm_up(prepared, backend)
+    run = Search(prepared, backend)
+    began = time.perf_counter()
+    while run.ended_by() is None:
+        run.advance()
+    return time.perf_counter() - began
+
+
+def warm_up(prepared: Prepared, backend: Backend, count: int = 128) -> None:
+    """Evaluate a few candidates."""
+    Phi = designs(prepared, count)
+    backend.evaluate(Phi, np.full(count, np.inf))
+
+
+def at_once(prepared: Prepared, count: int) -> float:
+    """Seconds until so many searches that start at once in processes of their own have all ended."""
+    context = multiprocessing.get_context("spawn")
+    barrier, pipes, processes = context.Barrier(count), [], []
+    for _ in range(count):
+        ours, theirs = context.Pipe()
+        process = context.Process(target=search_alone, args=(prepared, barrier, theirs), daemon=True)
+        process.start()
+        theirs.close()
+        pipes.append(ours)
+        processes.append(process)
+    seconds = max(pipe.recv() for pipe in pipes)
+    for process in processes:
+        process.join()
+    return float(seconds)
+
+
+def search_alone(prepared: Prepared, barrier: Barrier, answer: Connection) -> None:
+    """Body of a process that searches by itself; tells the seconds from the common start on."""
+    with InProcess(prepared) as backend:
+        warm_up(prepared, backend)
+        barrier.wait()
+        answer.send(timed_search(prepared, backend))
+
+
+def break_even(plan: Plan, dof: int, count: int) -> Row:
+    """Start-up of two workers against what they save per candidate."""
+    prepared = PACKAGING.prepared(dof)
+    Phi, never = designs(prepared, count), np.full(count, np.inf)
+
+    def seconds(backend: Backend) -> float:
+        began = time.perf_counter()
+        backend.evaluate(Phi, never)
+        return time.perf_counter() - began
+
+    with InProcess(prepared) as alone:
+        warm_up(prepared, alone)
+        one = min(seconds(alone) for _ in range(plan.repeats))
+    start_ups, twos = [], []
+    for _ in range(plan.repeats):
+        began = time.perf_counter()
+        with WorkerPool(prepared, 2) as pool:
+            pool.evaluate(Phi[:32], never[:32])
+            start_ups.append(time.perf_counter() - began)
+            twos.append(seconds(pool))
+    start_up, two = min(start_ups), min(twos)
+    saved = (one - two) / count
+    return {
+        "n": dof,
+        "candidates": count,
+        "start-up s": start_up,
+        "one us/candidate": 1e6 * one / count,
+        "two us/candidate": 1e6 * two / count,
+        "x faster": one / two,
+        "break-even": round(start_up / saved) if saved > 0.0 else None,
+        "default generations": start_up / saved / 400.0 if saved > 0.0 else None,
+    }
