@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from armdesign.export.urdf import MATERIALS, urdf_text
-from armdesign.kinematics.dh import Array, DHTable
+from armdesign.export.urdf import MATERIALS
+from armdesign.kinematics.dh import Array
 from armdesign.preview.colours import ARM, BASE, TUBE, components
 from armdesign.preview.recorder import Poses, Track, pose_tracks
 
@@ -22,9 +22,8 @@ OPACITY = 0.7
 """Of the arm, so that the points and their places inside the tubes are seen."""
 
 
-def arm_models(table: DHTable) -> tuple[pin.Model, pin.GeometryModel]:
+def arm_models(urdf: str) -> tuple[pin.Model, pin.GeometryModel]:
     """The exported arm and its solids as Pinocchio reads them, in the colours of the page."""
-    urdf = urdf_text(table)
     model = pin.buildModelFromXML(urdf)
     solids = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.VISUAL)
     for solid in solids.geometryObjects:
@@ -35,12 +34,12 @@ def arm_models(table: DHTable) -> tuple[pin.Model, pin.GeometryModel]:
     return model, solids
 
 
-def draw_arm(node: Any, table: DHTable, q: Array) -> list[Track]:  # noqa: ANN401 (a meshcat.Visualizer)
+def draw_arm(node: Any, urdf: str, q: Array) -> list[Track]:  # noqa: ANN401 (a meshcat.Visualizer)
     """Draw an arm at its first pose, and let it go through all of them.
 
     Args:
         node: Where; the arm's base frame is that of the node.
-        table: The arm, n joints.
+        urdf: The exported arm, n joints.
         q: Joint angles at the keyframes, shape (K, n) [rad].
 
     Returns:
@@ -48,7 +47,7 @@ def draw_arm(node: Any, table: DHTable, q: Array) -> list[Track]:  # noqa: ANN40
     """
     from pinocchio.visualize import MeshcatVisualizer  # noqa: PLC0415 (slow to import)
 
-    model, solids = arm_models(table)
+    model, solids = arm_models(urdf)
     display = MeshcatVisualizer(model, None, solids)
     display.initViewer(viewer=node)
     display.loadViewerModel(ROOT)

@@ -27,6 +27,7 @@ from armdesign.preview.keyframes import Indices, choose_frames, deviation, most_
 from armdesign.preview.places import skeleton
 from armdesign.preview.recorder import Command, Track, Window, animation
 from armdesign.preview.shapes import draw_frame, draw_grid, material, rod, segment_pose
+from armdesign.runfolder import arm_urdf
 
 GAP = 0.25
 """Free space between designs side by side [m]."""
@@ -125,7 +126,7 @@ def draw_design(
     node.set_transform(pose)
     draw_frame(node["base_frame"], AXIS, AXIS_RADIUS)
     return [
-        *draw_arm(node, run.table, run.evaluation.path.q[chosen]),
+        *draw_arm(node, arm_urdf(run.evaluation, run.prepared), run.evaluation.path.q[chosen]),
         *draw_demonstrator(node["demonstrator"], motion, chosen),
         *draw_errors(node["distances"], motion, chosen, scale),
         *draw_orientations(node["orientations"], run, motion, chosen),
