@@ -90,9 +90,7 @@ def tables(plan: Plan) -> Iterator[Table]:
         "pruning",
         f"What each test removed and what pruning saves, n = {DOF}, N = 400, M = {compared} (one run each)",
         [pruning_row(job, compared) for job in plan.jobs],
-        [
-            "Per cent of all candidates, in the order of the tests. same: whether the history is the same to the last bit."
-        ],
+        ["Per cent of all candidates, in the order of the tests. same: the history is the same to the last bit."],
     )
 
 

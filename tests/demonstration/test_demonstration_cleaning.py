@@ -112,9 +112,7 @@ def test_low_pass_takes_very_short_recordings():
 
 @pytest.mark.parametrize("cutoff", [0.0, -1.0, 1e-6, 50.1, np.nan])
 def test_senseless_cutoff(cutoff):
-    with pytest.raises(
-        SettingsError, match=r"low_pass is .* Hz at 100 frames/s; allowed: 0.01 Hz up to, .* 50 Hz"
-    ):
+    with pytest.raises(SettingsError, match=r"low_pass is .* Hz at 100 frames/s; allowed: 0.01 Hz up to, .* 50 Hz"):
         filter_low_pass(recording(), cutoff)
 
 
