@@ -14,7 +14,7 @@ import numpy as np
 from armdesign.kinematics.dh import Array
 
 ARM, DEMONSTRATOR = "#0072b2", "#d55e00"
-BASE, TUBE, GRID, GRID_BOLD, STAND = "#3d4650", "#a9b7c4", "#ccd3da", "#9fabb7", "#8b97a3"
+BASE, TUBE, GRID, GRID_BOLD = "#3d4650", "#a9b7c4", "#ccd3da", "#9fabb7"
 AXES = ("#cc3311", "#228833", "#0044aa")
 SKY, GROUND = (0.99, 0.99, 1.0), (0.90, 0.92, 0.94)
 """Background, top and bottom, each red green blue in [0, 1]."""

@@ -14,7 +14,7 @@ from armdesign.export.solids import BodyOptions
 from armdesign.finished import FinishedRun
 from armdesign.kinematics.dh import Array
 from armdesign.preview.arm import draw_arm
-from armdesign.preview.colours import GROUND, SKY, STAND, Scale, scale_for
+from armdesign.preview.colours import GROUND, SKY, Scale, scale_for
 from armdesign.preview.human import (
     Motion,
     draw_demonstrator,
@@ -26,7 +26,7 @@ from armdesign.preview.human import (
 from armdesign.preview.keyframes import Indices, choose_frames, deviation, most_keyframes
 from armdesign.preview.places import skeleton
 from armdesign.preview.recorder import Command, Track, Window, animation
-from armdesign.preview.shapes import draw_frame, draw_grid, material, rod, segment_pose
+from armdesign.preview.shapes import draw_frame, draw_grid
 from armdesign.runfolder import arm_urdf
 
 GAP = 0.25
@@ -172,7 +172,7 @@ def side_by_side(bounds: Sequence[Array]) -> Array:
 
 
 def draw_surroundings(viewer: Any, designs: Sequence[Shown]) -> float:  # noqa: ANN401 (a meshcat.Visualizer)
-    """Draw the floor with a line every 0.1 m, a thin stand from it to each base, and the background.
+    """Draw the floor with a line every 0.1 m, and the background.
 
     Returns:
         z of the floor [m].
@@ -181,12 +181,6 @@ def draw_surroundings(viewer: Any, designs: Sequence[Shown]) -> float:  # noqa: 
     high = np.max([shown.bounds[1] for shown in designs], axis=0) + MARGIN
     floor = float(np.floor(low[2] * 10.0) / 10.0)
     draw_grid(viewer["floor"], np.stack([low[:2], high[:2]]), floor)
-    body = BodyOptions()
-    for k, shown in enumerate(designs):
-        foot, top = (shown.origin + np.array([0.0, 0.0, z]) for z in (floor, -body.reach - body.base_height))
-        stand = viewer["stands"][f"stand_{k + 1}"]
-        stand.set_object(rod(body.tube_diameter / 4.0), material(STAND, 0.35))
-        stand.set_transform(segment_pose(foot, top))
     for name in ("/Grid", "/Axes"):
         viewer[name].set_property("visible", False)
     viewer["/Background"].set_property("top_color", list(SKY))
