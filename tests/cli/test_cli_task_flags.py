@@ -180,7 +180,7 @@ def test_a_capture_is_searched_with_names_of_its_own(run, place, small):
 @real
 def test_several_files_are_one_recording_through_the_config(run, place, small):
     folder = SHARED / "kth_handover"
-    files = {name: str(folder / f"giver_{name}_pose_saved.csv") for name in ("RUArm", "RFArm", "RHand")}
+    files = {name: str((folder / f"giver_{name}_pose_saved.csv").resolve()) for name in ("RUArm", "RFArm", "RHand")}
     table = ", ".join(f'{name} = "{path}"' for name, path in files.items())
     (place / "kth.toml").write_text(f"[task]\nfile_rate = 120\nfiles = {{ {table} }}\n")
     outcome = run("search", "--config", "kth.toml", *small)

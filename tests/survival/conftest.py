@@ -43,7 +43,7 @@ def begin(tmp_path_factory, task):
     compile_kernels(task.problem())
 
     def flags(folder, *more):
-        return ("search", RECORDING, "--config", config, "--workers", "1", "--out", folder, *more)
+        return ("search", RECORDING, "--config", config, "--workers", "1", "--no-report", "--out", folder, *more)
 
     return flags
 

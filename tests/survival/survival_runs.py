@@ -13,6 +13,7 @@ import numpy as np
 from armdesign import checkpoint
 from armdesign.cli import app
 from armdesign.compute import InProcess, processes
+from armdesign.runfolder import VIEWS
 from armdesign.search import Search
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -28,7 +29,8 @@ def outcome(folder):
 
 
 def names(folder):
-    return {path.name for path in folder.iterdir()}
+    """Files in a run folder; preview and report, which only come when all is done, do not count."""
+    return {path.name for path in folder.iterdir()} - set(VIEWS)
 
 
 def rows(folder):
