@@ -208,12 +208,15 @@ WORK = processes.work
 
 def poisoned_work(pipe, prepared, block):
     """Body of a real worker that dies of one candidate, named in the environment by its first entry."""
-    evaluate = InProcess.evaluate
+    stream = InProcess.stream
 
-    def deadly(self, Phi, cutoff):
-        if np.any(Phi[:, 0] == float(os.environ[POISON])):
-            die()
-        return evaluate(self, Phi, cutoff)
+    def deadly(self, first, more):
+        def checked(chunk):
+            if chunk is not None and np.any(chunk[0][:, 0] == float(os.environ[POISON])):
+                die()
+            return chunk
 
-    InProcess.evaluate = deadly
+        return stream(self, checked(first), lambda: checked(more()))
+
+    InProcess.stream = deadly
     WORK(pipe, prepared, block)
