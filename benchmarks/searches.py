@@ -140,4 +140,6 @@ def searched(prepared: Prepared) -> Searched:
         began = time.perf_counter()
         result, _ = carry_out(Path(folder), prepared, backend, fresh=True)
         wall = time.perf_counter() - began
+    if result.stopped_by == "interrupted":  # Ctrl-C or SIGTERM: half a search is no measurement
+        raise KeyboardInterrupt
     return Searched(result, wall, backend.seconds, backend.last - backend.first, backend.frames, backend.steps)
