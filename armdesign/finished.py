@@ -68,7 +68,7 @@ def read_finished(folder: str | Path) -> FinishedRun:
     content = read_result(place)
     prepared = open_run(place)
     table = read_design(place / "result.json")
-    q = read_columns(place / "trajectory.csv", 1 + table.dof)[:, 1:]
+    q = read_trajectory(place / "trajectory.csv", table.dof)
     if len(q) != len(prepared.task.time):
         raise RunFolderError(
             f"{place / 'trajectory.csv'} has {len(q)} frames, the task has {len(prepared.task.time)}",
@@ -131,30 +131,42 @@ def number(content: dict[str, Any], name: str, folder: Path) -> float:
     return float(value)
 
 
-def read_columns(path: Path, width: int | None = None) -> Array:
-    """Numbers below the header of one of our own CSV files, shape (rows, columns).
+def read_table(path: Path) -> tuple[list[str], Array]:
+    """Column names and numbers, shape (rows, columns), of one of our own CSV files.
 
     Raises:
         RunFolderError: The file is missing or damaged.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()[1:]
+        header, *lines = path.read_text(encoding="utf-8").splitlines() or [""]
         if not lines:
             raise ValueError("there are no rows")
-        values = np.loadtxt(lines, delimiter=",", ndmin=2)
+        return header.split(","), np.loadtxt(lines, delimiter=",", ndmin=2)
     except (OSError, ValueError) as error:
         raise RunFolderError(f"{path} is missing or damaged: {error}", value=str(path), fix="Search again") from error
-    if width is not None and values.shape[1] != width:
-        raise RunFolderError(f"{path} is damaged: it has {values.shape[1]} columns", allowed=width)
-    return values
+
+
+def read_trajectory(path: Path, dof: int) -> Array:
+    """Joint angles of trajectory.csv, shape (T, n) [rad].
+
+    Raises:
+        RunFolderError: The file is missing or damaged.
+    """
+    _, values = read_table(path)
+    if values.shape[1] != 1 + dof:
+        raise RunFolderError(f"{path} is damaged: it has {values.shape[1]} columns", allowed=1 + dof)
+    return values[:, 1:]
 
 
 def read_history(path: Path) -> dict[str, Array]:
-    """Columns of history.csv by name; nothing where there is none."""
+    """Columns of history.csv by name; nothing where there is none.
+
+    Raises:
+        RunFolderError: The file is damaged.
+    """
     if not path.is_file():
         return {}
-    values = read_columns(path)
-    names = path.read_text(encoding="utf-8").splitlines()[0].split(",")
+    names, values = read_table(path)
     if len(names) != values.shape[1]:
         raise RunFolderError(f"{path} is damaged: {len(names)} names for {values.shape[1]} columns", value=names)
     return dict(zip(names, values.T, strict=True))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import shlex
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -24,6 +23,7 @@ from armdesign.runfolder import TASK_JSON
 from armdesign.search import Progress, Search, SearchResult
 from armdesign.settings import read_study
 from armdesign.study import Prepared
+from armdesign.wording import resume_command
 
 RESULTS = ("result.json", "history.csv", "trajectory.csv", "arm.urdf", *runfolder.VIEWS)
 STUDY, TASK, FAILED = "study.toml", "task.csv", "failed_candidate.json"
@@ -216,8 +216,8 @@ def outcome(run: Search, reason: str, folder: Path) -> SearchResult:
         SearchError: No candidate has reached it.
     """
     if reason == "interrupted" and run.leader[0] == float("inf"):
-        go_on = f"armdesign search --resume {shlex.quote(str(folder))}"
-        raise NothingYetError("interrupted before any arm reached the first frame", fix=f"Go on with: {go_on}")
+        fix = f"Go on with: {resume_command('search', folder)}"
+        raise NothingYetError("interrupted before any arm reached the first frame", fix=fix)
     return run.result(reason)
 
 

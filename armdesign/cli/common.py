@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeVar
 
 import typer
 
-from armdesign.errors import ArmDesignError, SettingsError
+from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -128,17 +128,23 @@ def announce_compiling(quiet: bool) -> Iterator[None]:
         timer.cancel()
 
 
-class ProgressLine:
-    """Progress of a search on stderr: one line that is rewritten in a terminal, a line per tenth elsewhere."""
+Line = TypeVar("Line", bound="StatusLine")
+
+
+class StatusLine:
+    """A line on stderr that is rewritten in a terminal.
+
+    Attributes:
+        terminal: Whether stderr is one.
+        open: Whether the line has been begun and not ended.
+    """
 
     def __init__(self) -> None:
-        """Start the clock."""
+        """Nothing shown yet."""
         self.terminal = sys.stderr.isatty()
         self.open = False
-        self.shown = 0.0
-        self.tenth = -1
 
-    def __enter__(self) -> ProgressLine:
+    def __enter__(self: Line) -> Line:
         """Nothing to do."""
         return self
 
@@ -149,15 +155,30 @@ class ProgressLine:
             sys.stderr.write("\n")
             sys.stderr.flush()
 
+    def rewrite(self, text: str, *, last: bool = False) -> None:
+        """Put a text in place of what the line says; the last one ends it."""
+        self.open = not last
+        sys.stderr.write("\r\x1b[2K" + text + ("\n" if last else ""))
+        sys.stderr.flush()
+
+
+class ProgressLine(StatusLine):
+    """Progress of a search on stderr: one line that is rewritten in a terminal, a line per tenth elsewhere."""
+
+    def __init__(self) -> None:
+        """Start the clock."""
+        super().__init__()
+        self.shown = 0.0
+        self.tenth = -1
+
     def __call__(self, progress: Progress) -> None:
         """Show an iteration if it is time to."""
         last = progress.iteration == progress.iterations
         if self.terminal:
             now = time.monotonic()
             if last or now - self.shown > 0.1:
-                self.shown, self.open = now, not last
-                sys.stderr.write("\r\x1b[2K" + progress_text(progress) + ("\n" if last else ""))
-                sys.stderr.flush()
+                self.shown = now
+                self.rewrite(progress_text(progress), last=last)
             return
         tenth = 10 * progress.iteration // progress.iterations
         if tenth > self.tenth or last:
@@ -244,21 +265,41 @@ def tell_at_once(sentence: str) -> None:
 
 
 def check_workers(workers: int | None, cluster: str | None) -> None:
-    """Refuse workers that cannot be and a cluster that does not answer, before anything is written.
+    """Refuse workers that cannot be.
 
     Raises:
-        SettingsError: A number of workers below 1, workers and a cluster at once, or an address that is none.
-        MissingExtraError: Dask distributed is not installed.
-        SearchError: No scheduler answers at the address.
+        SettingsError: A number of workers below 1, or workers and a cluster at once.
     """
     if workers is not None and workers < 1:
         raise SettingsError(f"--workers is {workers}", value=workers, allowed="a whole number of at least 1")
     if workers is not None and cluster is not None:
         raise SettingsError("--workers and --cluster are given", fix="A cluster brings its own workers; leave one out")
+
+
+def check_cluster(cluster: str | None) -> None:
+    """Refuse a cluster that does not answer, before anything is written.
+
+    Raises:
+        SettingsError: The address is none.
+        MissingExtraError: Dask distributed is not installed.
+        SearchError: No scheduler answers at the address.
+    """
     if cluster is not None:
         from armdesign.compute.dask_connection import check_address  # noqa: PLC0415
 
         check_address(cluster)
+
+
+def refuse_existing(*targets: Path, overwrite: bool) -> None:
+    """Turn away outputs that are there already, before any work is done.
+
+    Raises:
+        RunFolderError: One of them exists and may not be replaced.
+    """
+    for target in targets:
+        if target.exists() and not overwrite:
+            fix = "Use --overwrite to replace it, or give another name"
+            raise RunFolderError(f"{target} is there already", value=str(target), fix=fix)
 
 
 def open_backend(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,11 +12,13 @@ from armdesign.cli.common import (
     ConfigOption,
     QuietOption,
     ScenarioOption,
+    StatusLine,
     WeightsOption,
     announce_compiling,
     clock,
     one_sentence_errors,
     read_settings,
+    refuse_existing,
     say,
 )
 from armdesign.cli.search import open_recording
@@ -195,9 +196,7 @@ def check_outputs(json_file: Path | None, csv_file: Path | None, *, overwrite: b
             raise RunFolderError(f"the output {target} is a folder", value=str(target), fix="Give the name of a file")
         if not target.parent.is_dir():
             raise RunFolderError(f"there is no folder {target.parent} for the output {target.name}", value=str(target))
-        if target.exists() and not overwrite:
-            fix = "Use --overwrite to replace it, or give another name"
-            raise RunFolderError(f"{target} is there already", value=str(target), fix=fix)
+        refuse_existing(target, overwrite=overwrite)
     if json_file is not None and json_file == csv_file:
         raise RunFolderError(f"--json and --csv are both {json_file}", value=str(json_file), fix="Name two files")
 
@@ -240,25 +239,14 @@ def write_outputs(
         write_whole(csv_file, comparison_csv(rows, prepared.task.points))
 
 
-class BaseLine:
+class BaseLine(StatusLine):
     """Progress of the search for a base pose on stderr: a line that is rewritten in a terminal, one line elsewhere."""
 
     def __init__(self, name: str, *, quiet: bool) -> None:
         """Start the clock."""
+        super().__init__()
         self.name, self.quiet = name, quiet
-        self.terminal = sys.stderr.isatty()
         self.begun = time.monotonic()
-        self.open = False
-
-    def __enter__(self) -> BaseLine:
-        """Nothing to do."""
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        """End a line that was begun."""
-        if self.open:
-            sys.stderr.write("\n")
-            sys.stderr.flush()
 
     def __call__(self, progress: BaseProgress) -> None:
         """Show how far it is."""
@@ -268,8 +256,6 @@ class BaseLine:
         best = f"r {progress.fitness:.4f}" if progress.fitness < float("inf") else "the start is not reached yet"
         text = f"{self.name}: {progress.evaluations} of {progress.total} base poses, {best}"
         if self.terminal:
-            self.open = True
-            sys.stderr.write("\r\x1b[2K" + text)
-            sys.stderr.flush()
+            self.rewrite(text)
         else:
             say(f"{text}, {clock(time.monotonic() - self.begun)}")

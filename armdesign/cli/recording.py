@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from armdesign.cli.common import ConfigOption, one_sentence_errors, read_settings
+from armdesign.cli.common import ConfigOption, one_sentence_errors, read_settings, refuse_existing
 from armdesign.cli.search import named_source, read_demonstration
-from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
-from armdesign.errors import RunFolderError, SettingsError
+from armdesign.cli.task_flags import NO_FLAGS, MirrorOption, TaskFlags, UnitsOption, UpOption, takes_task_flags
+from armdesign.errors import SettingsError
 
 if TYPE_CHECKING:
     from armdesign.demonstration import Recording
@@ -26,15 +26,6 @@ app = typer.Typer(
 
 FileArgument = Annotated[
     Path | None, typer.Argument(metavar="FILE", help="The recording, in any known format; or name it in --config.")
-]
-UnitsOption = Annotated[
-    str | None, typer.Option("--units", help="Unit of the recording, m, cm, mm or in; default: what the file says.")
-]
-UpOption = Annotated[
-    str | None, typer.Option("--up", help="Its axis that points up, x, y or z; default: what the file says.")
-]
-MirrorOption = Annotated[
-    bool | None, typer.Option("--mirror/--no-mirror", help="Make a right arm of a left one.", show_default=False)
 ]
 ReplaceOption = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 
@@ -144,15 +135,3 @@ def opened(file: Path | None, config: Path | None, changes: dict[str, Any]) -> R
     study = settled(file, config, changes)
     named_source(study, "recording info")
     return read_demonstration(study)
-
-
-def refuse_existing(*targets: Path, overwrite: bool) -> None:
-    """Turn away outputs that are there already, before any work is done.
-
-    Raises:
-        RunFolderError: One of them exists and may not be replaced.
-    """
-    for target in targets:
-        if target.exists() and not overwrite:
-            fix = "Use --overwrite to replace it, or give another name"
-            raise RunFolderError(f"{target} is there already", value=str(target), fix=fix)

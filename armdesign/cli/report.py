@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from armdesign.cli.common import announce_compiling, one_sentence_errors
+from armdesign.cli.common import announce_compiling, one_sentence_errors, refuse_existing
 from armdesign.cli.section_flags import takes_sections
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions
@@ -102,9 +102,7 @@ def page_and_pdf(run: Path, out: Path | None, *, pdf: bool, overwrite: bool) -> 
     for target in targets if pdf else targets[:1]:
         if target.is_dir():
             raise RunFolderError(f"the output {target} is a folder", value=str(target), fix="Choose another name")
-        if out is not None and target.exists() and not overwrite:
-            fix = "Use --overwrite to replace it, or give another name"
-            raise RunFolderError(f"{target} is there already", value=str(target), fix=fix)
+        refuse_existing(target, overwrite=overwrite or out is None)
     if not page.parent.is_dir():
         raise RunFolderError(f"the folder {page.parent} does not exist", value=str(page), fix="Create it first")
     return targets

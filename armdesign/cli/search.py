@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -20,12 +19,14 @@ from armdesign.cli.common import (
     WeightsOption,
     WorkersOption,
     announce_compiling,
+    check_cluster,
     check_workers,
     clock,
     one_sentence_errors,
     open_backend,
     read_settings,
     refuse_beside_resume,
+    say,
     seconds,
     tell_at_once,
     with_weights,
@@ -33,7 +34,7 @@ from armdesign.cli.common import (
 from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
 from armdesign.errors import SettingsError
 from armdesign.parameters import is_unicode
-from armdesign.wording import counted
+from armdesign.wording import counted, resume_command
 
 if TYPE_CHECKING:
     from armdesign.demonstration import Recording
@@ -208,6 +209,7 @@ def begin(
     from armdesign.study import prepare  # noqa: PLC0415
 
     check_workers(workers, cluster)
+    check_cluster(cluster)
     prepared = prepare(demonstration, study)
     prepared.space().check_not_empty()
     prepared.problem()
@@ -257,16 +259,14 @@ def carry_on(
             fresh=fresh,
             on_progress=None if quiet else progress,
             on_interrupt=on_interrupt,
-            on_note=lambda note: typer.echo(note, err=True),
+            on_note=say,
         )
     if report:
         written = replace(written, files=(*written.files, *views.write_views(folder)))
     if not quiet:
         typer.echo(closing(result, written))
     if result.stopped_by == "interrupted":
-        where = "" if cluster is None else f" --cluster {cluster}"
-        go_on = f"armdesign search --resume {shlex.quote(str(folder))}{where}"
-        typer.echo(f"Interrupted; go on with: {go_on}", err=True)
+        say(f"Interrupted; go on with: {resume_command('search', folder, cluster)}")
         raise typer.Exit(INTERRUPTED)
 
 

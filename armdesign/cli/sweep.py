@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +17,7 @@ from armdesign.cli.common import (
     ScenarioOption,
     WeightsOption,
     announce_compiling,
+    check_cluster,
     check_workers,
     clock,
     cluster_client,
@@ -31,7 +31,7 @@ from armdesign.cli.search import open_recording
 from armdesign.cli.sweep_progress import SweepLine
 from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
 from armdesign.errors import SettingsError
-from armdesign.wording import counted
+from armdesign.wording import counted, resume_command
 
 if TYPE_CHECKING:
     from armdesign.settings import Study
@@ -97,6 +97,7 @@ def sweep(
     from armdesign.sweep import read_sweep  # noqa: PLC0415
 
     check_workers(workers, cluster)
+    check_cluster(cluster)
     if resume is not None:
         refuse_beside_resume(context, "a sweep", "To extend it, repeat its command with more, and --out for --resume")
         folder, (asked, tasks) = resume, read_sweep(resume)
@@ -192,15 +193,9 @@ def default_folder(asked: Sweep) -> Path:
 
 
 def worker_count(workers: int | None) -> int:
-    """Number of searches at a time.
-
-    Raises:
-        SettingsError: Below 1.
-    """
+    """Number of searches at a time."""
     from armdesign.compute.processes import available_cores  # noqa: PLC0415
 
-    if workers is not None and workers < 1:
-        raise SettingsError(f"--workers is {workers}", value=workers, allowed="a whole number of at least 1")
     return workers or available_cores()
 
 
@@ -211,8 +206,7 @@ def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: s
     def on_interrupt() -> None:
         tell_at_once("Stopping: the runs at hand finish their iteration; once more stops at once.")
 
-    where = "" if cluster is None else f" --cluster {cluster}"
-    go_on = f"Go on with: armdesign sweep --resume {shlex.quote(str(folder))}{where}"
+    go_on = f"Go on with: {resume_command('sweep', folder, cluster)}"
     try:
         with SweepLine() as line, hiring(workers, cluster, tasks, quiet=quiet) as hire:
             on_change = None if quiet else line

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import shutil
-import sys
 import time
 from typing import TYPE_CHECKING
 
 import typer
 
-from armdesign.cli.common import clock
+from armdesign.cli.common import StatusLine, clock
 
 if TYPE_CHECKING:
     from armdesign.search import Progress
@@ -19,25 +18,13 @@ EVERY = 1.0
 """Shortest time between two changes of the line [s]."""
 
 
-class SweepLine:
+class SweepLine(StatusLine):
     """A line for every run that has ended; in a terminal below them one line, rewritten, on the runs at hand."""
 
     def __init__(self) -> None:
         """Nothing shown yet."""
-        self.terminal = sys.stderr.isatty()
+        super().__init__()
         self.shown = 0.0
-        self.open = False
-
-    def __enter__(self) -> SweepLine:
-        """Nothing to do."""
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        """End a line that was begun, so that what comes next, such as an error, has its own."""
-        if self.open:
-            self.open = False
-            sys.stderr.write("\n")
-            sys.stderr.flush()
 
     def __call__(self, standing: Standing) -> None:
         """Show what is new, if it is time to."""
@@ -46,10 +33,8 @@ class SweepLine:
             typer.echo(clear + ended_text(standing), err=True)
             self.open = False
         if self.terminal and standing.running and time.monotonic() - self.shown >= EVERY:
-            self.shown, self.open = time.monotonic(), True
-            width = shutil.get_terminal_size().columns - 1
-            sys.stderr.write(clear + standing_text(standing)[:width])
-            sys.stderr.flush()
+            self.shown = time.monotonic()
+            self.rewrite(standing_text(standing)[: shutil.get_terminal_size().columns - 1])
 
 
 def ended_text(standing: Standing) -> str:

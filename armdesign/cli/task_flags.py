@@ -15,6 +15,16 @@ from armdesign.errors import SettingsError
 
 Outcome = TypeVar("Outcome")
 
+UnitsOption = Annotated[
+    str | None, typer.Option("--units", help="Unit of the recording, m, cm, mm or in; default: what the file says.")
+]
+UpOption = Annotated[
+    str | None, typer.Option("--up", help="Its axis that points up, x, y or z; default: what the file says.")
+]
+MirrorOption = Annotated[
+    bool | None, typer.Option("--mirror/--no-mirror", help="Make a right arm of a left one.", show_default=False)
+]
+
 
 @dataclass(frozen=True)
 class TaskFlags:
@@ -35,15 +45,9 @@ class TaskFlags:
         str | None,
         typer.Option("--base-mode", help="shoulder (default): paths from the moving base; fixed: from its mean."),
     ] = None
-    units: Annotated[
-        str | None, typer.Option("--units", help="Unit of the recording, m, cm, mm or in; default: what the file says.")
-    ] = None
-    up: Annotated[
-        str | None, typer.Option("--up", help="Its axis that points up, x, y or z; default: what the file says.")
-    ] = None
-    mirror: Annotated[
-        bool | None, typer.Option("--mirror/--no-mirror", help="Make a right arm of a left one.", show_default=False)
-    ] = None
+    units: UnitsOption = None
+    up: UpOption = None
+    mirror: MirrorOption = None
     outliers: Annotated[
         bool | None,
         typer.Option(

@@ -26,7 +26,7 @@ from armdesign.fitness.lanes import Lanes
 from armdesign.fitness.path import SAMPLE, TRACE
 from armdesign.fitness.problem import Problem, make_problem, start_poses
 from armdesign.kinematics.dh import rot_z
-from armdesign.kinematics.models import ArmBlock, _se3_view
+from armdesign.kinematics.models import ArmBlock, se3_view
 from armdesign.kinematics.skeleton import ALONG_X, CHAIN, MAX_DOF
 from armdesign.settings import FitnessSettings, SolverSettings
 
@@ -129,8 +129,8 @@ class AxisBlock(ArmBlock):
                 parent = self.model.addJoint(parent, joint, pin.SE3.Identity(), f"arm_{k}_joint_{i}")
         self.data = self.model.createData()
         self.q = np.zeros(self.model.nq)
-        self.poses = _se3_view(self.data.oMi)
-        self.placements = _se3_view(self.model.jointPlacements)
+        self.poses = se3_view(self.data.oMi)
+        self.placements = se3_view(self.model.jointPlacements)
         self.jacobian = self.data.J.T.reshape(-1, 6)
         self._check_views()
 

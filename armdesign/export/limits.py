@@ -109,7 +109,7 @@ def smooth_motion(time: ArrayLike, q: ArrayLike, window: float = PEAK_WINDOW) ->
     """
     from scipy.signal import savgol_filter  # noqa: PLC0415, slow to import
 
-    times, angles = _checked_motion(time, q)
+    times, angles = checked_motion(time, q)
     if not (np.isfinite(window) and window > 0.0):
         raise SettingsError(f"the smoothing window is {window!r} s", value=window, allowed="> 0")
     even = np.linspace(times[0], times[-1], len(times))
@@ -180,7 +180,7 @@ def _window_frames(wanted: float, frames: int) -> int:
     return int(np.clip(nearest, 5, most))
 
 
-def _checked_motion(time: ArrayLike, q: ArrayLike) -> tuple[Array, Array]:
+def checked_motion(time: ArrayLike, q: ArrayLike) -> tuple[Array, Array]:
     """Times (T,) and angles (T, n) as arrays, once they make sense together."""
     times, angles = np.array(time, dtype=float), np.array(q, dtype=float)
     if times.ndim != 1 or angles.ndim != 2 or len(times) != len(angles) or angles.shape[1] < 1:

@@ -92,11 +92,6 @@ class BlockEvaluator:
         size = min(32, max(1, JOINTS_PER_BLOCK // n)) if block is None else block
         self.lanes = [Lanes(width, n) for width in widths(size)]
 
-    @property
-    def block(self) -> int:
-        """Number of arms side by side."""
-        return len(self.lanes[0])
-
     def evaluate(self, rows: Array, yaw: Array, cutoff: Array | None = None) -> Scores:
         """Fitness of many candidates.
 
@@ -196,11 +191,11 @@ class BlockEvaluator:
         return next((lanes for lanes in reversed(self.lanes) if len(lanes) >= count), self.lanes[0])
 
     def _moved(self, lanes: Lanes, count: int) -> Lanes:
-        """Fewer lanes with the walks of these, if they hold them."""
-        fewer = self._narrowest(count)
-        if fewer is not lanes:
-            fewer.take_over(lanes)
-        return fewer
+        """As many lanes as that many arms take, with the walks of these."""
+        fitting = self._narrowest(count)
+        if fitting is not lanes:
+            fitting.take_over(lanes)
+        return fitting
 
     def _exchange(self, lanes: Lanes, flow: Flow) -> None:
         """Collect what is done, load what is next."""

@@ -69,8 +69,8 @@ class ArmBlock:
                 parent = self.model.addJoint(parent, pin.JointModelRZ(), pin.SE3.Identity(), f"arm_{arm}_joint_{i}")
         self.data = self.model.createData()
         self.q: NDArray[np.float64] = np.zeros(self.model.nq)
-        self.poses = _se3_view(self.data.oMi)
-        self.placements = _se3_view(self.model.jointPlacements)
+        self.poses = se3_view(self.data.oMi)
+        self.placements = se3_view(self.model.jointPlacements)
         self.jacobian: NDArray[np.float64] = self.data.J.T.reshape(-1, 6)  # a single joint's is a vector
         self._check_views()
 
@@ -98,7 +98,7 @@ class ArmBlock:
             raise RuntimeError("Pinocchio stores the Jacobian in another layout than armdesign's kernels read")
 
 
-def _se3_view(vector: Any) -> NDArray[np.float64]:  # noqa: ANN401 (a Pinocchio StdVec_SE3)
+def se3_view(vector: Any) -> NDArray[np.float64]:  # noqa: ANN401 (a Pinocchio StdVec_SE3)
     """View a vector of SE3 as (length - 1, 12) doubles in place; the universe at index 0 is left out."""
     first, second = vector[1], vector[2] if len(vector) > 2 else None
     rotation = first.rotation

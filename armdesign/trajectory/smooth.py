@@ -99,9 +99,9 @@ def fit_path(time: ArrayLike, q: ArrayLike, limits: ArrayLike | None = None, *, 
     """
     from scipy.interpolate import BSpline  # noqa: PLC0415, slow to import
 
-    from armdesign.export.limits import _checked_motion  # noqa: PLC0415
+    from armdesign.export.limits import checked_motion  # noqa: PLC0415
 
-    times, angles = _checked_motion(time, q)
+    times, angles = checked_motion(time, q)
     low, high = CUTOFF_RANGE
     if not low <= cutoff <= high:
         raise SettingsError(f"the cutoff is {cutoff} Hz", value=cutoff, allowed=f"{low:g} to {high:g} Hz")

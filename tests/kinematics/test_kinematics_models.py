@@ -124,19 +124,19 @@ def test_views_are_pinocchios_own_memory(size, n):
 
 
 def test_another_memory_layout_of_poses_is_noticed(monkeypatch):
-    monkeypatch.setattr(models, "_se3_view", lambda vector: np.zeros((len(vector) - 1, 12)))
+    monkeypatch.setattr(models, "se3_view", lambda vector: np.zeros((len(vector) - 1, 12)))
     with pytest.raises(RuntimeError, match="another layout"):
         ArmBlock(2, 3)
 
 
 def test_another_order_of_the_axes_is_noticed(monkeypatch):
-    honest = models._se3_view
+    honest = models.se3_view
 
     def turned(vector):
         view = honest(vector)
         return np.concatenate([view[:, :9].reshape(-1, 3, 3).transpose(0, 2, 1).reshape(-1, 9), view[:, 9:]], axis=1)
 
-    monkeypatch.setattr(models, "_se3_view", turned)
+    monkeypatch.setattr(models, "se3_view", turned)
     with pytest.raises(RuntimeError, match="another layout"):
         ArmBlock(2, 3)
 
@@ -149,4 +149,4 @@ def test_another_layout_of_one_pose_is_noticed():
         translation = np.zeros(3)
 
     with pytest.raises(RuntimeError, match="another layout"):
-        models._se3_view([Row(), Row(), Row()])
+        models.se3_view([Row(), Row(), Row()])

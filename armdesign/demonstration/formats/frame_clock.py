@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign.demonstration.csv_cells import Rows
+from armdesign.demonstration.formats.row_steps import hole_steps
 from armdesign.demonstration.recording import Array, first_bad_step, median_step
 from armdesign.demonstration.take import Step
 from armdesign.errors import RecordingError
@@ -16,6 +17,7 @@ MIN_RATE, MAX_RATE = 0.01, 100_000.0  # [1/s]
 _LARGEST = 1e9  # frame number or time [s]
 _EVEN = 1e-3  # printed times this near to even ones, in frames, are not rounded
 _SAME_RATE = 0.01
+_LEFT_OUT = "Frames are left out in {places} places, most of them from {span}."
 _FIX = "Export the recording again"
 
 
@@ -65,7 +67,9 @@ def frame_clock(rows: Rows, frames: int | None, times: int | None, rate: float |
         clock = _counted(rows, numbers, rate)
     else:
         clock = _printed(rows, numbers, rows.values[:, times], rate)
-    return Clock(clock.time, _found_rate(clock), (*clock.steps, *_hole_steps(clock.time)))
+    return Clock(
+        clock.time, _found_rate(clock), (*clock.steps, *hole_steps(clock.time, np.diff(clock.time), _LEFT_OUT))
+    )
 
 
 def _counted(rows: Rows, numbers: Array, rate: float | None) -> Clock:
@@ -164,16 +168,3 @@ def _rate_steps(time: Array, declared: float | None) -> tuple[Step, ...]:
         return ()
     sentence = f"The header declares {declared:.6g} frames/s, but the times tell {found:.6g}; the times were taken."
     return (Step("rate", sentence, {"declared": declared, "found": found}),)
-
-
-def _hole_steps(time: Array) -> tuple[Step, ...]:
-    """A word about frames that are left out."""
-    steps = np.diff(time)
-    holes = np.flatnonzero(steps > 1.5 * np.median(steps)) if len(steps) else np.empty(0, dtype=int)
-    if not len(holes):
-        return ()
-    widest = int(holes[np.argmax(steps[holes])])
-    span = f"{time[widest]:.3f} s to {time[widest + 1]:.3f} s"
-    sentence = f"Frames are left out in {len(holes)} places, most of them from {span}."
-    details = {"holes": len(holes), "from": float(time[widest]), "to": float(time[widest + 1])}
-    return (Step("holes", sentence, details),)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from armdesign.demonstration.csv_cells import Rows
+from armdesign.demonstration.formats.row_steps import hole_steps
 from armdesign.demonstration.recording import Array, first_bad_step
 from armdesign.demonstration.take import Step
 from armdesign.errors import RecordingError
@@ -15,6 +16,7 @@ from armdesign.errors import RecordingError
 _RATES = (0.01, 100_000.0)  # [1/s]
 _MAX_FRAME = 1e12
 _PRINTED = 1.1e-3  # [s] printed times are rounded or cut off to milliseconds or finer
+_LEFT_OUT = "Frame numbers are left out in {places} places, at most from {span}."
 _FIX = "Export the take from Motive again"
 
 
@@ -48,7 +50,11 @@ def frame_times(rows: Rows, facts: Mapping[str, str]) -> tuple[Array, float | No
     rate = (fitting or known)[0]
     time = frames / rate
     every = float(np.median(np.diff(frames))) if len(frames) > 1 else 1.0
-    return time, rate / every, [*_rate_steps(frames, printed, rate, known), *_hole_steps(frames, time)]
+    return (
+        time,
+        rate / every,
+        [*_rate_steps(frames, printed, rate, known), *hole_steps(time, np.diff(frames), _LEFT_OUT)],
+    )
 
 
 def _rate(facts: Mapping[str, str], name: str, rows: Rows) -> float | None:
@@ -108,19 +114,3 @@ def _rate_steps(frames: Array, printed: Array, rate: float, known: list[float]) 
         sentence = f"Frames are numbered at the capture frame rate of {rate:.6g} frames/s, as the printed times show."
         return [Step("times", sentence, details)]
     return []
-
-
-def _hole_steps(frames: Array, time: Array) -> list[Step]:
-    """A word about frame numbers that are left out."""
-    steps = np.diff(frames)
-    if not len(steps):
-        return []
-    usual = np.median(steps)
-    holes = np.flatnonzero(steps > 1.5 * usual)
-    if not len(holes):
-        return []
-    widest = int(holes[np.argmax(steps[holes])])
-    span = f"{time[widest]:.3f} s to {time[widest + 1]:.3f} s"
-    sentence = f"Frame numbers are left out in {len(holes)} places, at most from {span}."
-    details = {"holes": len(holes), "from": float(time[widest]), "to": float(time[widest + 1])}
-    return [Step("holes", sentence, details)]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from armdesign.demonstration.csv_cells import Rows
+from armdesign.demonstration.recording import Array
 from armdesign.demonstration.take import Step
 
 
@@ -24,6 +27,23 @@ def row_steps(rows: Rows, announced: int | None = None) -> list[Step]:
         sentence = f"The header announces {announced} frames, the file holds {len(rows.values)}."
         steps.append(Step("count", sentence, {"announced": announced, "found": len(rows.values)}))
     return steps
+
+
+def hole_steps(time: Array, steps: Array, sentence: str) -> list[Step]:
+    """A word about frames that are left out.
+
+    Args:
+        time: Frame times, shape (T,) [s].
+        steps: How far each frame is from the one before, in time or in frame numbers, shape (T - 1,).
+        sentence: What to say, with ``{places}`` for their number and ``{span}`` for the longest of them.
+    """
+    holes = np.flatnonzero(steps > 1.5 * np.median(steps)) if len(steps) else np.empty(0, dtype=int)
+    if not len(holes):
+        return []
+    widest = int(holes[np.argmax(steps[holes])])
+    span = f"{time[widest]:.3f} s to {time[widest + 1]:.3f} s"
+    details = {"holes": len(holes), "from": float(time[widest]), "to": float(time[widest + 1])}
+    return [Step("holes", sentence.format(places=len(holes), span=span), details)]
 
 
 def count(text: str) -> int | None:
