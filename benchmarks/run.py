@@ -29,6 +29,7 @@ MEASUREMENTS: dict[str, Callable[[Plan], Iterator[Table]]] = {
     "sizes": sizes.tables,
     "memory": memory.tables,
     "starts": starts.tables,
+    "paths": starts.path_tables,
     "plain": yardsticks.plain_tables,
     "pso": yardsticks.swarm_tables,
 }

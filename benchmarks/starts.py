@@ -1,4 +1,8 @@
-"""How often the start pose found is the best known one, over the effort spent on it (method section 4)."""
+"""Start poses: how often the best known one is found over the effort spent, and how often it is not the best to follow.
+
+Method section 4 takes the start with the smallest g at the first frame. Another one may give the better path; the
+second table counts how often (setting ``solver.start_paths``).
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,7 @@ from walks import first_frame
 
 from armdesign.compute.processes import available_cores
 from armdesign.fitness.evaluator import BlockEvaluator, Scores
+from armdesign.fitness.starts import SAME_POSE
 from armdesign.study import Prepared
 
 Array = NDArray[np.float64]
@@ -40,6 +45,12 @@ SAMPLED = {3: 24, 4: 5, 5: 3, 6: 2}
 MOST = 4
 """Efforts of more than so many times the default's descents are left out."""
 JOBS = (PACKAGING, WELDING)
+PATHS = 8
+"""Start poses carried along the whole path, to be compared with one."""
+GAIN = 1e-3
+"""Share of r from which another start counts as one that matters."""
+BEST = 0.1
+"""Share of the designs, the best by r with one path, that are looked at on their own: those a search ends with."""
 
 
 class Found(NamedTuple):
@@ -122,3 +133,80 @@ def share_rows(dof: int, parts: list[list[Found]]) -> list[Row]:
             }
         )
     return rows
+
+
+class Compared(NamedTuple):
+    """The same valid designs with one start carried along the whole path and with several.
+
+    Attributes:
+        one: Scores with the best start at the first frame, N designs.
+        several: Scores with the best path of several starts.
+    """
+
+    one: Scores
+    several: Scores
+
+    @property
+    def other(self) -> NDArray[np.bool_]:
+        """Whether the best path begins at another start, shape (N,)."""
+        apart: NDArray[np.bool_] = np.linalg.norm(self.one.q0 - self.several.q0, axis=1) >= SAME_POSE
+        return apart
+
+    @property
+    def gain(self) -> Array:
+        """By which share of it r is smaller with it, shape (N,)."""
+        return 1.0 - self.several.fitness / self.one.fitness
+
+
+def path_tables(plan: Plan) -> Iterator[Table]:
+    """How often and by how much several paths make a design better, for every task and n."""
+    count = plan.pick(300, 30)
+    parts = [(job, dof, count) for dof in (6, 5, 4, 3) for job in JOBS]
+    with ProcessPoolExecutor(available_cores(), multiprocessing.get_context("spawn")) as pool:
+        found = dict(zip([(job.name, dof) for job, dof, _ in parts], pool.map(compared, *zip(*parts, strict=True)),
+                         strict=True))  # fmt: skip
+    yield Table(
+        "start_paths",
+        f"Random valid designs for which {PATHS} start poses carried along the whole path give another start than 1, "
+        "and by how much r is smaller",
+        [path_row(job.name, dof, found[job.name, dof]) for job in JOBS for dof in (3, 4, 5, 6)],
+        [
+            f"other: the best path begins at another start; matters: r is smaller by more than {100 * GAIN:g} %. "
+            "Median and largest gain are those of the designs with another start; the last columns are of the best "
+            f"{100 * BEST:g} % of the designs by r with one path. Steps: kernel evaluations over those of one path.",
+        ],
+    )
+
+
+def compared(job: Job, dof: int, count: int) -> Compared:
+    """The first so many valid of random designs, with one path and with several from the same finalists."""
+    finalists = max(PATHS, default_effort(job.prepared(dof)).finalists)
+    Phi = designs(job.prepared(dof), SAMPLED[dof] * count, seed=2)
+    scores = []
+    for paths in (1, PATHS):
+        prepared = job.prepared(dof, solver={"start_paths": paths, "finalists": finalists})
+        scores.append(BlockEvaluator(prepared.problem()).evaluate(*prepared.space().rows(Phi)))
+        Phi = Phi[np.flatnonzero(scores[-1].valid)[:count]]
+    one, several = scores
+    valid = np.flatnonzero(one.valid)[:count]
+    return Compared(Scores(**{name: values[valid] for name, values in vars(one).items()}), several)
+
+
+def path_row(task: str, dof: int, found: Compared) -> Row:
+    """A row of the table."""
+    other, gain = found.other, found.gain
+    matters, count = other & (gain > GAIN), len(other)
+    best = np.argsort(found.one.fitness)[: max(1, round(BEST * count))]
+    gains = gain[other] if other.any() else np.zeros(1)
+    return {
+        "task": task,
+        "n": dof,
+        "designs": count,
+        "other %": 100.0 * float(other.mean()),
+        "matters %": 100.0 * float(matters.mean()),
+        "median gain %": 100.0 * float(np.median(gains)),
+        "largest gain %": 100.0 * float(gains.max()),
+        "best: matters %": 100.0 * float(matters[best].mean()),
+        "best: largest gain %": 100.0 * float(np.where(other, gain, 0.0)[best].max()),
+        "steps": float(found.several.steps.sum() / found.one.steps.sum()),
+    }

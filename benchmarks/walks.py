@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from armdesign.fitness.evaluator import BlockEvaluator, Scores
 from armdesign.fitness.flow import Batch, Flow
 from armdesign.fitness.lanes import Lanes
-from armdesign.fitness.path import GAUSS, NEWTON, OPEN, SAMPLE, SMALLEST_DAMPING
 from armdesign.fitness.problem import Problem
+from armdesign.fitness.walk import GAUSS, NEWTON, OPEN, SAMPLE, SMALLEST_DAMPING
 
 Array = NDArray[np.float64]
 
@@ -139,7 +139,7 @@ class PathWalker(BlockEvaluator):
         for b in np.flatnonzero(lanes.walks["phase"] == SAMPLE):
             walk = lanes.walks[b]
             pose = self.poses[walk["candidate"]]
-            walk["phase"], walk["valid"], walk["start_steps"], walk["start_error"] = OPEN, 1, 0, 0.0
+            walk["phase"], walk["start_steps"], walk["nearest"] = OPEN, 0, 0.0
             walk["fresh"], walk["tries"], walk["damping"] = 1, 0, SMALLEST_DAMPING
             walk["model"] = NEWTON if self.problem.record[0]["second_order"] else GAUSS
             walk["trial"][:n] = walk["previous"][:n] = lanes.arms.q[b * n : (b + 1) * n] = pose

@@ -23,8 +23,8 @@ from armdesign.errors import DesignError
 from armdesign.fitness.evaluator import BlockEvaluator, PathResult, Scores
 from armdesign.fitness.flow import Batch, Flow
 from armdesign.fitness.lanes import Lanes
-from armdesign.fitness.path import SAMPLE, TRACE
 from armdesign.fitness.problem import Problem, make_problem, start_poses
+from armdesign.fitness.walk import SAMPLE
 from armdesign.kinematics.dh import rot_z
 from armdesign.kinematics.models import ArmBlock, se3_view
 from armdesign.kinematics.skeleton import ALONG_X, CHAIN, MAX_DOF
@@ -172,10 +172,8 @@ class PolylineEvaluator(BlockEvaluator):
 
     def follow_from(self, base: ArrayLike) -> tuple[Scores, PathResult]:
         """Fitness at one base pose, with the path of the arm's n joints; the path is empty if the start is missed."""
-        trace = np.zeros((1, self.problem.frames), dtype=TRACE)
-        outcome = next(self._run(self._batch(base, None), lambda: None, trace))
-        path = self._path(trace[0], outcome[0])
-        return self._scores(outcome), replace(path, q=path.q[:, self.hung.mounted :].copy())
+        scores, path = self._traced(self._batch(base, None))
+        return scores, replace(path, q=path.q[:, self.hung.mounted :].copy())
 
     def _batch(self, bases: ArrayLike, cutoff: Array | None) -> Batch:
         """Base poses in the place of the first DH row; the other rows stay empty."""

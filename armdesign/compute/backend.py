@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armdesign.fitness.evaluator import Scores
-from armdesign.fitness.robot import Generation, Rejections, RobotFitness
+from armdesign.fitness.robot import Generation, Rejections
 from armdesign.study import Prepared
 
 Array = NDArray[np.float64]
@@ -20,8 +20,12 @@ S = TypeVar("S")
 class Backend(Protocol):
     """Evaluates candidates on the task it was made for."""
 
-    def evaluate(self, Phi: Array, cutoff: Array) -> tuple[Scores, Rejections]:
-        """Scores of designs Phi (N, D) in their order; those past their cutoff (N,) may be dropped."""
+    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None = None) -> tuple[Scores, Rejections]:
+        """Scores of designs Phi (N, D) in their order; those past their cutoff (N,) may be dropped.
+
+        Where a start pose is given, poses (N, n) [rad], or (N, K n) for K demonstrations, the first frame is solved
+        from it alone; a row that is not finite stands for none.
+        """
         ...
 
     def close(self) -> None:
@@ -54,11 +58,11 @@ class InProcess(Closing):
             prepared: Task and settings.
             block: Arms side by side; any value gives the same scores.
         """
-        self.fitness = RobotFitness(prepared.problem(), prepared.space(), block)
+        self.fitness = prepared.objective(block)
 
-    def evaluate(self, Phi: Array, cutoff: Array) -> tuple[Scores, Rejections]:
+    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None = None) -> tuple[Scores, Rejections]:
         """See Backend.evaluate."""
-        return self.fitness.evaluate(Phi, cutoff)
+        return self.fitness.evaluate(Phi, cutoff, poses)
 
     def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
         """Evaluate chunks one behind the other; see RobotFitness.stream."""

@@ -25,7 +25,7 @@ from armdesign.compute.backend import Closing, InProcess, join
 from armdesign.compute.dask_connection import Say, await_all, explained, kernels_here, other_version
 from armdesign.compute.processes import CandidateKillsWorkersError
 from armdesign.fitness.evaluator import Scores, compile_kernels
-from armdesign.fitness.robot import Rejections
+from armdesign.fitness.robot import Generation, Rejections
 from armdesign.study import Prepared
 
 from distributed import Client, Future, KilledWorker, WorkerPlugin, get_worker  # isort: skip (its lack is told above)
@@ -78,7 +78,7 @@ class TaskPlugin(WorkerPlugin):  # type: ignore[misc,unused-ignore]
         self.lock = threading.Lock()
         self.backend: InProcess | None = None
 
-    def evaluate(self, Phi: Array, cutoff: Array) -> Answer:
+    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None) -> Answer:
         """Evaluate a chunk; one at a time, however many threads the worker has.
 
         Raises:
@@ -87,7 +87,7 @@ class TaskPlugin(WorkerPlugin):  # type: ignore[misc,unused-ignore]
         with self.lock:
             backend = self._built()
             began = time.perf_counter()
-            scores, removed = backend.evaluate(Phi, cutoff)
+            scores, removed = backend.evaluate(Phi, cutoff, poses)
             return Answer(scores, removed, time.perf_counter() - began)
 
     def _built(self) -> InProcess:
@@ -123,7 +123,7 @@ class DaskCluster(Closing):
         with explained(self.address):
             client.register_plugin(TaskPlugin(self.name, prepared, block), name=self.name)
 
-    def evaluate(self, Phi: Array, cutoff: Array) -> tuple[Scores, Rejections]:
+    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None = None) -> tuple[Scores, Rejections]:
         """See Backend.evaluate.
 
         Raises:
@@ -131,7 +131,8 @@ class DaskCluster(Closing):
             SearchError: The scheduler is lost, or a worker cannot evaluate.
         """
         with explained(self.address):
-            answers = self._answers(cut(len(Phi), len(self.client.nthreads()), self.pace), Phi, cutoff)
+            chunks = cut(len(Phi), len(self.client.nthreads()), self.pace)
+            answers = self._answers(chunks, Generation(Phi, cutoff, poses))
         self.futures = []
         self.pace = max(sum(answer.seconds for answer in answers) / len(Phi), 1e-6)
         return join([answer.scores for answer in answers]), sum((a.removed for a in answers), Rejections())
@@ -144,9 +145,9 @@ class DaskCluster(Closing):
                 self.client.unregister_worker_plugin(self.name)
         self.futures = []
 
-    def _answers(self, chunks: list[slice], Phi: Array, cutoff: Array) -> list[Answer]:
+    def _answers(self, chunks: list[slice], generation: Generation) -> list[Answer]:
         """Answers to all chunks in their order; a chunk that Dask gave up on is taken apart."""
-        futures = self._submit(chunks, Phi, cutoff)
+        futures = self._submit(chunks, generation)
         try:
             return self._gather(futures)
         except KilledWorker:
@@ -156,24 +157,26 @@ class DaskCluster(Closing):
             try:
                 answers += self._gather([future])
             except KilledWorker:
-                answers += [self._alone(k, Phi, cutoff) for k in range(chunk.start, chunk.stop)]
+                answers += [self._alone(k, generation) for k in range(chunk.start, chunk.stop)]
         return answers
 
-    def _alone(self, k: int, Phi: Array, cutoff: Array) -> Answer:
+    def _alone(self, k: int, generation: Generation) -> Answer:
         """Answer to one candidate with nothing else in the queue, so that no other can be blamed."""
         try:
-            (answer,) = self._gather(self._submit([slice(k, k + 1)], Phi, cutoff))
+            (answer,) = self._gather(self._submit([slice(k, k + 1)], generation))
         except KilledWorker as error:
+            design = np.asarray(generation.Phi)[k]
             raise CandidateKillsWorkersError(
-                f"a candidate has killed {error.allowed_failures + 1} workers of the cluster: Phi = {Phi[k].tolist()}",
-                value=Phi[k].copy(),
+                f"a candidate has killed {error.allowed_failures + 1} workers of the cluster: Phi = {design.tolist()}",
+                value=design.copy(),
                 fix="Please report it with the saved candidate; another seed avoids it",
             ) from error
         return answer
 
-    def _submit(self, chunks: list[slice], Phi: Array, cutoff: Array) -> list[Future]:
+    def _submit(self, chunks: list[slice], generation: Generation) -> list[Future]:
         """Hand chunks over to the scheduler."""
-        pieces = [Phi[chunk] for chunk in chunks], [cutoff[chunk] for chunk in chunks]
+        parts = [generation.part(chunk) for chunk in chunks]
+        pieces = [part.Phi for part in parts], [part.cutoff for part in parts], [part.poses for part in parts]
         self.futures = self.client.map(evaluate_chunk, *pieces, holder=self.name, pure=False)
         return self.futures
 
@@ -184,16 +187,17 @@ class DaskCluster(Closing):
         return answers
 
 
-def evaluate_chunk(Phi: Array, cutoff: Array, holder: str) -> Answer:
+def evaluate_chunk(Phi: Array, cutoff: Array, poses: Array | None, holder: str) -> Answer:
     """Body of a chunk on a worker.
 
     Args:
         Phi: Designs, shape (K, D) [rad, m].
         cutoff: Fitness beyond which a candidate may be dropped, shape (K,).
+        poses: Start poses, shape (K, n) [rad], or None.
         holder: Name of the plugin that holds the task.
     """
     plugin: TaskPlugin = get_worker().plugins[holder]
-    return plugin.evaluate(Phi, cutoff)
+    return plugin.evaluate(Phi, cutoff, poses)
 
 
 def cut(count: int, workers: int, pace: float) -> list[slice]:

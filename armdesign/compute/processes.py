@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from armdesign.compute.backend import Closing, InProcess, join
 from armdesign.errors import ArmDesignError, SearchError
 from armdesign.fitness.evaluator import Scores
-from armdesign.fitness.robot import Rejections
+from armdesign.fitness.robot import Generation, Rejections
 from armdesign.study import Prepared
 
 Array = NDArray[np.float64]
@@ -97,7 +97,7 @@ class WorkerPool(Closing):
         """Process numbers of the workers."""
         return [worker.process.pid or 0 for worker in self.workers]
 
-    def evaluate(self, Phi: Array, cutoff: Array) -> tuple[Scores, Rejections]:
+    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None = None) -> tuple[Scores, Rejections]:
         """See Backend.evaluate.
 
         Raises:
@@ -105,11 +105,12 @@ class WorkerPool(Closing):
             SearchError: Workers do not start.
         """
         self._end_unfinished()
+        generation = Generation(Phi, cutoff, poses)
         waiting = deque(cut(len(Phi), len(self.workers)))
         done: dict[int, Answer] = {}
         remaining = len(Phi)
         while remaining:
-            self._hand_out(waiting, Phi, cutoff)
+            self._hand_out(waiting, generation)
             for worker in self._answering():
                 try:
                     answer = self._receive(worker)
@@ -158,7 +159,7 @@ class WorkerPool(Closing):
             if worker.chunks:
                 self._replace(worker)
 
-    def _hand_out(self, waiting: deque[Chunk], Phi: Array, cutoff: Array) -> None:
+    def _hand_out(self, waiting: deque[Chunk], generation: Generation) -> None:
         """Give every worker with room for it a chunk, those without any first."""
         for _ in range(AHEAD):
             for worker in sorted(self.workers, key=lambda worker: len(worker.chunks)):
@@ -166,7 +167,7 @@ class WorkerPool(Closing):
                     chunk = waiting.popleft()
                     worker.chunks.append(chunk)
                     with contextlib.suppress(OSError):  # died while idle: its end shows when its answer is read
-                        worker.pipe.send((Phi[chunk.first : chunk.last], cutoff[chunk.first : chunk.last]))
+                        worker.pipe.send(generation.part(slice(chunk.first, chunk.last)))
 
     def _answering(self) -> list[Worker]:
         """Workers that have answered or died."""

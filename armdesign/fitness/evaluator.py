@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armdesign.errors import DesignError
-from armdesign.fitness.flow import Batch, Flow
+from armdesign.fitness.flow import NONE_GIVEN, Batch, Flow
 from armdesign.fitness.lanes import Lanes, widths
-from armdesign.fitness.path import REPLAY, TRACE
 from armdesign.fitness.problem import Problem
+from armdesign.fitness.walk import REPLAY, TRACE
 from armdesign.kinematics.dh import DHTable
 
 Array = NDArray[np.float64]
@@ -30,10 +30,15 @@ class Scores:
         valid: Whether the start is reached, shape (N,).
         pruned: Whether the candidate was dropped at its cutoff, shape (N,).
         start_error: Distance of the hand to its first point at the start; of the best try where invalid, (N,) [m].
+        q0: The start pose whose path counts, shape (N, n) [rad]; NaN where invalid.
+        mount: Hand frame in the end-effector's frame there, shape (N, 3, 3); NaN where invalid.
+        miss_frame: Frame in which the end-effector misses the hand and the candidate is invalid for it, shape (N,);
+            0 where the start is missed, -1 where valid.
+        miss: Distance of the two in that frame, shape (N,) [m]; 0 where valid.
         steps: Kernel evaluations spent, shape (N,).
         start_steps: Those of them spent on the start, shape (N,).
         accepted: Accepted steps, shape (N,).
-        frames: Frames solved, shape (N,).
+        frames: Frames solved, those of all paths, shape (N,).
     """
 
     fitness: Array
@@ -42,6 +47,10 @@ class Scores:
     valid: NDArray[np.bool_]
     pruned: NDArray[np.bool_]
     start_error: Array
+    q0: Array
+    mount: Array
+    miss_frame: NDArray[np.int64]
+    miss: Array
     steps: NDArray[np.int64]
     start_steps: NDArray[np.int64]
     accepted: NDArray[np.int64]
@@ -92,19 +101,29 @@ class BlockEvaluator:
         size = min(32, max(1, JOINTS_PER_BLOCK // n)) if block is None else block
         self.lanes = [Lanes(width, n) for width in widths(size)]
 
-    def evaluate(self, rows: Array, yaw: Array, cutoff: Array | None = None) -> Scores:
+    def evaluate(
+        self,
+        rows: Array,
+        yaw: Array,
+        cutoff: Array | None = None,
+        poses: Array | None = None,
+        mounts: Array | None = None,
+    ) -> Scores:
         """Fitness of many candidates.
 
         Args:
             rows: DH rows (alpha, a, d, theta), tool last, shape (N, n + 1, 4) [rad, m, m, rad].
             yaw: Base yaw, shape (N,) [rad].
             cutoff: Fitness beyond which a candidate may be dropped, shape (N,); none by default.
+            poses: Start poses known from elsewhere, shape (N, n) [rad]. The first frame is solved from that pose
+                alone, which spares the search for it; a row that is not finite stands for none.
+            mounts: Hand frames in the end-effector's frame, shape (N, 3, 3), that hold instead of the one the
+                settings ask for; NaN where there is none.
 
         Returns:
             The scores.
         """
-        limits = np.full(len(rows), np.inf) if cutoff is None else cutoff
-        return next(self.stream(Batch(rows, yaw, limits), lambda: None))
+        return next(self.stream(batch_of(rows, yaw, cutoff, poses, mounts), lambda: None))
 
     def stream(self, first: Batch, more: Callable[[], Batch | None]) -> Iterator[Scores]:
         """Scores of batches in their order; the arms of the next batch begin beside the last ones of this.
@@ -117,12 +136,19 @@ class BlockEvaluator:
         for outcome in self._run(first, more):
             yield self._scores(outcome)
 
-    def follow(self, table: DHTable) -> tuple[Scores, PathResult]:
-        """Fitness of one arm, with its path frame by frame. An arm that misses the start has an empty path."""
+    def follow(
+        self, table: DHTable, pose: Array | None = None, mount: Array | None = None
+    ) -> tuple[Scores, PathResult]:
+        """Fitness of one arm, with its path frame by frame, up to where it misses the hand.
+
+        Args:
+            table: The arm.
+            pose: Start pose known from elsewhere, shape (n,) [rad]; see ``evaluate``.
+            mount: Hand frame in the end-effector's frame, shape (3, 3), instead of the one the settings ask for.
+        """
         rows, yaw = as_rows([table])
-        trace = np.zeros((1, self.problem.frames), dtype=TRACE)
-        outcome = next(self._run(Batch(rows, yaw, np.full(1, np.inf)), lambda: None, trace))
-        return self._scores(outcome), self._path(trace[0], outcome[0])
+        poses, mounts = (None if given is None else np.asarray(given, dtype=float)[None] for given in (pose, mount))
+        return self._traced(batch_of(rows, yaw, None, poses, mounts))
 
     def replay(self, table: DHTable, q: Array, mount: Array | None = None) -> PathResult:
         """Book given joint angles on the problem's frames as they are, without solving anything.
@@ -137,14 +163,22 @@ class BlockEvaluator:
         trace = np.zeros((1, self.problem.frames), dtype=TRACE)
         trace[0]["q"][:, : table.dof] = q
         lane.clear()
-        self._exchange(lane, Flow(Batch(rows, yaw, np.full(1, np.inf))))
+        flow = Flow(batch_of(rows, yaw).whole())
+        self._exchange(lane, flow)
         lane.walks[0]["phase"] = REPLAY
         lane.attitudes[0]["mount"] = np.eye(3) if mount is None else mount
         lane.arms.q[:] = q[0]
         lane.walks[0]["trial"][: table.dof] = q[0]
         while lane.advance(self.problem, trace) == 0:
             pass
-        return self._path(trace[0], lane.walks[0])
+        self._exchange(lane, flow)
+        return self._path(trace[0], flow.outcome[0])
+
+    def _traced(self, batch: Batch) -> tuple[Scores, PathResult]:
+        """Scores of a single candidate with its path."""
+        trace = np.zeros((1, int(self.problem.record["start_paths"][0]) * self.problem.frames), dtype=TRACE)
+        outcome = next(self._run(batch, lambda: None, trace))
+        return self._scores(outcome), self._path(trace[0], outcome[0])
 
     def _run(
         self, batch: Batch, more: Callable[[], Batch | None], trace: NDArray[np.void] | None = None
@@ -154,7 +188,7 @@ class BlockEvaluator:
         Args:
             batch: The first batch.
             more: See ``stream``.
-            trace: TRACE records to fill, shape (1, T), where there is but one candidate.
+            trace: TRACE records to fill, shape (1, K T) for K paths, where there is but one candidate.
         """
         flow = Flow(self._checked(batch))
         lanes = self._narrowest(flow.unfinished)
@@ -180,11 +214,17 @@ class BlockEvaluator:
         """The batch as the kernels read it.
 
         Raises:
-            DesignError: The arms have another number of joints than the problem.
+            DesignError: The arms or their start poses have another number of joints than the problem, or a start pose
+                or a mount is missing.
         """
-        if batch.rows.shape[1:] != (self.problem.dof + 1, 4):
-            raise DesignError(f"designs have shape {batch.rows.shape[1:]}", allowed=(self.problem.dof + 1, 4))
-        return Batch(*(np.ascontiguousarray(values, dtype=float) for values in batch))
+        count, n = len(batch.rows), self.problem.dof
+        if batch.rows.shape[1:] != (n + 1, 4):
+            raise DesignError(f"designs have shape {batch.rows.shape[1:]}", allowed=(n + 1, 4))
+        whole = batch.whole()
+        for what, values, shape in (("start poses", whole.poses, (count, n)), ("mounts", whole.mounts, (count, 3, 3))):
+            if values.shape != shape:
+                raise DesignError(f"the {what} have shape {values.shape}", value=values.shape, allowed=shape)
+        return whole
 
     def _narrowest(self, count: int) -> Lanes:
         """The fewest lanes that hold so many arms; the widest where none do."""
@@ -199,17 +239,21 @@ class BlockEvaluator:
 
     def _exchange(self, lanes: Lanes, flow: Flow) -> None:
         """Collect what is done, load what is next."""
-        flow.cursor = lanes.exchange(self.problem, *flow.batch, flow.outcome, flow.cursor)
+        flow.cursor = lanes.exchange(self.problem, flow.batch, flow.outcome, flow.cursor)
 
     def _scores(self, outcome: NDArray[np.void]) -> Scores:
         """Turn finished walks into scores."""
-        record, frames = self.problem.record[0], self.problem.frames
+        record, frames, n = self.problem.record[0], self.problem.frames, self.problem.dof
         valid, pruned = outcome["valid"] == 1, outcome["pruned"] == 1
         scored = valid & ~pruned
         f, E = outcome["f_sum"] / frames, outcome["E_sum"] / frames
         r = record["lambda_f"] * f + record["lambda_E"] * E
         for values in (r, f, E):
             values[~scored] = np.inf
+        oriented = record["w_0"] > 0.0
+        mount = outcome["mount"].copy() if oriented else np.tile(np.eye(3), (len(outcome), 1, 1))
+        q0 = outcome["best_q"][:, :n].copy()
+        q0[~valid], mount[~valid] = np.nan, np.nan
         return Scores(
             fitness=r,
             path_fitness=f,
@@ -217,16 +261,21 @@ class BlockEvaluator:
             valid=valid,
             pruned=pruned,
             start_error=outcome["start_error"].copy(),
+            q0=q0,
+            mount=mount,
+            miss_frame=np.where(valid, -1, outcome["miss_frame"]),
+            miss=np.where(valid, 0.0, outcome["miss"]),
             steps=outcome["steps"].copy(),
             start_steps=outcome["start_steps"].copy(),
             accepted=outcome["accepted"].copy(),
-            frames=outcome["t"].copy(),
+            frames=outcome["frames"].copy(),
         )
 
-    def _path(self, trace: NDArray[np.void], walk: np.void) -> PathResult:
-        """Copy a trace out of the records."""
+    def _path(self, trace: NDArray[np.void], outcome: np.void) -> PathResult:
+        """Copy the path that counts out of a trace."""
         n, m = self.problem.dof, self.problem.points
-        rows = trace[: int(walk["t"])]
+        first = int(outcome["path"]) * self.problem.frames
+        rows = trace[first : first + int(outcome["t"])]
         return PathResult(
             q=rows["q"][:, :n].copy(),
             g=rows["g"].copy(),
@@ -234,9 +283,22 @@ class BlockEvaluator:
             orientation_error=rows["orientation_error"].copy(),
             sigma=rows["sigma"][:, :m].copy(),
             distance=rows["distance"][:, :m].copy(),
-            mount=self.lanes[-1].attitudes[0]["mount"].copy() if self.problem.record[0]["w_0"] > 0.0 else np.eye(3),
-            start_error=float(walk["start_error"]),
+            mount=outcome["mount"].copy() if self.problem.record[0]["w_0"] > 0.0 else np.eye(3),
+            start_error=float(outcome["start_error"]),
         )
+
+
+def batch_of(
+    rows: Array,
+    yaw: Array,
+    cutoff: Array | None = None,
+    poses: Array | None = None,
+    mounts: Array | None = None,
+) -> Batch:
+    """Candidates as a batch, see BlockEvaluator.evaluate; what is None is not given."""
+    limits = np.full(len(rows), np.inf) if cutoff is None else cutoff
+    given = (NONE_GIVEN if values is None else np.asarray(values, dtype=float) for values in (poses, mounts))
+    return Batch(rows, yaw, limits, *given)
 
 
 def as_rows(tables: Sequence[DHTable]) -> tuple[Array, Array]:

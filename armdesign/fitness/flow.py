@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from armdesign.fitness.path import OUTCOME
+from armdesign.fitness.walk import OUTCOME
 
 Array = NDArray[np.float64]
 Outcome = NDArray[np.void]
+NONE_GIVEN: Array = np.empty(0)
 
 
 class Batch(NamedTuple):
@@ -21,11 +22,23 @@ class Batch(NamedTuple):
         rows: DH rows (alpha, a, d, theta), tool last, shape (N, n + 1, 4) [rad, m, m, rad].
         yaw: Base yaw, shape (N,) [rad].
         cutoff: Fitness beyond which a candidate may be dropped, shape (N,).
+        poses: Start poses already known, shape (N, n) [rad]; a row that is not finite stands for none.
+        mounts: Hand frames in the end-effector's frame, shape (N, 3, 3); NaN where the start decides.
     """
 
     rows: Array
     yaw: Array
     cutoff: Array
+    poses: Array = NONE_GIVEN
+    mounts: Array = NONE_GIVEN
+
+    def whole(self) -> Batch:
+        """The same with every array as the kernels read it, what is not given filled with NaN."""
+        count, n = len(self.rows), self.rows.shape[1] - 1
+        poses = np.full((count, n), np.nan) if self.poses.shape == NONE_GIVEN.shape else self.poses
+        mounts = np.full((count, 3, 3), np.nan) if self.mounts.shape == NONE_GIVEN.shape else self.mounts
+        arrays = (self.rows, self.yaw, self.cutoff, poses, mounts)
+        return Batch(*(np.array(values, dtype=float, order="C") for values in arrays))
 
 
 class Flow:
@@ -51,10 +64,9 @@ class Flow:
 
     def add(self, batch: Batch) -> None:
         """Put another batch behind the others."""
-        rows, yaw, cutoff = (np.concatenate(pair) for pair in zip(self.batch, batch, strict=True))
-        self.batch = Batch(rows, yaw, cutoff)
+        self.batch = Batch(*(np.concatenate(pair) for pair in zip(self.batch, batch, strict=True)))
         self.outcome = np.concatenate([self.outcome, np.zeros(len(batch.rows), dtype=OUTCOME)])
-        self.ends.append(len(rows))
+        self.ends.append(len(self.batch.rows))
         self.unfinished += len(batch.rows)
 
     def complete(self) -> Iterator[Outcome]:

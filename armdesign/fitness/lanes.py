@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armdesign.fitness.association import MATCH
+from armdesign.fitness.flow import Batch
 from armdesign.fitness.orientation import ATTITUDE
-from armdesign.fitness.path import IDLE, TRACE, WALK, advance, exchange
+from armdesign.fitness.path import advance, exchange
 from armdesign.fitness.problem import Problem
 from armdesign.fitness.temporal import FRAME, MOTION
+from armdesign.fitness.walk import IDLE, TRACE, WALK
 from armdesign.kinematics.dls import STEP
 from armdesign.kinematics.models import ArmBlock
 from armdesign.kinematics.skeleton import CHAIN
@@ -54,20 +56,18 @@ class Lanes:
         """Give up whatever is under way."""
         self.walks["phase"] = IDLE
 
-    def exchange(
-        self, problem: Problem, rows: Array, yaw: Array, cutoff: Array, outcome: NDArray[np.void], cursor: int
-    ) -> int:
+    def exchange(self, problem: Problem, batch: Batch, outcome: NDArray[np.void], cursor: int) -> int:
         """Collect the walks that are done, begin the next ones; returns the index of the next candidate."""
         arms, task = self.arms, (problem.record, problem.starts)
-        state = (self.walks, self.chains, arms.placements, arms.q)
-        return int(exchange(*state, *task, rows, yaw, cutoff, outcome, cursor))
+        state = (self.walks, self.chains, self.attitudes, arms.placements, arms.q)
+        return int(exchange(*state, *task, *batch, outcome, cursor))
 
     def advance(self, problem: Problem, trace: NDArray[np.void]) -> int:
         """One step on every lane; returns how many are done.
 
         Args:
             problem: The task and its settings.
-            trace: TRACE records, shape (B, T), or (B, 0) to keep none.
+            trace: TRACE records, shape (B, K T) for K paths, or (B, 0) to keep none.
         """
         arms = self.arms
         arms.update()

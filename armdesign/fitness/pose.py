@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armdesign.errors import DesignError, SettingsError, TaskError
-from armdesign.fitness.evaluator import BlockEvaluator, as_rows
-from armdesign.fitness.flow import Batch, Flow
-from armdesign.fitness.lanes import Lanes
-from armdesign.fitness.path import GAUSS, MOUNT_IDENTITY, NEWTON, POLISH, SAMPLE, SMALLEST_DAMPING
+from armdesign.fitness.evaluator import BlockEvaluator, as_rows, batch_of
 from armdesign.fitness.problem import Problem, make_problem
+from armdesign.fitness.walk import MOUNT_IDENTITY
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings import FitnessSettings, SolverSettings
 
@@ -80,6 +78,7 @@ class PoseSolver(BlockEvaluator):
         solver = replace(solver or SolverSettings(), starts=starts)
         problem = make_problem(points, np.eye(3)[None], 1.0, limits, alone, solver)
         problem.record["held_weights"] = problem.record["weights"]
+        problem.record["start_free"] = problem.record["free"]
         problem.record["mount"] = MOUNT_IDENTITY
         problem.record["reach"] = np.inf
         super().__init__(problem, block)
@@ -101,7 +100,7 @@ class PoseSolver(BlockEvaluator):
         self.problem = with_frame(self.problem, points, rotation)
         rows, yaw = as_rows([table])
         count = len(self.problem.starts)
-        same_arm = Batch(np.repeat(rows, count, axis=0), np.repeat(yaw, count), np.full(count, np.inf))
+        same_arm = batch_of(np.repeat(rows, count, axis=0), np.repeat(yaw, count), poses=self.problem.starts)
         outcome = next(self._run(same_arm, lambda: None))
         best = outcome[int(np.argmin(outcome["f_sum"]))]
         q = best["best_q"][: table.dof].copy()
@@ -115,18 +114,6 @@ class PoseSolver(BlockEvaluator):
             found=outcome["f_sum"].copy(),
             steps=int(outcome["steps"].sum()),
         )
-
-    def _exchange(self, lanes: Lanes, flow: Flow) -> None:
-        """Load what is next and send candidate k straight to its descent from start pose k."""
-        super()._exchange(lanes, flow)
-        n, problem = self.problem.dof, self.problem
-        for b in np.flatnonzero(lanes.walks["phase"] == SAMPLE):
-            walk = lanes.walks[b]
-            start = problem.starts[walk["candidate"]]
-            walk["phase"], walk["k"], walk["final_count"] = POLISH, 0, 1
-            walk["fresh"], walk["closing"], walk["tries"], walk["damping"] = 1, 0, 0, SMALLEST_DAMPING
-            walk["model"] = NEWTON if problem.record[0]["second_order"] else GAUSS
-            walk["trial"][:n] = walk["previous"][:n] = lanes.arms.q[b * n : (b + 1) * n] = start
 
 
 def best_pose(

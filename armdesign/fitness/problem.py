@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from armdesign.errors import SettingsError, TaskError
 from armdesign.fitness.association import MAX_POINTS
 from armdesign.fitness.orientation import METRICS
-from armdesign.fitness.path import MOUNT_IDENTITY, MOUNT_START, PROBLEM
+from armdesign.fitness.walk import MOUNT_IDENTITY, MOUNT_START, PROBLEM
 from armdesign.settings import FitnessSettings, SolverSettings
 
 Array = NDArray[np.float64]
@@ -99,11 +99,12 @@ def fill_fitness(record: np.void, fitness: FitnessSettings, m: int, dt: float) -
         record[name][:m] = fitness.weights
         record[name][m - 1] = hand
     record["w_0"] = fitness.orientation_weight or 0.0
-    record["free"] = m - 1 if fitness.tie_hand else m
+    record["free"], record["start_free"] = m - 1 if fitness.tie_hand else m, m - 1
     record["metric"] = METRICS.index(fitness.orientation_metric)
     record["mount"] = MOUNT_START if fitness.mount == "start" else MOUNT_IDENTITY
     record["lambda_f"], record["lambda_E"] = fitness.lambda_f, fitness.lambda_E
     record["delta"], record["reach"] = fitness.delta, fitness.reach_tolerance
+    record["every"] = fitness.reach_frames == "all"
     degrees = fitness.continuity if fitness.continuity_speed is None else fitness.continuity_speed * dt
     record["radius"] = np.deg2rad(degrees)
 
@@ -115,6 +116,7 @@ def fill_solver(record: np.void, solver: SolverSettings, limits: Array, effort: 
     record["tolerance"], record["floor"] = solver.tolerance, solver.floor
     record["max_steps"], record["descents"] = solver.max_steps, effort.descents
     record["finalists"] = effort.finalists
+    record["start_paths"] = solver.start_paths
     record["second_order"] = solver.second_order
 
 
@@ -174,7 +176,7 @@ def start_effort(solver: SolverSettings, dof: int) -> StartEffort:
     return StartEffort(
         starts=solver.starts or max(128, 2 * descents),
         descents=descents,
-        finalists=solver.finalists or (6 if dof <= 5 else 12),
+        finalists=solver.finalists or max(6 if dof <= 5 else 12, solver.start_paths),
     )
 
 

@@ -5,19 +5,41 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from armdesign.errors import DesignError
 from armdesign.fitness.constraints import DesignSpace
 from armdesign.fitness.evaluator import BlockEvaluator, Scores
 from armdesign.fitness.flow import Batch
 from armdesign.fitness.problem import Problem
 
 Array = NDArray[np.float64]
-Generation: TypeAlias = "tuple[ArrayLike, Array | None]"
-"""Designs Phi, shape (N, D), and the fitness beyond which each may be dropped, shape (N,) or None."""
+
+
+class Generation(NamedTuple):
+    """Candidates to be scored.
+
+    Attributes:
+        Phi: Designs, shape (N, D) [rad, m].
+        cutoff: Fitness beyond which a candidate may be dropped, shape (N,); None for never.
+        poses: Start poses known from elsewhere, shape (N, n) [rad]: the first frame is solved from that pose alone. A
+            row that is not finite stands for none, None for none at all.
+        mounts: Hand frames in the end-effector's frame, shape (N, 3, 3), that hold instead of the one the settings ask
+            for; NaN or None where there is none.
+    """
+
+    Phi: ArrayLike
+    cutoff: Array | None = None
+    poses: Array | None = None
+    mounts: Array | None = None
+
+    def part(self, chosen: slice) -> Generation:
+        """Some of the candidates."""
+        others = (None if values is None else values[chosen] for values in self[1:])
+        return Generation(np.asarray(self.Phi)[chosen], *others)
 
 
 @dataclass(frozen=True)
@@ -29,12 +51,14 @@ class Rejections:
         reach: The first hand point lies beyond the arm's reach.
         start: No start pose brings the end-effector to it.
         pruned: Dropped on the way, past their cutoff.
+        path: The end-effector misses the hand in a later frame, where every frame has to reach.
     """
 
     constraints: int = 0
     reach: int = 0
     start: int = 0
     pruned: int = 0
+    path: int = 0
 
     def __add__(self, other: Rejections) -> Rejections:
         """Sum of two counts."""
@@ -43,6 +67,7 @@ class Rejections:
             self.reach + other.reach,
             self.start + other.start,
             self.pruned + other.pruned,
+            self.path + other.path,
         )
 
 
@@ -65,8 +90,9 @@ class Tested(NamedTuple):
         return scores, Rejections(
             constraints=int((~self.admissible).sum()),
             reach=int((self.admissible & ~self.chosen).sum()),
-            start=int((self.chosen & ~scores.valid).sum()),
+            start=int((self.chosen & (scores.miss_frame == 0)).sum()),
             pruned=int(scores.pruned.sum()),
+            path=int((scores.miss_frame > 0).sum()),
         )
 
 
@@ -85,29 +111,34 @@ class RobotFitness:
         self.space = space
         self.evaluator = BlockEvaluator(problem, block)
 
-    def evaluate(self, Phi: ArrayLike, cutoff: Array | None = None) -> tuple[Scores, Rejections]:
-        """Score candidates.
-
-        Args:
-            Phi: Designs, shape (N, D) [rad, m].
-            cutoff: Fitness beyond which a candidate may be dropped, shape (N,).
+    def evaluate(
+        self,
+        Phi: ArrayLike,
+        cutoff: Array | None = None,
+        poses: Array | None = None,
+        mounts: Array | None = None,
+    ) -> tuple[Scores, Rejections]:
+        """Score candidates, given as in Generation.
 
         Returns:
             The scores, in the order of Phi, and what removed the others.
+
+        Raises:
+            DesignError: A start pose or a mount has another shape, or is missing.
         """
-        return next(self.stream((Phi, cutoff), lambda: None))
+        return next(self.stream(Generation(Phi, cutoff, poses, mounts), lambda: None))
 
     def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
         """Score generations one behind the other, each beginning beside the last arms of the one before.
 
         Args:
-            first: Phi and cutoff of the first, as for ``evaluate``.
+            first: The first one.
             more: Gives the next, or None if there is none yet; the stream ends when all are done and there is none.
         """
         tested: deque[Tested] = deque()
 
         def batch(generation: Generation) -> Batch:
-            tested.append(self._test(*generation))
+            tested.append(self._test(generation))
             return tested[-1].batch
 
         def next_batch() -> Batch | None:
@@ -117,14 +148,18 @@ class RobotFitness:
         for scores in self.evaluator.stream(batch(first), next_batch):
             yield tested.popleft().scored(scores)
 
-    def _test(self, Phi: ArrayLike, cutoff: Array | None) -> Tested:
+    def _test(self, generation: Generation) -> Tested:
         """Make out the candidates that have to be walked."""
-        designs = np.atleast_2d(np.asarray(Phi, dtype=float))
+        designs = np.atleast_2d(np.asarray(generation.Phi, dtype=float))
+        count, n = len(designs), self.problem.dof
+        cutoff = given("cutoffs", generation.cutoff, (count,), np.inf)
+        poses = given("start poses", generation.poses, (count, n), np.nan)
+        mounts = given("mounts", generation.mounts, (count, 3, 3), np.nan)
         admissible = self.space.admissible(designs)
         rows, yaw = self.space.rows(designs)
         chosen = admissible & self._may_reach(rows)
-        limits = np.full(len(designs), np.inf) if cutoff is None else np.asarray(cutoff, dtype=float)
-        return Tested(admissible, chosen, Batch(rows[chosen], yaw[chosen], limits[chosen]))
+        batch = Batch(*(values[chosen] for values in (rows, yaw, cutoff, poses, mounts)))
+        return Tested(admissible, chosen, batch)
 
     def _may_reach(self, rows: Array) -> NDArray[np.bool_]:
         """Whether the first hand point lies in the shell the arm's links can span.
@@ -141,12 +176,27 @@ class RobotFitness:
         return verdict
 
 
+def given(what: str, values: Array | None, shape: tuple[int, ...], default: float) -> Array:
+    """One value per candidate, or the default for all.
+
+    Raises:
+        DesignError: There is another number of them, or they have another shape.
+    """
+    if values is None:
+        return np.full(shape, default)
+    array = np.asarray(values, dtype=float)
+    if array.shape != shape:
+        raise DesignError(f"the {what} have shape {array.shape}", value=array.shape, allowed=shape)
+    return array
+
+
 def spread(scores: Scores, chosen: NDArray[np.bool_]) -> Scores:
     """Scores of the chosen candidates put in their places among all; the others are invalid."""
-    empty = {"fitness": np.inf, "path_fitness": np.inf, "area": np.inf, "start_error": np.inf}
+    empty = dict.fromkeys(("fitness", "path_fitness", "area", "start_error", "miss"), np.inf)
+    empty |= {"q0": np.nan, "mount": np.nan}
     columns = {}
     for name, values in vars(scores).items():
-        column = np.full(len(chosen), empty.get(name, 0), dtype=values.dtype)
+        column = np.full((len(chosen), *values.shape[1:]), empty.get(name, 0), dtype=values.dtype)
         column[chosen] = values
         columns[name] = column
     return replace(scores, **columns)

@@ -19,13 +19,14 @@ def scores(Phi):
     whole = np.arange(len(Phi)) * 0
     return SimpleNamespace(
         fitness=r, path_fitness=r / 2, area=r / 3, valid=r > 0.5, pruned=r < 0.1, start_error=r / 4,
+        q0=np.outer(r, [1.0, 2.0]), mount=np.tile(np.eye(3), (len(Phi), 1, 1)), miss_frame=whole, miss=r,
         steps=whole, start_steps=whole, accepted=whole, frames=whole,
     )  # fmt: skip
 
 
 def removed(Phi):
     """Counts that add up over chunks."""
-    return SimpleNamespace(constraints=len(Phi), reach=int((Phi > 0.5).sum()), start=0, pruned=0)
+    return SimpleNamespace(constraints=len(Phi), reach=int((Phi > 0.5).sum()), start=0, pruned=0, path=0)
 
 
 def answer_chunks(pipe, prepared, block):
@@ -33,7 +34,7 @@ def answer_chunks(pipe, prepared, block):
     pipe.send(None)
     try:
         while True:
-            Phi, _ = pipe.recv()
+            Phi, *_ = pipe.recv()
             if np.any(Phi == POISON):
                 os._exit(1)
             if np.any(Phi == DIES_ONCE) and os.path.exists(prepared):
@@ -53,7 +54,7 @@ def answer_errors(pipe, prepared, block):
     pipe.send(None)
     try:
         while True:
-            Phi, _ = pipe.recv()
+            Phi, *_ = pipe.recv()
             bad = bool(np.any(Phi == RAISES))
             pipe.send(DesignError("no such arm", value=RAISES) if bad else (scores(Phi), removed(Phi)))
     except (EOFError, OSError):

@@ -65,7 +65,7 @@ def client(cluster):
 def same(one, other):
     scores, removed = one
     others, others_removed = other
-    equal = [np.array_equal(values, getattr(others, name)) for name, values in vars(scores).items()]
+    equal = [np.array_equal(values, getattr(others, name), equal_nan=True) for name, values in vars(scores).items()]
     return all(equal) and removed == others_removed
 
 
@@ -111,6 +111,8 @@ def test_a_cluster_gives_the_scores_of_one_process(client, prepared, generation,
         for pace in (1e-6, 0.01, 10.0):
             backend.pace = pace
             assert same(backend.evaluate(Phi, cutoff), expected)
+        poses = np.where(np.arange(len(Phi))[:, None] % 2 == 0, expected[0].q0, np.nan)
+        assert same(backend.evaluate(Phi, cutoff, poses), InProcess(prepared).evaluate(Phi, cutoff, poses))
 
 
 def test_the_task_leaves_the_workers_with_the_backend(client, prepared):
@@ -148,9 +150,9 @@ import time
 from armdesign.compute import backend
 
 class Slow(backend.InProcess):
-    def evaluate(self, Phi, cutoff):
+    def evaluate(self, Phi, cutoff, poses=None):
         time.sleep(0.2)
-        return super().evaluate(Phi, cutoff)
+        return super().evaluate(Phi, cutoff, poses)
 
 def dask_setup(worker):
     from armdesign.compute import dask_cluster
@@ -241,8 +243,8 @@ import os
 from armdesign.compute import backend
 
 class Killed(backend.InProcess):
-    def evaluate(self, Phi, cutoff):
-        return os._exit(1) if ENTRY in Phi[:, 0] else super().evaluate(Phi, cutoff)
+    def evaluate(self, Phi, cutoff, poses=None):
+        return os._exit(1) if ENTRY in Phi[:, 0] else super().evaluate(Phi, cutoff, poses)
 
 def dask_setup(worker):
     from armdesign.compute import dask_cluster

@@ -16,7 +16,7 @@ from armdesign.compute import InProcess, WorkerPool, processes
 from armdesign.compute.processes import CandidateKillsWorkersError, Chunk, Worker, blame, cut
 from armdesign.demonstration import read_recording
 from armdesign.errors import DesignError, SearchError
-from armdesign.fitness.robot import Rejections
+from armdesign.fitness.robot import Generation, Rejections
 from armdesign.search import Search
 from armdesign.settings import Study
 from armdesign.study import prepare
@@ -59,7 +59,7 @@ def generation(count=40, dimension=4, seed=0):
 
 
 def same(scores, wanted):
-    return all(np.array_equal(getattr(scores, name), values) for name, values in vars(wanted).items())
+    return all(np.array_equal(getattr(scores, name), values, equal_nan=True) for name, values in vars(wanted).items())
 
 
 def expected(Phi):
@@ -101,7 +101,7 @@ def test_a_chunk_on_which_a_worker_died_is_dealt_with_alone():
 def test_chunks_that_overlap_are_scored_as_apart(task):
     backend = InProcess(task, block=5)
     rng = np.random.default_rng(3)
-    chunks = [(task.space().sample(rng, count), np.full(count, 0.9)) for count in (7, 0, 1, 23, 2)]
+    chunks = [Generation(task.space().sample(rng, count), np.full(count, 0.9)) for count in (7, 0, 1, 23, 2)]
     behind = deque(chunks[1:])
     asked = itertools.count()
 
@@ -112,8 +112,8 @@ def test_chunks_that_overlap_are_scored_as_apart(task):
     while behind:
         answers += backend.stream(behind.popleft(), more)
     assert len(answers) == len(chunks)
-    for (scores, removed), (Phi, cutoff) in zip(answers, chunks, strict=True):
-        wanted, counted = InProcess(task).evaluate(Phi, cutoff)
+    for (scores, removed), chunk in zip(answers, chunks, strict=True):
+        wanted, counted = InProcess(task).evaluate(chunk.Phi, chunk.cutoff)
         assert same(scores, wanted)
         assert removed == counted
 
@@ -157,6 +157,20 @@ def test_real_workers_score_as_this_process_does_also_when_one_is_killed(task, t
     assert counted == removed
     assert len(three.pids) == 3
     assert before[0] not in three.pids
+
+
+def test_start_poses_reach_the_candidates_they_belong_to(task, three):
+    """Of many chunks, hinted and not, on any number of workers."""
+    Phi = task.space().sample(np.random.default_rng(4), 150)
+    cutoff = np.full(len(Phi), np.inf)
+    pure, _ = InProcess(task).evaluate(Phi, cutoff)
+    poses = np.where(np.arange(len(Phi))[:, None] % 3 > 0, pure.q0, np.nan)
+    wanted, counted = InProcess(task).evaluate(Phi, cutoff, poses)
+    assert wanted.start_steps.sum() < pure.start_steps.sum()
+    np.testing.assert_allclose(wanted.fitness[pure.valid], pure.fitness[pure.valid], rtol=1e-9)
+    told, removed = three.evaluate(Phi, cutoff, poses)
+    assert same(told, wanted)
+    assert removed == counted
 
 
 def test_a_worker_that_died_idle_is_replaced(light):

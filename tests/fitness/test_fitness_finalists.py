@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armdesign.fitness.path import SAME_POSE, WALK, keep_finalist
+from armdesign.fitness.starts import SAME_POSE, keep_finalist
+from armdesign.fitness.walk import WALK
 
 
 @pytest.fixture

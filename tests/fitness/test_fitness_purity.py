@@ -152,10 +152,10 @@ def test_rejections_add_up(name):
     assert removed.constraints + removed.reach + removed.start + removed.pruned + scored == COUNT
     assert removed.constraints == (~space.admissible(Phi)).sum()
     assert scored + removed.pruned == scores.valid.sum()
-    total = removed + Rejections(1, 2, 3, 4)
+    total = removed + Rejections(1, 2, 3, 4, 5)
     assert vars(total) == {
         "constraints": removed.constraints + 1, "reach": removed.reach + 2, "start": removed.start + 3,
-        "pruned": removed.pruned + 4,
+        "pruned": removed.pruned + 4, "path": removed.path + 5,
     }  # fmt: skip
 
 
