@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from armdesign.fitness.constraints import joint_limits
 from armdesign.fitness.evaluator import BlockEvaluator
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.dh_files import read_design
+from armdesign.runfolder import HOLDOUTS, OTHERS, other_folders
 from armdesign.running import open_run
 from armdesign.study import Prepared
 
@@ -65,8 +67,27 @@ def read_finished(folder: str | Path) -> FinishedRun:
         RunFolderError: There is no result, or a file is missing, damaged or does not fit the others.
     """
     place = Path(folder)
-    content = read_result(place)
-    prepared = open_run(place)
+    content, prepared = read_result(place), open_run(place)
+    evaluation = read_evaluation(place, prepared, content)
+    if prepared.others:
+        told = listed(content, "demonstrations", 1 + len(prepared.others), place)
+        first = Evaluation(evaluation.table, *figures(told[0], place), evaluation.path)
+        others = [read_evaluation(*each) for each in other_runs(place, OTHERS, prepared.others)]
+        evaluation = replace(evaluation, demonstrations=(first, *others))
+    if prepared.holdouts:
+        told = listed(content, "holdout", len(prepared.holdouts), place)
+        runs = zip(other_runs(place, HOLDOUTS, prepared.holdouts), told, strict=True)
+        holdouts = tuple(read_holdout(run, entry, evaluation.first) for run, entry in runs)
+        evaluation = replace(evaluation, holdouts=holdouts)
+    return FinishedRun(place.resolve().name, prepared, evaluation, read_history(place / "history.csv"), content, place)
+
+
+def read_evaluation(place: Path, prepared: Prepared, content: dict[str, Any]) -> Evaluation:
+    """What an arm does on the task of a run folder, out of its trajectory and its result.json.
+
+    Raises:
+        RunFolderError: A file is missing, damaged or does not fit the others.
+    """
     table = read_design(place / "result.json")
     q = read_trajectory(place / "trajectory.csv", table.dof)
     if len(q) != len(prepared.task.time):
@@ -77,10 +98,68 @@ def read_finished(folder: str | Path) -> FinishedRun:
         )
     mount = rotation(content.get("mount", np.eye(3).tolist()), place)
     path = BlockEvaluator(prepared.problem(), block=1).replay(table, q, mount)
-    path = replace(path, start_error=float(path.distance[0, -1]))
+    tied = prepared.study.fitness.tie_hand
+    miss = path.distance[0, -1] if tied else np.linalg.norm(table.frames(q[0])[-1, :3, 3] - prepared.task.P[0, -1])
+    path = replace(path, start_error=float(miss))
+    return Evaluation(table, *figures(content, place), path)
+
+
+def other_runs(place: Path, pattern: str, others: Sequence[Prepared]) -> list[tuple[Path, Prepared, dict[str, Any]]]:
+    """Folder, task and result.json of further demonstrations; a holdout that is missed has no result.
+
+    Raises:
+        RunFolderError: One is missing or damaged.
+    """
+    runs = []
+    for folder, prepared in zip(other_folders(place, pattern), others, strict=True):
+        missed = pattern == HOLDOUTS and not (folder / "result.json").is_file()
+        runs.append((folder, prepared, {} if missed else read_result(folder)))
+    return runs
+
+
+def read_holdout(run: tuple[Path, Prepared, dict[str, Any]], told: dict[str, Any], first: Evaluation) -> Evaluation:
+    """What an arm does on a demonstration that was held out.
+
+    Args:
+        run: See ``other_runs``.
+        told: What the result.json above says of it.
+        first: What the arm does on the first demonstration.
+
+    Raises:
+        RunFolderError: It is damaged.
+    """
+    if run[-1]:
+        return read_evaluation(*run)
+    place, missed = run[0], told.get("missed")
+    if not isinstance(missed, dict):
+        raise RunFolderError(f"{place / 'result.json'} is missing", value=str(place), fix="Search again")
+    frame, distance = int(number(missed, "frame", place)), number(missed, "distance", place)
+    rows = {name: values[:0] for name, values in vars(first.path).items() if name not in ("mount", "start_error")}
+    path = replace(first.path, **rows, start_error=distance)
+    return Evaluation(first.table, np.inf, np.inf, np.inf, path, missed=(frame, distance))
+
+
+def listed(content: dict[str, Any], name: str, count: int, place: Path) -> list[dict[str, Any]]:
+    """A list of tables in result.json.
+
+    Raises:
+        RunFolderError: It is missing, or has not as many entries as there are demonstrations.
+    """
+    value = content.get(name)
+    if not isinstance(value, list) or len(value) != count or not all(isinstance(entry, dict) for entry in value):
+        what = f"'{name}' does not tell of {count} of them"
+        raise RunFolderError(f"{place / 'result.json'} is damaged: {what}", value=value, fix="Search again")
+    return value
+
+
+def figures(content: dict[str, Any], place: Path) -> tuple[float, float, float]:
+    """r, f and E out of a table of result.json.
+
+    Raises:
+        RunFolderError: One is missing or no number.
+    """
     r, f, E = (number(content, name, place) for name in ("fitness", "path_fitness", "area"))
-    evaluation = Evaluation(table, r, f, E, path)
-    return FinishedRun(place.resolve().name, prepared, evaluation, read_history(place / "history.csv"), content, place)
+    return r, f, E
 
 
 def read_result(folder: Path) -> dict[str, Any]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from dataclasses import asdict, dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from armdesign import __version__
+from armdesign import __version__, alternatives
 from armdesign.demonstration import task_recording, write_plain_csv
 from armdesign.errors import RunFolderError
 from armdesign.evaluation import Evaluation
@@ -21,8 +23,10 @@ from armdesign.study import Prepared
 from armdesign.swarm import History
 
 SCHEMA_VERSION = 1
-TASK_JSON = "task.json"
-
+STUDY, TASK, TASK_JSON = "study.toml", "task.csv", "task.json"
+OTHERS, HOLDOUTS = "demonstration_*", "holdout_*"
+"""Folders inside a run folder: of further demonstrations, from demonstration_2 on, and of those held out, from
+holdout_1 on. Each is a run folder itself, of the same arm."""
 
 VIEWS = ("preview.html", "report.html")
 """What views.write_views adds to a run."""
@@ -104,9 +108,11 @@ def write_search(folder: str | Path, result: SearchResult) -> Written:
         "wall_time": result.wall_time,
     }
     place = opened(folder)
+    alternatives.remove_alternatives(place)
     write_whole(place / "history.csv", history_csv(result.history))
+    kept = alternatives.write_designs(place, result.prepared, result.basins)
     written = write_parts(place, result.best, result.prepared, extra)
-    return Written(place, ("history.csv", *written))
+    return Written(place, ("history.csv", *kept, *written))
 
 
 def write_evaluation(folder: str | Path, evaluation: Evaluation, prepared: Prepared) -> Written:
@@ -142,7 +148,7 @@ def clear(folder: Path) -> None:
     Raises:
         RunFolderError: A file cannot be removed.
     """
-    for name in ("result.json", "history.csv", *VIEWS):
+    for name in ("result.json", "history.csv", alternatives.FILE, *VIEWS):
         try:
             (folder / name).unlink(missing_ok=True)
         except OSError as error:
@@ -150,15 +156,117 @@ def clear(folder: Path) -> None:
 
 
 def write_parts(folder: Path, evaluation: Evaluation, prepared: Prepared, extra: dict[str, Any]) -> tuple[str, ...]:
-    """Write study.toml, task.csv, task.json, trajectory.csv, arm.urdf, and result.json last; returns their names."""
-    write_whole(folder / "study.toml", prepared.study.to_toml())
-    write_plain_csv(folder / "task.csv", task_recording(prepared.task))
-    write_origin(folder / TASK_JSON, prepared)
+    """Write study.toml, task.csv, task.json, trajectory.csv, arm.urdf, and result.json last; returns their names.
+
+    What the arm does on further demonstrations goes to folders of their own before that.
+    """
+    more = write_others(folder, evaluation, prepared)
+    write_task(folder, prepared)
     write_whole(folder / "trajectory.csv", trajectory_csv(prepared.task.time, evaluation.path.q))
     write_whole(folder / "arm.urdf", arm_urdf(evaluation, prepared))
-    content = result_content(evaluation, prepared) | extra
-    write_whole(folder / "result.json", json.dumps(content, indent=2, allow_nan=False) + "\n")
-    return ("study.toml", "task.csv", TASK_JSON, "trajectory.csv", "arm.urdf", "result.json")
+    write_json(folder / "result.json", result_content(evaluation, prepared) | extra)
+    return (STUDY, TASK, TASK_JSON, "trajectory.csv", "arm.urdf", "result.json", *more)
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a result."""
+    write_whole(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
+
+
+def write_task(folder: Path, prepared: Prepared) -> None:
+    """Write task.csv, task.json, and study.toml last."""
+    write_plain_csv(folder / TASK, task_recording(prepared.task))
+    write_origin(folder / TASK_JSON, prepared)
+    write_whole(folder / STUDY, prepared.study.to_toml())
+
+
+def others_of(prepared: Prepared) -> dict[str, Prepared]:
+    """Further demonstrations and those held out, by the names of their folders."""
+    seen, unseen = prepared.others, prepared.holdouts
+    others = dict(zip(other_names(OTHERS, len(seen)), seen, strict=True))
+    return others | dict(zip(other_names(HOLDOUTS, len(unseen)), unseen, strict=True))
+
+
+def other_names(pattern: str, number: int) -> list[str]:
+    """Names of the folders of so many further demonstrations, or of so many held out.
+
+    Args:
+        pattern: OTHERS or HOLDOUTS.
+        number: How many.
+    """
+    first = 2 if pattern == OTHERS else 1
+    return [pattern.replace("*", str(k)) for k in range(first, first + number)]
+
+
+def start_others(folder: Path, prepared: Prepared) -> tuple[str, ...]:
+    """Write the tasks of further demonstrations; those of an earlier run are removed. Returns their folders.
+
+    Raises:
+        RunFolderError: A folder cannot be made or cleared.
+    """
+    others = others_of(prepared)
+    remove_others(folder, keep=others)
+    for name, other in others.items():
+        write_task(opened(folder / name), other)
+    return tuple(others)
+
+
+def write_others(folder: Path, evaluation: Evaluation, prepared: Prepared) -> tuple[str, ...]:
+    """Write what an arm does on further demonstrations, each as a run folder; returns their names."""
+    names = start_others(folder, prepared)
+    scored = (*evaluation.demonstrations[1:], *evaluation.holdouts)
+    for (name, other), each in zip(others_of(prepared).items(), scored, strict=True):
+        if each.missed is None:
+            write_whole(folder / name / "trajectory.csv", trajectory_csv(other.task.time, each.path.q))
+            write_json(folder / name / "result.json", result_content(each, other))
+    return names
+
+
+def remove_others(folder: Path, keep: Collection[str] = ()) -> None:
+    """Remove the folders of further demonstrations, but for files that people have put there.
+
+    Raises:
+        RunFolderError: A file cannot be removed.
+    """
+    for place in (*folder.glob(OTHERS), *folder.glob(HOLDOUTS)):
+        if place.name in keep or not place.is_dir():
+            continue
+        clear(place)
+        try:
+            for name in (STUDY, TASK, TASK_JSON, "trajectory.csv"):
+                (place / name).unlink(missing_ok=True)
+            if not any(place.iterdir()):
+                place.rmdir()
+        except OSError as error:
+            raise RunFolderError(f"cannot clear {place}: {error.strerror}", value=str(place)) from error
+
+
+def remove_run(place: Path) -> None:
+    """Remove a run folder that this package has written, but for files that people have put there.
+
+    Raises:
+        RunFolderError: A file cannot be removed.
+    """
+    remove_others(place)
+    clear(place)
+    try:
+        for name in (STUDY, TASK, TASK_JSON, "trajectory.csv", "arm.urdf"):
+            (place / name).unlink(missing_ok=True)
+        if not any(place.iterdir()):
+            place.rmdir()
+    except OSError as error:
+        raise RunFolderError(f"cannot clear {place}: {error.strerror}", value=str(place)) from error
+
+
+def other_folders(folder: Path, pattern: str) -> list[Path]:
+    """Folders of further demonstrations in a run folder, in their order.
+
+    Args:
+        folder: The run folder.
+        pattern: OTHERS or HOLDOUTS.
+    """
+    places = (folder / name for name in other_names(pattern, len(list(folder.glob(pattern)))))
+    return list(takewhile(lambda place: (place / STUDY).is_file(), places))
 
 
 def write_origin(path: Path, prepared: Prepared) -> None:
@@ -170,7 +278,6 @@ def write_origin(path: Path, prepared: Prepared) -> None:
 def result_content(evaluation: Evaluation, prepared: Prepared) -> dict[str, Any]:
     """Content of result.json: lengths in metres, angles in radians; the settings as in study.toml."""
     study, task, path = prepared.study, prepared.task, evaluation.path
-    source = next(iter(prepared.origin.sources), Source(study.task.recording))
     return {
         "schema_version": SCHEMA_VERSION,
         "armdesign_version": __version__,
@@ -196,10 +303,39 @@ def result_content(evaluation: Evaluation, prepared: Prepared) -> dict[str, Any]
         },
         "start_error": path.start_error,
         "frames": len(task.time),
-        "recording": asdict(source),
+        "recording": asdict(source_of(prepared)),
         "settings": study.to_dict(),
         "notes": list(prepared.notes),
-    }
+    } | several_content(evaluation, prepared)
+
+
+def several_content(evaluation: Evaluation, prepared: Prepared) -> dict[str, Any]:
+    """What result.json tells of further demonstrations; nothing where there are none."""
+    folders = [*others_of(prepared)]
+    seen, unseen = [".", *folders[: len(prepared.others)]], folders[len(prepared.others) :]
+    content: dict[str, Any] = {}
+    if prepared.others:
+        every = zip(prepared.demonstrations, evaluation.demonstrations, seen, strict=True)
+        content["demonstrations"] = [demonstration_content(*each) for each in every]
+    if prepared.holdouts:
+        every = zip(prepared.holdouts, evaluation.holdouts, unseen, strict=True)
+        content["holdout"] = [demonstration_content(*each) for each in every]
+    return content
+
+
+def demonstration_content(prepared: Prepared, evaluation: Evaluation, folder: str) -> dict[str, Any]:
+    """What an arm does on one demonstration; null where it does not reach the hand, in frame ``missed`` (from 0)."""
+    reached = evaluation.missed is None
+    figures = {name: getattr(evaluation, name) if reached else None for name in ("fitness", "path_fitness", "area")}
+    content = {"recording": asdict(source_of(prepared)), **figures, "frames": len(prepared.task.time), "folder": folder}
+    if evaluation.missed is not None:
+        content["missed"] = {"frame": evaluation.missed[0], "distance": evaluation.missed[1]}
+    return content
+
+
+def source_of(prepared: Prepared) -> Source:
+    """The file a demonstration was read from."""
+    return next(iter(prepared.origin.sources), Source(prepared.study.task.recording))
 
 
 def dh_content(table: DHTable) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import hashlib
 import json
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
@@ -14,19 +14,19 @@ from types import FrameType
 from armdesign import checkpoint, runfolder
 from armdesign.compute import Backend
 from armdesign.compute.processes import CandidateKillsWorkersError
-from armdesign.demonstration import read_plain_csv, task_from_recording, task_recording, write_plain_csv
+from armdesign.demonstration import read_plain_csv, task_from_recording
 from armdesign.errors import RunFolderError, SearchError
 from armdesign.files import write_whole
 from armdesign.lock import locked
 from armdesign.origin import Origin, Source, fingerprint, read_task_json
-from armdesign.runfolder import TASK_JSON
+from armdesign.runfolder import STUDY, TASK, TASK_JSON
 from armdesign.search import Progress, Search, SearchResult
 from armdesign.settings import read_study
 from armdesign.study import Prepared
 from armdesign.wording import resume_command
 
-RESULTS = ("result.json", "history.csv", "trajectory.csv", "arm.urdf", *runfolder.VIEWS)
-STUDY, TASK, FAILED = "study.toml", "task.csv", "failed_candidate.json"
+RESULTS = ("result.json", "history.csv", "alternatives.json", "trajectory.csv", "arm.urdf", *runfolder.VIEWS)
+FAILED = "failed_candidate.json"
 NOTES = "notes.json"
 """What earlier versions kept in place of the task.json."""
 
@@ -78,9 +78,8 @@ def start_run(folder: Path, prepared: Prepared) -> None:
     """
     checkpoint.remove(folder / name for name in (*RESULTS, STUDY, FAILED, NOTES))  # without settings there is no run
     checkpoint.remove_states(folder)
-    write_plain_csv(folder / TASK, task_recording(prepared.task))
-    runfolder.write_origin(folder / TASK_JSON, prepared)
-    write_whole(folder / STUDY, prepared.study.to_toml())
+    runfolder.start_others(folder, prepared)
+    runfolder.write_task(folder, prepared)
 
 
 def open_run(folder: Path) -> Prepared:
@@ -100,7 +99,29 @@ def open_run(folder: Path) -> Prepared:
     if earlier:
         path = study.task.recording
         origin = Origin(sources=(Source(path, fingerprint(path)),))
-    return Prepared(study, task_from_recording(read_plain_csv(folder / TASK), base=base), steps, origin)
+    task = task_from_recording(read_plain_csv(folder / TASK), base=base)
+    others = open_others(folder, runfolder.OTHERS, study.task.more_recordings)
+    holdouts = open_others(folder, runfolder.HOLDOUTS, study.task.holdouts)
+    return Prepared(study, task, steps, origin, others, holdouts)
+
+
+def open_others(folder: Path, pattern: str, recordings: Sequence[str] | None) -> tuple[Prepared, ...]:
+    """Further demonstrations of a run folder.
+
+    Args:
+        folder: The run folder.
+        pattern: runfolder.OTHERS or HOLDOUTS.
+        recordings: Their files, according to the settings.
+
+    Raises:
+        RunFolderError: One is missing or damaged.
+    """
+    found = runfolder.other_folders(folder, pattern)
+    names = runfolder.other_names(pattern, len(recordings or ()))
+    if len(found) < len(names):
+        missing = folder / names[len(found)]
+        raise RunFolderError(f"{missing} is missing or damaged", value=str(missing), fix="Search again")
+    return tuple(open_run(place) for place in found)
 
 
 def finished(folder: Path) -> bool:
@@ -123,17 +144,18 @@ def tidy_up(folder: Path) -> None:
 
 
 def identity(folder: Path) -> str:
-    """Digest of the task and the settings a state belongs to.
+    """Digest of the tasks and the settings a state belongs to.
 
     Raises:
         RunFolderError: The folder holds none, or they cannot be read.
     """
     digest = hashlib.sha256()
+    places = [folder, *runfolder.other_folders(folder, runfolder.OTHERS)]
     try:
-        for name in (STUDY, TASK):
-            digest.update((folder / name).read_bytes())
+        for path in (place / name for place in places for name in (STUDY, TASK)):
+            digest.update(path.read_bytes())
     except OSError as error:
-        raise RunFolderError(f"cannot read {folder / name}: {error.strerror}", value=str(folder)) from error
+        raise RunFolderError(f"cannot read {path}: {error.strerror}", value=str(folder)) from error
     return digest.hexdigest()
 
 

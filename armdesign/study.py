@@ -12,7 +12,9 @@ from armdesign.demonstration.recording import Array
 from armdesign.demonstration.task import task_of_chosen
 from armdesign.errors import SettingsError, TaskError
 from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
+from armdesign.fitness.demonstrations import Demonstrations, Objective
 from armdesign.fitness.problem import SCENARIOS, Problem, make_problem, resolve_weights, start_effort
+from armdesign.fitness.robot import RobotFitness
 from armdesign.origin import Origin, origin_of
 from armdesign.pace import pace_steps, settled_continuity
 from armdesign.settings import Study, TaskSettings
@@ -31,12 +33,16 @@ class Prepared:
         task: What is tracked.
         steps: What was decided and done to the data.
         origin: Where the task comes from.
+        others: Further demonstrations of the same task, each with its own task and settings; see ``armdesign.several``.
+        holdouts: Demonstrations that the search does not see; the finished arm is scored on them.
     """
 
     study: Study
     task: Task
     steps: tuple[Step, ...] = ()
     origin: Origin = field(default_factory=Origin)
+    others: tuple[Prepared, ...] = ()
+    holdouts: tuple[Prepared, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -53,6 +59,29 @@ class Prepared:
     def space(self) -> DesignSpace:
         """The design space."""
         return design_space(self.study.design)
+
+    @property
+    def name(self) -> str:
+        """What the demonstration is called: the path of its recording."""
+        source = next(iter(self.origin.sources), None)
+        return str((source.path if source else None) or self.study.task.recording or "the demonstration")
+
+    @property
+    def demonstrations(self) -> tuple[Prepared, ...]:
+        """All demonstrations that the search sees, this one first; each without the others."""
+        return (replace(self, others=(), holdouts=()), *self.others)
+
+    def objective(self, block: int | None = None) -> Objective:
+        """The objective of the search; of several demonstrations their mean or worst.
+
+        Args:
+            block: Arms side by side; any value gives the same scores.
+        """
+        if not self.others:
+            return RobotFitness(self.problem(), self.space(), block)
+        problems = [each.problem() for each in self.demonstrations]
+        worst = self.study.fitness.demonstrations == "worst"
+        return Demonstrations(problems, self.space(), block, worst=worst)
 
 
 def prepare(recording: Recording, study: Study, *, longest: float | None = None) -> Prepared:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shlex
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 
@@ -21,3 +23,10 @@ def resume_command(command: str, folder: Path, cluster: str | None = None) -> st
     """
     where = "" if cluster is None else f" --cluster {cluster}"
     return f"armdesign {command} --resume {shlex.quote(str(folder))}{where}"
+
+
+def short_names(paths: Sequence[str]) -> list[str]:
+    """Names of files without their folders; whole paths where two files would have one name."""
+    last = {path: path.replace("\\", "/").rpartition("/")[2] for path in paths}
+    files = Counter(last.values())
+    return [last[path] if files[last[path]] == 1 else path for path in paths]

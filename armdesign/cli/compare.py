@@ -21,7 +21,7 @@ from armdesign.cli.common import (
     refuse_existing,
     say,
 )
-from armdesign.cli.search import open_recording
+from armdesign.cli.reading import open_recording
 from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
 from armdesign.errors import RunFolderError, SettingsError
 

@@ -18,7 +18,7 @@ from armdesign.cli.common import (
     one_sentence_errors,
     read_settings,
 )
-from armdesign.cli.search import open_recording
+from armdesign.cli.reading import open_demonstrations
 from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
 from armdesign.errors import SettingsError
 
@@ -29,8 +29,13 @@ def evaluate(
     design: Annotated[
         Path, typer.Argument(help="A run folder or its result.json, or a DH table in TOML, JSON or CSV (rad, m).")
     ],
-    recording: Annotated[
-        Path | None, typer.Argument(help="The demonstration; default: the one in the settings.")
+    recordings: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[RECORDING]...",
+            show_default=False,
+            help="The demonstration, or several of one task; default: those in the settings.",
+        ),
     ] = None,
     convention: Annotated[
         str | None,
@@ -53,7 +58,6 @@ def evaluate(
     from armdesign.evaluation import check_design, evaluate_design  # noqa: PLC0415
     from armdesign.fitness.evaluator import compile_kernels  # noqa: PLC0415
     from armdesign.kinematics.dh_files import read_design  # noqa: PLC0415
-    from armdesign.study import prepare  # noqa: PLC0415
 
     table = read_design(design, convention)
     check_design(table)
@@ -62,9 +66,10 @@ def evaluate(
         study = read_settings(config, carried)
     except SettingsError as error:
         raise SettingsError(f"{config or design}: {error}", value=error.value) from error
-    study = study.replace({"task": task.changes(), "design": {"dof": table.dof}})
-    _, demonstration, study = open_recording(recording, study, scenario, weights, "evaluate DESIGN")
-    prepared = prepare(demonstration, study, longest=table.length)
+    held = {"holdouts": None} if recordings else {}
+    study = study.replace({"task": task.changes() | held, "design": {"dof": table.dof}})
+    asked = open_demonstrations(recordings, study, scenario, weights, "evaluate DESIGN")
+    prepared = asked.prepared(longest=table.length)
     with announce_compiling(quiet):
         compile_kernels(prepared.problem())
     evaluation = evaluate_design(table, prepared)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from armdesign.cli.common import ConfigOption, one_sentence_errors, read_settings, refuse_existing
-from armdesign.cli.search import named_source, read_demonstration
+from armdesign.cli.reading import named_source, read_demonstration
 from armdesign.cli.task_flags import NO_FLAGS, MirrorOption, TaskFlags, UnitsOption, UpOption, takes_task_flags
 from armdesign.errors import SettingsError
 

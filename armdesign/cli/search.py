@@ -31,21 +31,22 @@ from armdesign.cli.common import (
     tell_at_once,
     with_weights,
 )
+from armdesign.cli.reading import Asked, open_demonstrations
 from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
 from armdesign.errors import SettingsError
-from armdesign.parameters import is_unicode
 from armdesign.wording import counted, resume_command
 
 if TYPE_CHECKING:
-    from armdesign.demonstration import Recording
     from armdesign.runfolder import Written
     from armdesign.search import SearchResult
-    from armdesign.settings import Study
     from armdesign.study import Prepared
 
 
+AUTO = "auto"
+DOF_ALLOWED = "a whole number from 1 to 10, or auto"
 STOPPED = {
     "iterations": "",
+    "budget": "",
     "patience": ", stopped for want of gain",
     "target": ", stopped at the target",
     "time_limit": ", stopped at the time limit",
@@ -57,18 +58,37 @@ STOPPED = {
 @takes_task_flags
 def search(
     context: typer.Context,
-    recording: Annotated[
-        Path | None, typer.Argument(help="The demonstration; may also be named in the settings file.")
+    recordings: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="[RECORDING]...",
+            show_default=False,
+            help="The demonstration, or several of one task; may also be named in the settings file.",
+        ),
     ] = None,
-    dof: Annotated[int | None, typer.Option("--dof", help="Number of joints n (default 3).")] = None,
-    algorithm: Annotated[str | None, typer.Option("--algorithm", help="rapso (default) or pso.")] = None,
+    dof: Annotated[
+        str | None,
+        typer.Option("--dof", metavar="N|auto", help="Number of joints n (default 3), or auto: as many as pay."),
+    ] = None,
+    algorithm: Annotated[str | None, typer.Option("--algorithm", help="rapso (default), pso or multibasin.")] = None,
     scenario: ScenarioOption = None,
     config: ConfigOption = None,
+    holdout: Annotated[
+        list[Path] | None,
+        typer.Option("--holdout", help="A demonstration the search does not see; the arm is scored on it. Repeatable."),
+    ] = None,
+    demonstrations: Annotated[
+        str | None,
+        typer.Option("--demonstrations", help="Of several, the arm's fitness is their mean (default) or the worst."),
+    ] = None,
     task: TaskFlags = NO_FLAGS,
     weights: WeightsOption = None,
     particles: Annotated[int | None, typer.Option("--particles", help="Number of particles N (default 400).")] = None,
     iterations: Annotated[
         int | None, typer.Option("--iterations", help="Number of iterations M (default 200).")
+    ] = None,
+    budget: Annotated[
+        int | None, typer.Option("--budget", help="Candidates that multibasin evaluates (default 25000).")
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Seed of the random numbers (default 0).")] = None,
     patience: Annotated[
@@ -87,11 +107,19 @@ def search(
     ] = True,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
+    within: Annotated[
+        float | None,
+        typer.Option("--within", help="With --dof auto: gain of f by more joints that does not pay [%] (default 4)."),
+    ] = None,
+    enough: Annotated[
+        float | None,
+        typer.Option("--enough", help="With --dof auto: f below which an arm is good enough [mm] (default 5)."),
+    ] = None,
     write_config: Annotated[
         bool, typer.Option("--write-config", help="Print all settings with their documentation as TOML and end.")
     ] = False,
 ) -> None:
-    """Search the arm that follows a recorded demonstration best.
+    """Search the arm that follows a recorded demonstration best, or several demonstrations of one task.
 
     Writes a run folder: result.json, arm.urdf, trajectory.csv, task.csv, task.json (what was done to the data),
     history.csv, study.toml, and to look at preview.html and report.html. Its state is saved after every iteration:
@@ -101,15 +129,20 @@ def search(
         refuse_beside_resume(context, "a search", "For another search leave --resume out and choose another --out")
         take_up(resume, workers, cluster, report=report, quiet=quiet)
         return
+    count = joint_count(dof)
+    auto = count == AUTO
+    refuse_without_auto(auto=auto, within=within, enough=enough)
     study = read_settings(
         config,
         {
-            "task": task.changes(),
-            "design": {"dof": dof},
+            "task": task.changes() | {"holdouts": [str(path.resolve()) for path in holdout or ()] or None},
+            "design": {"dof": None if auto else count},
+            "fitness": {"demonstrations": demonstrations},
             "search": {
                 "algorithm": algorithm,
                 "particles": particles,
                 "iterations": iterations,
+                "budget": budget,
                 "seed": seed,
                 "patience": patience,
                 "target": target,
@@ -118,84 +151,74 @@ def search(
         },
     )
     if write_config:
-        if recording is not None:
-            study = study.replace({"task": {"recording": str(recording.resolve())}})
+        if recordings:
+            first, *more = (str(path.resolve()) for path in recordings)
+            study = study.replace({"task": {"recording": first, "more_recordings": more or None}})
         weighted = with_weights(study, scenario, weights, lambda: len(study.task.points) or 3)
         typer.echo(weighted.to_toml(comments=True), nl=False)
         return
-    source, demonstration, study = open_recording(recording, study, scenario, weights)
-    folder = folder_for(source, study, out)
-    begin(demonstration, study, folder, workers, cluster, report=report, overwrite=overwrite, quiet=quiet)
+    asked = open_demonstrations(recordings, study, scenario, weights)
+    if demonstrations is not None and len(asked.seen) == 1:
+        raise SettingsError(
+            "--demonstrations is given, but there is one demonstration", value=demonstrations,
+            fix="Name several recordings, or leave it out",
+        )  # fmt: skip
+    check_workers(workers, cluster)
+    check_cluster(cluster)
+    if auto:
+        from armdesign.cli.auto import search_auto  # noqa: PLC0415
+
+        search_auto(
+            prepare_for=asked.prepared, source=asked.source, out=out, workers=workers, cluster=cluster, report=report,
+            overwrite=overwrite, quiet=quiet, within=within, enough=enough,
+        )  # fmt: skip
+        return
+    folder = folder_for(asked, out)
+    begin(asked.prepared(), folder, workers, cluster, report=report, overwrite=overwrite, quiet=quiet)
 
 
-def open_recording(
-    recording: Path | None, study: Study, scenario: str | None, weights: str | None, command: str = "search"
-) -> tuple[Path, Recording, Study]:
-    """Read the recording, and settle the settings that depend on its points.
-
-    Returns:
-        What runs are named after, the recording, and the settings with the paths it was read from.
-    """
-    from armdesign.study import choose  # noqa: PLC0415
-
-    if recording is not None:
-        if not is_unicode(str(recording)):
-            raise SettingsError(f"the name of the recording {str(recording)!a} is not UTF-8", fix="Rename the file")
-        study = study.replace({"task": {"recording": str(recording), "files": {}}})
-    source = named_source(study, command)
-    demonstration = read_demonstration(study)
-    task = study.task
-    files = {name: str(Path(path).resolve()) for name, path in task.files.items()}
-    single = None if files else str(source.resolve())
-    study = study.replace({"task": {"recording": single, "files": files}})
-    chosen = with_weights(study, scenario, weights, lambda: len(choose(demonstration, study, oriented=False).points))
-    return source, demonstration, chosen
-
-
-def named_source(study: Study, command: str) -> Path:
-    """The recording's path; of several files, the folder of the first.
+def joint_count(text: str | None) -> int | str | None:
+    """The number of joints of --dof, or AUTO.
 
     Raises:
-        SettingsError: None is named, or both one and several.
+        SettingsError: It is neither.
     """
-    task = study.task
-    if task.recording is not None and task.files:
-        raise SettingsError("task.recording and task.files are set", fix="Leave one out")
-    if task.recording is None and not task.files:
-        raise SettingsError(
-            "no recording given", fix=f"Write 'armdesign {command} RECORDING', or set task.recording in the settings"
-        )
-    return (
-        Path(task.recording) if task.recording is not None else Path(next(iter(task.files.values()))).resolve().parent
-    )
+    if text is None or text.strip().lower() == AUTO:
+        return text and AUTO
+    try:
+        count = int(text)
+    except ValueError as error:
+        raise SettingsError(f"--dof is {text!r}", value=text, allowed=DOF_ALLOWED) from error
+    if not 1 <= count <= 10:
+        raise SettingsError(f"setting 'design.dof' is {count}", value=count, allowed=DOF_ALLOWED)
+    return count
 
 
-def read_demonstration(study: Study) -> Recording:
-    """The recording that the settings name; units and axes do not count where points count from the base already."""
-    from armdesign.demonstration import read_recording, read_recordings  # noqa: PLC0415
-    from armdesign.study import ORIGIN  # noqa: PLC0415
+def refuse_without_auto(*, auto: bool, **given: float | None) -> None:
+    """Refuse flags that mean something with --dof auto alone.
 
-    task = study.task
-    relative = task.base == ORIGIN
-    units, up, mirror = (None, None, False) if relative else (task.units, task.up, task.mirror)
-    if task.files:
-        return read_recordings(task.files, rate=task.file_rate, units=units, up=up, mirror=mirror)
-    return read_recording(str(task.recording), units=units, up=up, mirror=mirror)
+    Raises:
+        SettingsError: One is given without it.
+    """
+    for name, value in given.items():
+        if value is not None and not auto:
+            raise SettingsError(f"--{name} is given without --dof auto", value=value, fix="Leave it out, or add that")
 
 
-def folder_for(source: Path, study: Study, out: Path | None) -> Path:
+def folder_for(asked: Asked, out: Path | None) -> Path:
     """The run folder: --out, or a free name under runs/ that tells recording, algorithm, joints and seed."""
     from armdesign.runfolder import free_folder  # noqa: PLC0415
 
     if out is not None:
         return out
-    name = f"{source.stem}-{study.search.algorithm}-n{study.design.dof}-seed{study.search.seed}"
+    study, more = asked.study, len(asked.seen) - 1
+    several = f"-and-{more}-more" if more else ""
+    name = f"{asked.source.stem}{several}-{study.search.algorithm}-n{study.design.dof}-seed{study.search.seed}"
     return free_folder(Path("runs"), name)
 
 
 def begin(
-    demonstration: Recording,
-    study: Study,
+    prepared: Prepared,
     folder: Path,
     workers: int | None,
     cluster: str | None,
@@ -204,15 +227,12 @@ def begin(
     overwrite: bool,
     quiet: bool,
 ) -> None:
-    """Prepare the task, start the run folder and search."""
+    """Start the run folder and search."""
     from armdesign import runfolder  # noqa: PLC0415
-    from armdesign.study import prepare  # noqa: PLC0415
 
-    check_workers(workers, cluster)
-    check_cluster(cluster)
-    prepared = prepare(demonstration, study)
     prepared.space().check_not_empty()
-    prepared.problem()
+    for each in prepared.demonstrations:
+        each.problem()
     runfolder.claim_folder(folder, overwrite=overwrite)
     carry_on(folder, prepared, workers, cluster, fresh=True, report=report, quiet=quiet)
 
@@ -221,6 +241,11 @@ def take_up(folder: Path, workers: int | None, cluster: str | None, *, report: b
     """Go on with the search of a run folder."""
     from armdesign.running import finished, open_run, tidy_up  # noqa: PLC0415
 
+    if (folder / "auto.json").exists():
+        from armdesign.cli.auto import resume_auto  # noqa: PLC0415
+
+        resume_auto(folder, workers=workers, cluster=cluster, report=report, quiet=quiet)
+        return
     if finished(folder):
         tidy_up(folder)
         typer.echo(f"{folder} is finished; nothing to resume.", err=True)
@@ -273,17 +298,26 @@ def carry_on(
 def opening(prepared: Prepared) -> str:
     """What is going to be searched, and what was decided on the way."""
     study, task = prepared.study, prepared.task
-    lines = [*prepared.notes]
+    lines = [*prepared.notes, *warnings_of_others(prepared)]
     shown = ", ".join(f"{name} {w:.3g}" for name, w in zip(task.points, study.fitness.weights, strict=True))
     if study.fitness.orientation_weight:
         shown += f", orientation of {study.task.orientation} {study.fitness.orientation_weight:.3g}"
     lines.append(f"Weights: {shown}.")
     lines.append(
         f"Searching an arm of {counted(study.design.dof, 'joint')} with {study.search.algorithm}, "
-        f"{counted(study.search.particles, 'particle')}, {counted(study.search.iterations, 'iteration')}, "
-        f"seed {study.search.seed}."
+        f"{study.search.size}, seed {study.search.seed}."
     )
     return "\n".join(lines)
+
+
+def warnings_of_others(prepared: Prepared) -> list[str]:
+    """What is doubtful about further demonstrations; everything that was done to them is in their task.json."""
+    return [
+        f"{Path(each.name).name}: {step.sentence}"
+        for each in (*prepared.others, *prepared.holdouts)
+        for step in each.steps
+        if step.name == "warning"
+    ]
 
 
 def closing(result: SearchResult, written: Written) -> str:

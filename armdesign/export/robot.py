@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from armdesign.export.fit import fit_body
 from armdesign.export.joints import JointLimits, joint_limits, narrowed
-from armdesign.export.limits import trajectory_limits
+from armdesign.export.limits import TrajectoryLimits, trajectory_limits
 from armdesign.export.options import AUTO, RobotOptions
 from armdesign.export.solids import BodyFit, LinkBody, link_bodies
 from armdesign.export.text import safe_name, safe_names
@@ -72,7 +73,7 @@ def make_robot(
 
 
 def finished_robot(evaluation: Evaluation, prepared: Prepared, options: RobotOptions | None = None) -> Robot:
-    """The arm of a finished search or evaluation, with limits and a body that its own motion asks for.
+    """The arm of a finished search or evaluation, with limits and a body that its own motions ask for.
 
     Args:
         evaluation: The arm with its path.
@@ -82,21 +83,40 @@ def finished_robot(evaluation: Evaluation, prepared: Prepared, options: RobotOpt
     Raises:
         SettingsError: An option is out of range.
     """
-    from armdesign.fitness.constraints import joint_limits as searched_limits  # noqa: PLC0415 (Numba)
+    from armdesign.evaluation import motions  # noqa: PLC0415 (Numba)
+    from armdesign.fitness.constraints import joint_limits as searched_limits  # noqa: PLC0415
 
     chosen = options or RobotOptions()
-    table, task, q = evaluation.table, prepared.task, evaluation.path.q
-    loads = trajectory_limits(table, task.time, q, body=chosen.body, **chosen.limits.loads())
+    table, task, q_0 = evaluation.table, prepared.task, evaluation.path.q[0]
+    moved = motions(evaluation, prepared)
+    q = np.concatenate([angles for _, angles in moved])
+    loads = motion_limits(table, moved, chosen)
     position = searched_limits(prepared.study.design)
     notes: tuple[str, ...] = ()
     if chosen.limits.narrow_limits is not None:
         position = narrowed(position, q, np.deg2rad(chosen.limits.narrow_limits))
         notes += _widened_notes(position, q)
     fitted = fit_body(table, q, chosen.body, chosen.tags.base_side)
-    robot = make_robot(table, joint_limits(table.dof, position, loads.velocity, loads.effort), chosen, fitted.fit, q[0])
+    robot = make_robot(table, joint_limits(table.dof, position, loads.velocity, loads.effort), chosen, fitted.fit, q_0)
     names = safe_names(list(task.points), "point")
     paths = {name: task.P[:, i] for i, name in enumerate(names)}
     return dataclasses.replace(robot, paths=paths, notes=notes + fitted.notes)
+
+
+def motion_limits(
+    table: DHTable, moved: Sequence[tuple[Array, Array]], options: RobotOptions | None = None
+) -> TrajectoryLimits:
+    """Speed and torque limits that cover the motions of an arm, one for each demonstration.
+
+    Args:
+        table: The arm, n joints.
+        moved: Times (T,) [s] and joint angles (T, n) [rad] of each.
+        options: What is assumed.
+    """
+    chosen = options or RobotOptions()
+    loads = chosen.limits.loads()
+    each = [trajectory_limits(table, time, q, body=chosen.body, **loads) for time, q in moved]
+    return TrajectoryLimits(*(np.max([getattr(one, name) for one in each], axis=0) for name in ("velocity", "effort")))
 
 
 def _widened_notes(position: Array, q: Array) -> tuple[str, ...]:

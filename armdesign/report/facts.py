@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from armdesign.errors import RunFolderError
+from armdesign.evaluation import motions
 from armdesign.export.joints import narrowed
 from armdesign.export.limits import GRAVITY, SmoothMotion, TrajectoryLimits, joint_torques, smooth_motion
-from armdesign.export.limits import trajectory_limits as limits_of_motion
 from armdesign.export.options import RobotOptions
+from armdesign.export.robot import motion_limits
 from armdesign.export.solids import link_bodies
 from armdesign.finished import FinishedRun
 from armdesign.kinematics.dh import Array, DHTable
@@ -89,7 +90,7 @@ class JointLoads:
 
 
 def joint_loads(run: FinishedRun, options: RobotOptions) -> JointLoads:
-    """Speeds and torques along the demonstrated motion.
+    """Speeds and torques along the demonstrated motion, of several the first; the limits cover all of them.
 
     Args:
         run: The run.
@@ -97,14 +98,15 @@ def joint_loads(run: FinishedRun, options: RobotOptions) -> JointLoads:
     """
     body, limits = options.body, options.limits
     time, q = run.prepared.task.time, run.evaluation.path.q
-    narrow = limits.narrow_limits
+    narrow, moved = limits.narrow_limits, motions(run.evaluation, run.prepared)
+    every = np.concatenate([angles for _, angles in moved])
     motion = smooth_motion(time, q, limits.window)
     return JointLoads(
         time=np.linspace(time[0], time[-1], len(time)),
         motion=motion,
         torque=joint_torques(run.table, motion, body, limits.payload, GRAVITY),
-        limits=limits_of_motion(run.table, time, q, body=body, **limits.loads()),
-        range=run.limits if narrow is None else narrowed(run.limits, q, float(np.deg2rad(narrow))),
+        limits=motion_limits(run.table, moved, options),
+        range=run.limits if narrow is None else narrowed(run.limits, every, float(np.deg2rad(narrow))),
         masses=np.array([each.inertial.mass for each in link_bodies(run.table, body)]),
     )
 

@@ -28,6 +28,7 @@ from armdesign.report.facts import (
 from armdesign.report.scene import scene_pictures
 from armdesign.report.sketch import sketch_picture
 from armdesign.report.tracking import tracking_picture
+from armdesign.wording import short_names
 
 if TYPE_CHECKING:
     from armdesign.trajectory.simulation import Tracking
@@ -70,6 +71,7 @@ def report_html(run: FinishedRun, *, options: RobotOptions | None = None, tracki
         "made_by": run.content.get("armdesign_version", __version__),
         "figures": key_figures(run, loads, payload),
         "points": point_rows(run, parts),
+        "demonstrations": demonstration_rows(run),
         "modified": modified_rows(run.table, bound_marks(run, facts)),
         "classic": classic_rows(run.table),
         "joints": joint_rows(loads),
@@ -131,7 +133,7 @@ def key_figures(run: FinishedRun, loads: JointLoads, payload: float) -> list[tup
     figures = [
         ("Joints", str(run.table.dof)),
         ("Length, tool included", f"{number(1e3 * run.table.length, 0)} mm"),
-        ("Fitness r", f"{number(run.evaluation.fitness, 4)} m"),
+        (f"Fitness r{scored_how(run)}", f"{number(run.evaluation.fitness, 4)} m"),
         (f"Error of {name}, mean", f"{number(1e3 * hand.mean())} mm"),
         (f"Error of {name}, largest", f"{number(1e3 * hand.max())} mm"),
     ]
@@ -142,6 +144,33 @@ def key_figures(run: FinishedRun, loads: JointLoads, payload: float) -> list[tup
         ("Error at the start", f"{number(1e3 * start_error(run), 3)} mm"),
         (f"Peak torque, joint {int(peak.argmax()) + 1}", f"{number(peak.max(), 2)} N m"),
         ("Moving mass, assumed", f"{number(loads.masses[1:].sum() + payload, 2)} kg"),
+    ]
+
+
+def scored_how(run: FinishedRun) -> str:
+    """What the fitness is of several demonstrations; nothing of one."""
+    count = len(run.evaluation.demonstrations)
+    return f", {run.prepared.study.fitness.demonstrations} of {count}" if count else ""
+
+
+def demonstration_rows(run: FinishedRun) -> list[dict[str, Any]]:
+    """What the arm does on each of several demonstrations and on those held out; nothing where there is but one."""
+    prepared, evaluation = run.prepared, run.evaluation
+    seen = list(zip(prepared.demonstrations, evaluation.demonstrations or (evaluation,), strict=True))
+    every = [*seen, *zip(prepared.holdouts, evaluation.holdouts, strict=True)]
+    if len(every) == 1:
+        return []
+    names = short_names([each.name for each, _ in every])
+    return [
+        {
+            "name": name,
+            "held_out": k >= len(seen),
+            "frames": len(each.task.time),
+            "duration": float(each.task.time[-1] - each.task.time[0]),
+            "scored": scored,
+            "hand": scored.path.distance[:, -1],
+        }
+        for k, (name, (each, scored)) in enumerate(zip(names, every, strict=True))
     ]
 
 

@@ -24,6 +24,7 @@ TOLD = {"task": ("recording", "files", "base", "points", "orientation"), "fitnes
 """Settings that the page tells elsewhere."""
 STOPPED = {
     "iterations": "all iterations were done",
+    "budget": "the budget of candidates was spent",
     "patience": "there was no gain of 0.1 % for as many iterations as were to be waited",
     "target": "the target was reached",
     "time_limit": "the time limit was reached",
@@ -34,6 +35,7 @@ REMOVED = {
     "reach": "too short for the hand's first point",
     "start": "without a pose that brings the end-effector to the hand's first point",
     "pruned": "given up on the way, when they could no longer become better",
+    "path": "losing the hand in a later frame, where every frame has to reach it",
 }
 
 
@@ -159,10 +161,11 @@ def search_sentences(facts: SearchFacts, run: FinishedRun) -> list[str]:
     """How the search went."""
     search = run.prepared.study.search
     iterations = len(run.history.get("best", ()))
+    done = counted(iterations, "iteration") + ("" if search.algorithm == "multibasin" else f" of {search.iterations}")
+    size = search.size if search.algorithm == "multibasin" else counted(search.particles, "particle")
     each = f"{facts.candidates / facts.wall_time:,.0f}" if facts.wall_time > 0.0 else "any number"
     return [
-        f"Algorithm {facts.algorithm}, {counted(search.particles, 'particle')}, "
-        f"{counted(iterations, 'iteration')} of {search.iterations}, seed {facts.seed}.",
+        f"Algorithm {facts.algorithm}, {size}, {done}, seed {facts.seed}.",
         f"{facts.candidates:,} candidate arms in {duration(facts.wall_time)}, {each} a second.",
         f"It ended since {STOPPED.get(facts.stopped_by, facts.stopped_by)}.",
         f"Iteration {facts.converged_at} was the first within 1 % of the last; computational effort up to there "

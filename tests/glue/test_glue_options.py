@@ -11,6 +11,7 @@ from armdesign.settings import SECTIONS, Study
 
 OPTIONS = [
     ("packaging", {"search": {"algorithm": "pso", "inertia": 0.6, "c1": 1.2, "c2": 0.9}}),
+    ("packaging", {"search": {"algorithm": "multibasin", "budget": 300}}),
     ("packaging", {"search": {"angle_interval": 1}}),
     ("packaging", {"search": {"angle_interval": 7}}),
     ("packaging", {"search": {"range": "box"}}),
@@ -29,6 +30,7 @@ OPTIONS = [
     ("packaging", {"fitness": {"delta": 0.003}}),
     ("packaging", {"fitness": {"lambda_f": 1.0, "lambda_E": 0.0}}),
     ("packaging", {"fitness": {"reach_tolerance": 0.05}}),
+    ("packaging", {"fitness": {"reach_frames": "all", "reach_tolerance": 0.3}}),
     ("packaging", {"design": {"base_yaw": (-180.0, 180.0)}}),
     ("packaging", {"design": {"base_yaw": (30.0, 30.0)}}),
     ("packaging", {"design": {"bounds": {"alpha_0": (-80.0, -10.0), "a_1": (0.1, 0.1), "d_tool": (0.05, 0.2)}}}),
@@ -39,6 +41,7 @@ OPTIONS = [
     ("packaging", {"design": {"joint_limits": ((-120.0, 120.0),)}}),
     ("packaging", {"design": {"joint_limits": ((-180.0, 180.0),) * 5 + ((-90.0, 10.0),)}}),
     ("packaging", {"solver": {"starts": 32, "descents": 4, "finalists": 2}}),
+    ("packaging", {"solver": {"start_paths": 3}}),
     ("packaging", {"solver": {"tolerance": 1e-3, "floor": 1e-6, "max_steps": 5}}),
     ("welding", {"solver": {"second_order": False}}),
     ("packaging", {"task": {"base_mode": "fixed"}}),
@@ -63,6 +66,8 @@ def test_every_parameter_is_tried():
     tried = {(title, name) for _, changes in OPTIONS for title, table in changes.items() for name in table}
     elsewhere = {
         *(("task", name) for name in ("recording", "files", "file_rate", "units", "up", "mirror", "cut")),
+        ("task", "more_recordings"), ("task", "holdouts"), ("fitness", "demonstrations"),
+        ("design", "auto_dof"), ("search", "first"),
         ("design", "dof"), ("fitness", "scenario"), ("search", "particles"),
         ("search", "iterations"), ("search", "prune"),
     }  # fmt: skip
@@ -74,7 +79,7 @@ def test_every_word_is_tried():
     defaults = Study().to_dict()
     for kind in SECTIONS:
         for entry in dataclasses.fields(kind):
-            if isinstance(entry.metadata["kind"], Choice) and entry.name not in ("scenario", "up"):
+            if isinstance(entry.metadata["kind"], Choice) and entry.name not in ("scenario", "up", "demonstrations"):
                 values = {changes.get(kind.title(), {}).get(entry.name) for _, changes in OPTIONS}
                 values.add(defaults[kind.title()][entry.name])
                 assert set(entry.metadata["kind"].options) <= values, entry.name
@@ -95,7 +100,8 @@ def check_search(result):
     study, best = result.prepared.study, result.best
     assert best.fitness == study.fitness.lambda_f * best.path_fitness + study.fitness.lambda_E * best.area
     assert best.fitness == result.history.best[-1]
-    rules = {"iterations"} | {rule for rule in ("patience", "target") if getattr(study.search, rule) is not None}
+    whole = "budget" if study.search.algorithm == "multibasin" else "iterations"
+    rules = {whole} | {rule for rule in ("patience", "target") if getattr(study.search, rule) is not None}
     assert result.stopped_by in rules
     assert result.stopped_by != "iterations" or len(result.history.best) == study.search.iterations
     assert result.stopped_by != "target" or best.fitness <= study.search.target

@@ -75,6 +75,7 @@ def test_folder_holds_what_it_should_and_no_more(finished):
         "task.csv",
         "task.json",
         "history.csv",
+        "alternatives.json",
         "study.toml",
         "arm.urdf",
     }
@@ -239,7 +240,7 @@ def test_result_names_the_recording(finished, examples):
 def test_what_was_removed_is_counted(finished):
     rejected = finished.content["rejected"]
     _, history = columns(finished.folder / "history.csv")
-    assert set(rejected) == {"constraints", "reach", "start", "pruned"}
+    assert set(rejected) == {"constraints", "reach", "start", "pruned", "path"}
     removed = rejected["constraints"] + rejected["reach"] + rejected["start"]
     assert removed + history[:, 3].sum() == finished.content["evaluations"]
     assert rejected["pruned"] <= history[:, 3].sum()

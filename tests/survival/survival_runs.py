@@ -17,7 +17,10 @@ from armdesign.runfolder import VIEWS
 from armdesign.search import Search
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-FINISHED = {"history.csv", "study.toml", "task.csv", "task.json", "trajectory.csv", "arm.urdf", "result.json"}
+FINISHED = {
+    "history.csv", "study.toml", "task.csv", "task.json", "trajectory.csv", "arm.urdf", "alternatives.json",
+    "result.json",
+}  # fmt: skip
 
 
 def outcome(folder):
