@@ -19,8 +19,8 @@ import numpy as np
 from armdesign.checkpoint import CURRENT, PREVIOUS
 from armdesign.errors import RunFolderError
 from armdesign.lock import holder_of
-from armdesign.runfolder import TASK_JSON
-from armdesign.running import NOTES, STUDY
+from armdesign.runfolder import STUDY, TASK_JSON
+from armdesign.running import NOTES
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -29,7 +29,9 @@ else:
 
 RESULT = "result.json"
 MARKS = (RESULT, CURRENT, PREVIOUS, TASK_JSON, NOTES)
-"""A folder that holds one of these is a run folder."""
+"""A folder that holds one of these is a run folder ..."""
+WORK = "work.json"
+"""... unless it is a study's work that is no search."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,8 @@ class RunStatus:
             nothing found), evaluated (a given arm, not a search), or broken.
         detail: The process that is at it, or what is broken.
         best: Best robot fitness r so far [m], if there is one.
-        iterations: Iterations done, if known.
-        planned: Iterations M asked for, if known.
+        iterations: Iterations done, of multibasin candidates, if known.
+        planned: Iterations M asked for, of multibasin the budget, if known.
         age: Time since the folder's files last changed [s].
         algorithm: Search algorithm, if known.
         dof: Number of joints n, if known.
@@ -79,7 +81,9 @@ def read_runs(root: Path) -> list[RunStatus]:
 def run_folders(root: Path) -> Iterator[Path]:
     """Folders at or below root that hold a run."""
     for folder, inner, files in os.walk(root):
-        if any(name in files for name in MARKS):
+        if WORK in files:
+            inner.clear()
+        elif any(name in files for name in MARKS):
             inner.clear()
             yield Path(folder)
         else:
@@ -109,7 +113,8 @@ def judge(folder: Path, run: RunStatus) -> RunStatus:
     """
     bests = saved_bests(folder)
     if bests is not None:
-        run = replace(run, iterations=len(bests), best=bests[-1] if bests and np.isfinite(bests[-1]) else None)
+        done = len(bests) if run.algorithm != "multibasin" else saved_candidates(folder)
+        run = replace(run, iterations=done, best=bests[-1] if bests and np.isfinite(bests[-1]) else None)
     holder = holder_of(folder)
     if holder is not None:
         return replace(run, state="running", detail=holder)
@@ -133,7 +138,8 @@ def from_result(result: dict[str, Any], run: RunStatus) -> RunStatus:
         interrupted = result["stopped_by"] == "interrupted"
         if interrupted and run.iterations is not None:  # the saved state is the newer one
             return replace(run, state="interrupted")
-        iterations = int(result["evaluations"]) // int(result["settings"]["search"]["particles"])
+        each = 1 if run.algorithm == "multibasin" else int(result["settings"]["search"]["particles"])
+        iterations = int(result["evaluations"]) // each
     except (KeyError, TypeError, ValueError, ZeroDivisionError) as error:
         raise ValueError(f"{RESULT} is damaged: {error!r}") from error
     return replace(run, state="interrupted" if interrupted else "finished", best=best, iterations=iterations)
@@ -165,7 +171,8 @@ def with_settings(run: RunStatus) -> RunStatus:
     try:
         tables = tomllib.loads((run.folder / STUDY).read_text(encoding="utf-8"))
         search, dof = tables["search"], int(tables["design"]["dof"])
-        algorithm, seed, planned = str(search["algorithm"]), int(search["seed"]), int(search["iterations"])
+        algorithm, seed = str(search["algorithm"]), int(search["seed"])
+        planned = int(search["budget" if algorithm == "multibasin" else "iterations"])
     except OSError as error:
         raise ValueError(f"{STUDY} cannot be read: {error.strerror}") from error
     except (ValueError, KeyError, TypeError) as error:
@@ -175,10 +182,21 @@ def with_settings(run: RunStatus) -> RunStatus:
 
 def saved_bests(folder: Path) -> list[float] | None:
     """Best fitness after every iteration in the saved state; None where there is no state that can be read."""
+    return saved_column(folder, "history_best")
+
+
+def saved_candidates(folder: Path) -> int:
+    """Candidates evaluated up to the saved state."""
+    counts = saved_column(folder, "history_evaluations")
+    return int(counts[-1]) if counts else 0
+
+
+def saved_column(folder: Path, column: str) -> list[float] | None:
+    """A column of the saved state; None where there is no state that can be read."""
     for name in (CURRENT, PREVIOUS):
         try:
             with np.load(folder / name, allow_pickle=False) as archive:
-                return [float(value) for value in archive["history_best"]]
+                return [float(value) for value in archive[column]]
         except (OSError, ValueError, KeyError, zipfile.BadZipFile):
             continue
     return None

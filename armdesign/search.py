@@ -9,15 +9,27 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from armdesign.basins import new_search, resumed_search
 from armdesign.compute import Backend, InProcess
-from armdesign.errors import SearchError
+from armdesign.errors import SearchError, SettingsError
 from armdesign.evaluation import Evaluation, evaluate_design
 from armdesign.fitness.constraints import DesignSpace
 from armdesign.fitness.evaluator import Scores
 from armdesign.fitness.robot import Rejections
 from armdesign.settings import SearchSettings
 from armdesign.study import Prepared
-from armdesign.swarm import Box, Effort, History, State, Swarm, make_swarm, measure_effort, swarm_from_state
+from armdesign.swarm import (
+    Box,
+    Effort,
+    History,
+    MultiBasin,
+    State,
+    Swarm,
+    make_swarm,
+    measure_effort,
+    swarm_from_state,
+)
+from armdesign.wording import counted
 
 Array = NDArray[np.float64]
 
@@ -27,14 +39,15 @@ class Progress:
     """Where a search stands after an iteration.
 
     Attributes:
-        iteration: Iterations done, 1..M.
-        iterations: M.
+        iteration: Iterations done, 1..M; of multibasin the candidates evaluated.
+        iterations: M; of multibasin the budget.
         fitness: Best robot fitness r so far [m]; infinite while no candidate was valid.
         path_fitness: Its f [m].
         area: Its E [m].
         valid: Valid particles in this iteration.
-        particles: N.
+        particles: N; of multibasin the candidates of the batch.
         elapsed: Time since the search began [s].
+        unit: What is counted: iteration or candidate.
     """
 
     iteration: int
@@ -45,6 +58,7 @@ class Progress:
     valid: int
     particles: int
     elapsed: float
+    unit: str = "iteration"
 
 
 @dataclass(frozen=True)
@@ -57,8 +71,9 @@ class SearchResult:
         history: Best, mean of the personal bests, valid particles and evaluations per iteration.
         effort: Iterations to convergence and computational effort (method section 7).
         rejections: How many candidates each test removed.
-        stopped_by: Why it ended: iterations, patience, target, time_limit or interrupted.
+        stopped_by: Why it ended: iterations, budget, patience, target, time_limit or interrupted.
         wall_time: Duration, earlier parts of a resumed search included [s].
+        basins: Good designs Phi, shape (A, D), and their fitness, shape (A,), best first, for armdesign alternatives.
     """
 
     prepared: Prepared
@@ -68,6 +83,11 @@ class SearchResult:
     rejections: Rejections
     stopped_by: str
     wall_time: float
+    basins: tuple[Array, Array] | None = None
+
+
+class NothingFoundError(SearchError):
+    """No candidate of a whole search has reached the first frame."""
 
 
 class Search:
@@ -101,21 +121,29 @@ class Search:
         """Evaluate one generation."""
         swarm = self.swarm
         X = swarm.ask()
-        cutoff = swarm.personal_best_fitness if self.settings.prune else np.full(len(X), np.inf)
-        scores, removed = self.backend.evaluate(X, cutoff)
-        swarm.tell(scores.fitness, scores.valid)
+        cutoff = swarm.cutoff if self.settings.prune else np.full(len(X), np.inf)
+        hints = swarm.hints
+        scores, removed = self.backend.evaluate(X, cutoff, *(() if hints is None else (hints,)))
+        swarm.tell(scores.fitness, scores.valid, scores.q0)
         self.rejections += removed
         self.nearest = min(self.nearest, float(scores.start_error.min()))
-        self.leader = better(self.leader, scores)
+        self.leader = better(self.leader, scores, hints)
+        valid = int(scores.valid.sum())
+        if isinstance(swarm, MultiBasin):
+            return Progress(
+                swarm.evaluations, swarm.budget, *self.leader, valid, len(X), self.elapsed, unit="candidate"
+            )
         return Progress(
-            swarm.iteration, self.settings.iterations, *self.leader,
-            int(scores.valid.sum()), self.settings.particles, self.elapsed,
-        )  # fmt: skip
+            swarm.iteration, self.settings.iterations, *self.leader, valid, self.settings.particles, self.elapsed
+        )
 
     def ended_by(self) -> str | None:
         """The stop rule that holds now, or None."""
         settings, best = self.settings, self.swarm.history.best
-        if len(best) >= settings.iterations:
+        if isinstance(self.swarm, MultiBasin):
+            if self.swarm.done:
+                return "budget"
+        elif len(best) >= settings.iterations:
             return "iterations"
         if settings.target is not None and self.swarm.best_fitness <= settings.target:
             return "target"
@@ -136,7 +164,9 @@ class Search:
         best = evaluate_design(self.space.table(self.swarm.best_position), self.prepared)
         history = self.swarm.history
         effort = measure_effort(history.best, history.valid)
-        return SearchResult(self.prepared, best, history, effort, self.rejections, stopped_by, self.elapsed)
+        return SearchResult(
+            self.prepared, best, history, effort, self.rejections, stopped_by, self.elapsed, self.swarm.basins
+        )
 
     def state(self) -> State:
         """Everything a later process needs to go on, as arrays and JSON values."""
@@ -151,7 +181,11 @@ class Search:
     def restore(self, state: State) -> None:
         """Go on where a state was taken."""
         search = dict(state["search"])
-        self.swarm = swarm_from_state({name: value for name, value in state.items() if name != "search"})
+        swarm = {name: value for name, value in state.items() if name != "search"}
+        if swarm.get("algorithm") == MultiBasin.name:
+            self.swarm = resumed_search(swarm, self.space, first_generation(self.settings, self.space))
+        else:
+            self.swarm = swarm_from_state(swarm)
         self.rejections = Rejections(**search["rejections"])
         r, f, E = search["leader"]
         self.leader = float(r), float(f), float(E)
@@ -193,8 +227,10 @@ def stalled(best: Array, patience: int, gain: float = 1e-3) -> bool:
     return bool(best[-1] > (1.0 - gain) * best[-1 - patience])
 
 
-def new_swarm(settings: SearchSettings, space: DesignSpace) -> Swarm:
+def new_swarm(settings: SearchSettings, space: DesignSpace) -> Swarm | MultiBasin:
     """The swarm of the settings at its first iteration."""
+    if settings.algorithm == MultiBasin.name:
+        return new_search(settings, space, first_generation(settings, space))
     parameters: dict[str, float | int | str] = {"w": settings.inertia, "c1": settings.c1, "c2": settings.c2}
     if settings.algorithm == "rapso":
         parameters |= {
@@ -205,22 +241,75 @@ def new_swarm(settings: SearchSettings, space: DesignSpace) -> Swarm:
         }
     box = Box(*space.bounds, space.angular)
     rng = np.random.default_rng(settings.seed)
-    return make_swarm(settings.algorithm, box, settings.particles, rng, space.sample, **parameters)
+    return make_swarm(settings.algorithm, box, settings.particles, rng, first_generation(settings, space), **parameters)
 
 
-def better(leader: tuple[float, float, float], scores: Scores) -> tuple[float, float, float]:
-    """The better of the leader's (r, f, E) and the best candidate's."""
-    k = int(np.argmin(scores.fitness))
-    if scores.fitness[k] < leader[0]:
+def first_generation(settings: SearchSettings, space: DesignSpace) -> Callable[[np.random.Generator, int], Array]:
+    """Where a search begins: the designs of ``search.first``, the others drawn from Omega_l.
+
+    As much is drawn as without them, so that the random numbers of the search stay the same.
+
+    Raises:
+        SettingsError: A design has another number of entries than Phi or lies outside the bounds, or there are more
+            designs than particles.
+    """
+    first = settings.first or ()
+    check_first(first, settings.particles, space)
+
+    def sample(rng: np.random.Generator, count: int) -> Array:
+        X = space.sample(rng, count)
+        if first:
+            X[: len(first)] = first[:count]
+        return X
+
+    return sample
+
+
+def check_first(first: tuple[tuple[float, ...], ...], particles: int, space: DesignSpace) -> None:
+    """Refuse designs that a swarm cannot begin with; see first_generation."""
+    if len(first) > particles:
+        raise SettingsError(
+            f"search.first has {len(first)} designs for {counted(particles, 'particle')}",
+            value=len(first), allowed=f"up to {particles}", fix="Leave some out, or raise search.particles",
+        )  # fmt: skip
+    names = [name for name, free in zip(space.names, space.free, strict=True) if free]
+    lower, upper = space.bounds
+    for k, design in enumerate(first):
+        if len(design) != len(names):
+            raise SettingsError(
+                f"search.first[{k}] has {counted(len(design), 'number')}", value=len(design),
+                allowed=f"{len(names)}: {', '.join(names)}",
+            )  # fmt: skip
+        for name, x, low, high in zip(names, design, lower, upper, strict=True):
+            if not low <= x <= high:
+                raise SettingsError(
+                    f"search.first[{k}] has {name} = {x:g}", value=x, allowed=f"{low:g} to {high:g}, its bounds"
+                )
+
+
+def better(
+    leader: tuple[float, float, float], scores: Scores, hints: Array | None = None
+) -> tuple[float, float, float]:
+    """The better of the leader's (r, f, E) and the best candidate's; those evaluated with a hint do not count."""
+    pure = scores.fitness if hints is None else np.where(np.isfinite(hints).all(axis=1), np.inf, scores.fitness)
+    k = int(np.argmin(pure))
+    if pure[k] < leader[0]:
         return float(scores.fitness[k]), float(scores.path_fitness[k]), float(scores.area[k])
     return leader
 
 
-def nothing_found(prepared: Prepared, nearest: float) -> SearchError:
+def nothing_found(prepared: Prepared, nearest: float) -> NothingFoundError:
     """The error of a search in which no arm was valid."""
     tolerance = prepared.study.fitness.reach_tolerance
+    if prepared.study.fitness.reach_frames == "all" and nearest <= tolerance:
+        return NothingFoundError(
+            f"no candidate keeps its end-effector within {tolerance * 1e3:g} mm of the hand in every frame, though "
+            "some reach it at the start",
+            value=tolerance,
+            fix="Raise fitness.reach_tolerance, use more joints (design.dof), or reach_frames = 'start'",
+        )
     miss = f"the nearest stopped {nearest * 1e3:.1f} mm short" if np.isfinite(nearest) else "none came near it"
-    return SearchError(
+    return NothingFoundError(
         f"no candidate brings its end-effector within {tolerance * 1e3:g} mm of the hand's first point: {miss}",
         value=nearest,
         fix="Use more joints (design.dof), more particles or iterations, or wider bounds",

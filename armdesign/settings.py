@@ -26,6 +26,7 @@ from armdesign.parameters import (
     parameter,
     section_toml,
 )
+from armdesign.wording import counted
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -51,6 +52,16 @@ class TaskSettings(Section):
     file_rate: float | None = parameter(
         None, Number(0.0, 1e5, "Hz", above=True), "Frames per second of files that hold no times [Hz].", optional=True
     )
+    more_recordings: tuple[str, ...] | None = parameter(
+        None, Several(Text("a path"), 0, 100),
+        "Further demonstrations of the same task, with the same points; the arm is searched for all of them.",
+        optional=True,
+    )  # fmt: skip
+    holdouts: tuple[str, ...] | None = parameter(
+        None, Several(Text("a path"), 0, 100),
+        "Demonstrations of the same task that the search does not see; the finished arm is scored on them.",
+        optional=True,
+    )  # fmt: skip
     units: str | None = parameter(
         None, Text("m, cm, mm, in, or metres per unit as a number in quotes"),
         "Unit of length of the recording; not set: what its file says.", optional=True,
@@ -138,6 +149,10 @@ class DesignSettings(Section):
         1.0, Number(0.0, 90.0, "deg"), "Two joints count as on one axis below this twist [deg] ..."
     )
     coaxial_offset: float = parameter(0.001, METRES, "... and below this link length [m].")
+    auto_dof: tuple[int, int] | None = parameter(
+        None, Interval(Number(1, 10, integer=True)),
+        "Fewest and most joints that --dof auto tries; not set: [2, 7].", optional=True,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -178,7 +193,17 @@ class FitnessSettings(Section):
     reach_tolerance: float = parameter(
         0.001, Number(0.0, 1.0, "m", above=True), "How near the end-effector must come to the hand at the start [m]."
     )
+    reach_frames: str = parameter(
+        "start", Choice(("start", "all")),
+        "start: an arm is valid if its end-effector comes so near to the hand at the start (the paper);\n"
+        "all: only if it does in every frame. The path does not hold the hand to its point, so allow centimetres.",
+    )  # fmt: skip
     tie_hand: bool = parameter(True, Switch(), "sigma_m = 1: the hand belongs to the end-effector.")
+    demonstrations: str | None = parameter(
+        None, Choice(("mean", "worst")),
+        "What counts of several demonstrations: the mean of their fitness, each counting the same, or the worst;\n"
+        "not set: the mean.", optional=True,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -199,6 +224,11 @@ class SolverSettings(Section):
         "How many of the outcomes, the best that differ, are solved to the end; not set: by the joints.",
         optional=True,
     )  # fmt: skip
+    start_paths: int = parameter(
+        1, Number(1, 16, integer=True),
+        "Start poses that are carried along the whole path, the best that reach and differ; the path with the\n"
+        "smallest r counts. At most as many as finalists.",
+    )  # fmt: skip
     tolerance: float = parameter(
         1e-5, Number(0.0, 0.1, above=True),
         "A frame is solved when the model promises less than this relative decrease of g.",
@@ -214,7 +244,14 @@ class SolverSettings(Section):
 class SearchSettings(Section):
     """The swarm (method section 7)."""
 
-    algorithm: str = parameter("rapso", Choice(("rapso", "pso")), "Search algorithm.")
+    algorithm: str = parameter(
+        "rapso", Choice(("rapso", "pso", "multibasin")),
+        "rapso: the paper's RA-PSO; pso; multibasin: descents by gradients in many basins, which takes the budget\n"
+        "instead of particles and iterations. Its patience counts batches, of some hundred candidates each.",
+    )  # fmt: skip
+    budget: int = parameter(
+        25000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most, probes included."
+    )
     particles: int = parameter(400, Number(1, 10**6, integer=True), "N, number of particles.")
     iterations: int = parameter(200, Number(1, 10**6, integer=True), "M, number of iterations.")
     seed: int = parameter(0, Number(0, 2**63 - 1, integer=True), "Seed of the random numbers.")
@@ -244,6 +281,23 @@ class SearchSettings(Section):
     prune: bool = parameter(
         True, Switch(), "Drop a candidate once its partial sum passes its own best; changes nothing but the time."
     )
+    first: tuple[tuple[float, ...], ...] | None = parameter(
+        None, Several(Several(Number(), 1, 40), 0, 10**6),
+        "Designs that the first generation begins with, the rest of it is drawn: for each the free entries of the DH\n"
+        "table in their order, alpha, a, d row by row [rad, m], then the base yaw; not set: none.", optional=True,
+    )  # fmt: skip
+
+    @property
+    def candidates(self) -> int:
+        """Candidates that are evaluated at most."""
+        return self.budget if self.algorithm == "multibasin" else self.particles * self.iterations
+
+    @property
+    def size(self) -> str:
+        """How large the search is, in words."""
+        if self.algorithm == "multibasin":
+            return f"up to {counted(self.budget, 'candidate')}"
+        return f"{counted(self.particles, 'particle')}, {counted(self.iterations, 'iteration')}"
 
 
 SECTIONS: tuple[type[Section], ...] = (TaskSettings, DesignSettings, FitnessSettings, SolverSettings, SearchSettings)
@@ -301,7 +355,7 @@ def read_study(path: str | Path) -> Study:
     """Read a TOML file of settings; entries left out keep their defaults.
 
     Args:
-        path: The file. A relative ``task.recording`` counts from its folder.
+        path: The file. Relative paths of recordings count from its folder.
 
     Raises:
         SettingsError: The file is missing or not TOML, or holds an unknown or disallowed entry.
@@ -326,8 +380,10 @@ def read_study(path: str | Path) -> Study:
 
 
 def beside(study: Study, folder: Path) -> Study:
-    """The study with the paths of its recording counted from a folder."""
+    """The study with the paths of its recordings counted from a folder."""
     task = study.task
     files = {name: str(folder / file) for name, file in task.files.items()}
     recording = None if task.recording is None else str(folder / task.recording)
-    return study.replace({"task": {"recording": recording, "files": files}})
+    given = {name: getattr(task, name) for name in ("more_recordings", "holdouts")}
+    lists = {name: [str(folder / path) for path in paths] for name, paths in given.items() if paths}
+    return study.replace({"task": {"recording": recording, "files": files, **lists}})

@@ -195,7 +195,7 @@ def progress_text(progress: Progress) -> str:
         best = f"r {progress.fitness:.4f}  f {progress.path_fitness * 1e3:.2f} mm  E {progress.area * 1e3:.2f} mm"
     digits = len(str(progress.iterations))
     return (
-        f"iteration {progress.iteration:{digits}d}/{progress.iterations}  {best}  "
+        f"{progress.unit} {progress.iteration:{digits}d}/{progress.iterations}  {best}  "
         f"valid {progress.valid}/{progress.particles}  {clock(left)} left"
     )
 
@@ -241,13 +241,18 @@ def refuse_beside_resume(context: typer.Context, what: str, fix: str) -> None:
         SettingsError: A flag or an argument was given that would change what is computed.
     """
     given = [
-        max(parameter.opts, key=len) if str(parameter.opts[0]).startswith("-") else f"the {parameter.name}"
+        max(parameter.opts, key=len) if str(parameter.opts[0]).startswith("-") else f"the {noun(parameter.name)}"
         for parameter in context.command.params
         if parameter.name not in GO_ON_FLAGS and was_given(context, str(parameter.name))
     ]
     if given:
         message = f"--resume goes on with {what} as it was asked for, but {', '.join(given)} is given as well"
         raise SettingsError(message, value=given, fix=fix)
+
+
+def noun(name: str | None) -> str:
+    """What an argument is called, in the singular."""
+    return str(name).removesuffix("s")
 
 
 def was_given(context: typer.Context, name: str) -> bool:
@@ -317,7 +322,7 @@ def open_backend(
     if cluster is not None:
         return open_cluster(prepared, cluster)
     settings = prepared.study.search
-    paying = settings.particles * settings.iterations // PAYS_PER_WORKER
+    paying = settings.candidates // PAYS_PER_WORKER
     count = workers if workers is not None else max(1, min(available_cores(), paying))
     return InProcess(prepared) if count == 1 else WorkerPool(prepared, count)
 

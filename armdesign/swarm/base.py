@@ -88,7 +88,7 @@ class Swarm(ABC):
         self._asked = True
         return self._X.copy()
 
-    def tell(self, fitness: ArrayLike, valid: ArrayLike) -> None:
+    def tell(self, fitness: ArrayLike, valid: ArrayLike, hints: ArrayLike | None = None) -> None:
         """Take the fitness of the positions last asked for.
 
         A particle given up early, because it cannot beat its personal best, is told as +inf and valid. Validity steers
@@ -97,6 +97,7 @@ class Swarm(ABC):
         Args:
             fitness: Smaller is better, +inf for none, shape (N,).
             valid: Whether the particle fulfils the constraints, shape (N,).
+            hints: What would help to evaluate positions nearby; particles do not use it.
 
         Raises:
             SearchError: Nothing was asked, a wrong shape, or a fitness of NaN or -inf. The swarm is left as it was.
@@ -162,6 +163,23 @@ class Swarm(ABC):
         stays the same to the last bit.
         """
         return self._bp_fitness.copy()
+
+    @property
+    def cutoff(self) -> Array:
+        """Fitness beyond which a particle need not be evaluated further, shape (N,): its personal best."""
+        return self.personal_best_fitness
+
+    @property
+    def hints(self) -> Array | None:
+        """What helps to evaluate the positions asked for: nothing, a particle comes from afar."""
+        return None
+
+    @property
+    def basins(self) -> tuple[Array, Array]:
+        """The personal bests that have a fitness, best first: positions (A, D) and fitness (A,)."""
+        order = np.argsort(self._bp_fitness, kind="stable")
+        order = order[np.isfinite(self._bp_fitness[order])]
+        return np.array(self._bp[order]), np.array(self._bp_fitness[order])
 
     @property
     def history(self) -> History:

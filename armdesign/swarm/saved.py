@@ -51,7 +51,7 @@ def array(state: Mapping[str, Any], name: str, shape: tuple[int | None, ...], *,
         SearchError: It is missing, does not hold numbers or has another shape.
     """
     what = f"entry '{name}' of the saved search"
-    values = checks.numbers(what, entry(state, name), shape, FIX)
+    values = numbers(state, name, shape)
     if not np.all(np.isfinite(values) | (infinite & np.isposinf(values))):
         raise SearchError(f"{what} holds a value that is not finite", fix=FIX)
     return values
@@ -64,3 +64,24 @@ def flags(state: Mapping[str, Any], name: str, shape: tuple[int | None, ...]) ->
         SearchError: It is missing, holds something else or has another shape.
     """
     return checks.flags(f"entry '{name}' of the saved search", entry(state, name), shape, FIX)
+
+
+def hints(state: Mapping[str, Any], name: str, count: int) -> Array:
+    """An entry of hints, shape (count, H); a hint that is not known is NaN.
+
+    Raises:
+        SearchError: It is missing, does not hold numbers or has another shape.
+    """
+    return numbers(state, name, (count, None))
+
+
+def numbers(state: Mapping[str, Any], name: str, shape: tuple[int | None, ...]) -> Array:
+    """An entry of numbers, NaN and infinity included, copied; arguments as for :func:`array`.
+
+    Raises:
+        SearchError: It is missing, does not hold numbers or has another shape.
+    """
+    value = entry(state, name)
+    if isinstance(value, list) and not value and not shape[0]:  # nothing, which as a list has lost its shape
+        return np.zeros([size or 0 for size in shape])
+    return checks.numbers(f"entry '{name}' of the saved search", value, shape, FIX)

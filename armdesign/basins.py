@@ -1,0 +1,71 @@
+"""What the many-basin search has to know of arms: their length, and which designs are the same arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign.fitness.constraints import DesignSpace
+from armdesign.settings import SearchSettings
+from armdesign.swarm import Box, MultiBasin, Sampler, Slab
+
+Array = NDArray[np.float64]
+FLAT = 1e-3
+"""Link length below which two joint axes count as meeting [m]."""
+
+
+def new_search(settings: SearchSettings, space: DesignSpace, sample: Sampler) -> MultiBasin:
+    """A many-basin search of the settings before its first batch.
+
+    Args:
+        settings: Budget and seed.
+        space: The design space.
+        sample: Draws designs.
+    """
+    return MultiBasin(
+        Box(*space.bounds, space.angular),
+        settings.budget,
+        np.random.default_rng(settings.seed),
+        sample=sample,
+        slab=length_slab(space),
+        canonical=canonical_form(space),
+    )
+
+
+def resumed_search(state: Mapping[str, Any], space: DesignSpace, sample: Sampler) -> MultiBasin:
+    """The many-basin search that a state was taken of."""
+    return MultiBasin.from_state(state, sample=sample, canonical=canonical_form(space))
+
+
+def length_slab(space: DesignSpace) -> Slab:
+    """L_min < L < L_max as bounds of a sum over the free lengths."""
+    lower, _ = space.bounds
+    weights = np.where(space.angular, 0.0, 1.0)
+    fixed = float(space.lengths(lower)[0]) - float(weights @ lower)
+    return Slab(weights, space.length[0] - fixed, space.length[1] - fixed)
+
+
+def canonical_form(space: DesignSpace) -> Callable[[Array], Array]:
+    """Designs in a form in which the same arm looks the same.
+
+    Where two axes meet, a_i = 0, row i may be turned by half a turn about both: Rx(alpha) = Rz(-pi) Rx(-alpha) Rz(pi),
+    and the two half turns go into the joint angles before and behind. So the sign of alpha_i says nothing for
+    i = 1..n-1. Of the tool the same holds but for its own turn about its axis, which the mount takes up.
+
+    Returns:
+        A function of designs Phi, shape (N, D), that gives as many.
+    """
+
+    def canonical(Phi: Array) -> Array:
+        entries = space.full(Phi)
+        rows = entries[:, :-1].reshape(len(entries), space.dof + 1, 3)
+        meeting = rows[:, 1:, 1] < FLAT
+        rows[:, 1:, 0] = np.where(meeting, np.abs(rows[:, 1:, 0]), rows[:, 1:, 0])
+        entries[:, :-1] = rows.reshape(len(entries), 3 * (space.dof + 1))
+        chosen: Array = entries[:, space.free]
+        return chosen
+
+    return canonical

@@ -1,0 +1,138 @@
+"""Where a many-basin search may go, in unit coordinates: the box, and a slab low < w x < high across it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign.errors import SettingsError
+from armdesign.swarm import checks
+from armdesign.swarm.space import Array, Box
+
+BISECTIONS = 50
+
+
+@dataclass(frozen=True, eq=False)
+class Slab:
+    """A linear constraint low < w x < high with weights w >= 0; of an arm, its total length.
+
+    Attributes:
+        weights: w, shape (D,).
+        low: Lower bound of w x.
+        high: Upper bound of w x.
+    """
+
+    weights: Array
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        """Normalise and check.
+
+        Raises:
+            SettingsError: A weight is negative, a value is no finite number, or the bounds are upside down.
+        """
+        weights = checks.numbers("the weights of the slab", self.weights, (None,))
+        low, high = checks.number("slab.low", self.low), checks.number("slab.high", self.high)
+        if not (np.isfinite(weights).all() and (weights >= 0.0).all() and low < high):
+            raise SettingsError("a slab needs weights >= 0 and low < high", value=(low, high))
+        weights.setflags(write=False)
+        for name, value in (("weights", weights), ("low", low), ("high", high)):
+            object.__setattr__(self, name, value)
+
+
+class Region:
+    """The box scaled to [0, 1] in its free entries, and the slab across it.
+
+    Attributes:
+        box: The box.
+        slab: The slab.
+        free: Which entries are free, shape (D,).
+        angular: Which of the free ones are angles, shape (K,).
+        weights: The slab's weights on unit coordinates, shape (K,).
+        low: Lower bound of weights u.
+        high: Upper bound of weights u.
+    """
+
+    def __init__(self, box: Box, slab: Slab | None = None) -> None:
+        """Scale.
+
+        Args:
+            box: Bounds of the positions; at least one entry is free.
+            slab: The slab; by default all of the box lies in it.
+        """
+        total = np.zeros(box.dimension)
+        self.box = box
+        self.slab = Slab(total, -1.0, 1.0) if slab is None else slab
+        self.free = box.width > 0.0
+        self.angular = box.angular[self.free]
+        if not self.free.any():
+            raise SettingsError("every entry of the box is fixed", fix="Free one")
+        if len(self.slab.weights) != box.dimension:
+            raise SettingsError(f"the slab has {len(self.slab.weights)} weights", allowed=box.dimension)
+        self.weights = (self.slab.weights * box.width)[self.free]
+        offset = float(self.slab.weights @ box.lower)
+        self.low, self.high = self.slab.low - offset, self.slab.high - offset
+
+    @property
+    def dimension(self) -> int:
+        """Number of free entries K."""
+        return int(self.free.sum())
+
+    def units(self, X: Array) -> Array:
+        """Unit coordinates of positions, shape (N, D) -> (N, K)."""
+        return np.asarray(((X - self.box.lower) / np.where(self.free, self.box.width, 1.0))[:, self.free])
+
+    def positions(self, U: Array) -> Array:
+        """Positions of unit coordinates, shape (N, K) -> (N, D)."""
+        X = np.tile(self.box.lower, (len(U), 1))
+        X[:, self.free] += U * self.box.width[self.free]
+        return self.box.clip(X)
+
+    def pulled_in(self, U: Array, margin: float) -> Array:
+        """Unit coordinates clipped to the box, their weighted entries scaled until the slab holds them.
+
+        Args:
+            U: Unit coordinates, shape (N, K).
+            margin: How far inside the slab they shall come.
+        """
+        V = np.clip(U, 0.0, 1.0)
+        total = V @ self.weights
+        wanted = np.clip(total, self.low + margin, self.high - margin)
+        factor = np.where(total > 0.0, wanted / np.where(total > 0.0, total, 1.0), 1.0)
+        return np.clip(np.where(self.weights > 0.0, V * factor[:, None], V), 0.0, 1.0)
+
+
+def project(V: Array, lower: Array, upper: Array, weights: Array, low: Array, high: Array) -> Array:
+    """The nearest points of lower <= p <= upper, low <= weights p <= high, each row for itself.
+
+    The multiplier of the slab is found by bisection; a row whose box misses the slab comes as near as it can.
+
+    Args:
+        V: Points, shape (N, K).
+        lower: Lower bounds, shape (N, K).
+        upper: Upper bounds, shape (N, K).
+        weights: Weights of the slab, shape (K,).
+        low: Its lower bounds, shape (N,).
+        high: Its upper bounds, shape (N,).
+    """
+    P = np.clip(V, lower, upper)
+    total = P @ weights
+    for sign, bound, wrong in ((1.0, high, total > high), (-1.0, low, total < low)):
+        if wrong.any():
+            P[wrong] = _shifted(V[wrong], lower[wrong], upper[wrong], sign * weights, sign * bound[wrong])
+    return P
+
+
+def _shifted(V: Array, lower: Array, upper: Array, weights: Array, bound: Array) -> Array:
+    """clip(V - t weights) with the smallest t >= 0 at which weights p <= bound, row by row."""
+    counting = weights != 0.0
+    ends = (V - np.where(weights > 0.0, lower, upper))[:, counting] / weights[counting]
+    near, far = np.zeros(len(V)), np.maximum(ends.max(axis=1, initial=0.0), 0.0)  # there the sum is at its least
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (near + far)
+        beyond: NDArray[np.bool_] = np.clip(V - middle[:, None] * weights, lower, upper) @ weights > bound
+        near, far = np.where(beyond, middle, near), np.where(beyond, far, middle)
+    return np.asarray(np.clip(V - far[:, None] * weights, lower, upper))

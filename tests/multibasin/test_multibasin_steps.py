@@ -1,0 +1,210 @@
+"""The parts a descent is made of: projection, steps, curvature, descents, evolution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from armdesign.errors import SettingsError
+from armdesign.swarm import Box, Slab
+from armdesign.swarm.descents import Descents, Patience
+from armdesign.swarm.evolution import Evolution
+from armdesign.swarm.quasi_newton import best_steps, updated
+from armdesign.swarm.region import Region, project
+
+K = 5
+PATIENT = Patience(halve_at=1000, window=1000, rounds=200)
+
+
+def region(low=-1.0, high=1.5):
+    weights = np.array([0.0, 1.0, 0.5, 0.0, 1.0])
+    return Region(Box(np.zeros(K), np.ones(K), [True, False, False, True, False]), Slab(weights, low, high))
+
+
+def bowl(rng):
+    """A convex quadratic: its curvature and its unconstrained minimum."""
+    A = rng.normal(size=(K, K))
+    return A @ A.T + 0.3 * np.eye(K), rng.random(K)
+
+
+def best_feasible(H, centre, space, starts=4):
+    """The constrained minimum by SciPy."""
+    optimize = pytest.importorskip("scipy.optimize")
+    slab = [
+        {"type": "ineq", "fun": lambda u: space.high - space.weights @ u},
+        {"type": "ineq", "fun": lambda u: space.weights @ u - space.low},
+    ]
+    found = [
+        optimize.minimize(
+            lambda u: 0.5 * (u - centre) @ H @ (u - centre),
+            np.full(K, start),
+            jac=lambda u: H @ (u - centre),
+            bounds=[(0.0, 1.0)] * K,
+            constraints=slab,
+            method="SLSQP",
+            options={"ftol": 1e-14, "maxiter": 500},
+        )
+        for start in np.linspace(0.1, 0.4, starts)
+    ]
+    return min(found, key=lambda each: each.fun)
+
+
+def test_projection_is_the_nearest_point():
+    rng, space = np.random.default_rng(0), region(low=0.4)
+    V = rng.normal(0.5, 1.0, (200, K))
+    zero, one = np.zeros_like(V), np.ones_like(V)
+    P = project(V, zero, one, space.weights, np.full(200, space.low), np.full(200, space.high))
+    total = P @ space.weights
+    assert np.all((P >= 0.0) & (P <= 1.0))
+    assert np.all((total >= space.low - 1e-9) & (total <= space.high + 1e-9))
+    others = space.pulled_in(rng.random((500, K)), 0.0)
+    for v, p in zip(V, P, strict=True):  # the angle to every other feasible point is obtuse
+        assert np.all((others - p) @ (v - p) <= 1e-8)
+
+
+def test_step_minimises_the_model_in_box_slab_and_reach():
+    rng, space = np.random.default_rng(1), region()
+    U = space.pulled_in(rng.random((20, K)), 0.01)
+    for u in U:
+        H, centre = bowl(rng)
+        gradient = H @ (u - centre)
+        step = best_steps(space, u[None], gradient[None], H[None], np.array([0.2]), 0.0)[0]
+        assert np.abs(step).max() <= 0.2 + 1e-12
+        model = gradient @ step + 0.5 * step @ H @ step
+        for _ in range(200):
+            other = np.clip(u + rng.uniform(-0.2, 0.2, K), 0.0, 1.0)
+            if space.low <= space.weights @ other <= space.high:
+                move = other - u
+                assert model <= gradient @ move + 0.5 * move @ H @ move + 1e-9
+
+
+def test_curvature_meets_the_last_change_and_stays_definite():
+    rng = np.random.default_rng(2)
+    H, _ = bowl(rng)
+    B = np.eye(K)
+    for k in range(3 * K):
+        step = rng.normal(size=K)
+        B = updated(B, step, H @ step, first=k == 0)
+        assert np.linalg.eigvalsh(B)[0] > 0.0
+    assert np.allclose(B @ step, H @ step)
+    bent = updated(B, step, -step, first=False)  # a change that no convex function makes
+    assert np.linalg.eigvalsh(bent)[0] > 0.0
+
+
+def descend(space, objective, U, reach=0.1):
+    """Descents to their end; their places and the number of values they took."""
+    descents = Descents(space, U, objective(U), np.zeros((len(U), 0)), reach, PATIENT, -np.inf)
+    asked = 0
+    while descents.live.any():
+        signs = descents.signs()
+        probes, _ = descents.probes(signs)
+        descents.learn(descents.slopes(signs, objective(probes)))
+        steps, _ = descents.steps()
+        descents.move(steps, objective(steps), np.zeros((len(steps), 0)))
+        asked += len(probes) + len(steps)
+    return descents, asked
+
+
+def test_descents_end_at_the_constrained_minimum():
+    rng = np.random.default_rng(3)
+    for low, high in ((-1.0, 1.5), (-1.0, 0.3), (1.2, 3.0)):
+        space = region(low, high)
+        H, centre = bowl(rng)
+
+        def objective(U, H=H, centre=centre):
+            return 0.5 * np.einsum("ij,jk,ik->i", U - centre, H, U - centre)
+
+        descents, _ = descend(space, objective, space.pulled_in(rng.random((6, K)), 0.05))
+        exact = best_feasible(H, centre, space)
+        assert np.all(descents.value <= exact.fun + 2e-3 * max(exact.fun, 0.1))
+        assert np.all(descents.U @ space.weights <= high)
+        assert np.all(descents.U @ space.weights >= low)
+
+
+def test_probes_never_leave_box_and_slab():
+    rng, space = np.random.default_rng(4), region(0.5, 0.9)
+    seen = []
+
+    def objective(U):
+        seen.append(U.copy())
+        return U @ np.array([1.0, -2.0, 0.5, -1.0, 0.3])
+
+    descend(space, objective, space.pulled_in(rng.random((5, K)), 0.01))
+    U = np.vstack(seen[1:])
+    total = U @ space.weights
+    assert np.all((U >= 0.0) & (U <= 1.0) & (total > 0.5)[:, None] & (total < 0.9)[:, None])
+
+
+def test_descents_do_not_depend_on_their_neighbours():
+    rng, space = np.random.default_rng(5), region()
+    H, centre = bowl(rng)
+
+    def objective(U):
+        return 0.5 * np.einsum("ij,jk,ik->i", U - centre, H, U - centre) + 0.01 * np.sin(20 * U).sum(axis=1)
+
+    U = space.pulled_in(rng.random((4, K)), 0.05)
+    together, _ = descend(space, objective, U)
+    for k in range(4):
+        alone, _ = descend(space, objective, U[k : k + 1])
+        assert np.allclose(alone.U[0], together.U[k], atol=1e-6)
+
+
+def test_a_probe_without_value_is_taken_from_the_other_side():
+    space = region()
+
+    def objective(U):
+        return np.where(U[:, 0] > 0.4, np.inf, (U[:, 0] - 0.1) ** 2 + U[:, 1])
+
+    U = np.array([[0.4, 0.2, 0.2, 0.5, 0.2]])
+    descents = Descents(space, U, objective(U), np.zeros((1, 0)), 0.1, PATIENT, -np.inf)
+    slopes = descents.slopes(descents.signs(), objective(descents.probes(descents.signs())[0]))
+    assert np.isnan(slopes[0, 0])
+    assert not np.isnan(slopes[0, 1:]).any()
+    again = np.where(np.isnan(slopes), -descents.signs(), 0.0)
+    value = objective(descents.probes(again)[0])
+    assert descents.slopes(again, value)[0, 0] == pytest.approx(0.6, abs=1e-3)
+
+
+@pytest.mark.parametrize("corner", [False, True])
+def test_evolution_finds_a_kinked_minimum(corner):
+    rng = np.random.default_rng(6)
+    centre = np.where(np.arange(K) % 2 == 0, 0.0, 0.7) if corner else np.full(K, 0.6)
+    weights = np.array([1.0, 30.0, 1.0, 5.0, 2.0])
+    evolution = Evolution(np.full(K, 0.4), 0.1)
+    for _ in range(250):
+        U = evolution.ask(rng)
+        assert np.all((U >= 0.0) & (U <= 1.0))
+        evolution.tell(U, np.abs(U - centre) @ weights)
+    assert np.abs(np.clip(evolution.mean, 0, 1) - centre) @ weights < 0.02
+
+
+def test_evolution_ranks_only():
+    rng = [np.random.default_rng(7) for _ in range(2)]
+    plain, bent = Evolution(np.full(K, 0.4), 0.1), Evolution(np.full(K, 0.4), 0.1)
+    for _ in range(20):
+        U, V = plain.ask(rng[0]), bent.ask(rng[1])
+        assert np.array_equal(U, V)
+        value = (U**2).sum(axis=1)
+        plain.tell(U, value)
+        bent.tell(V, np.exp(9.0 * value))
+
+
+def test_slab_is_checked():
+    for weights, low, high in (([1.0, -1.0], 0.0, 1.0), ([1.0, 1.0], 1.0, 1.0), ([np.nan, 1.0], 0.0, 1.0)):
+        with pytest.raises(SettingsError, match="slab"):
+            Slab(np.array(weights), low, high)
+    with pytest.raises(SettingsError, match="3 weights"):
+        Region(Box([0.0], [1.0], [False]), Slab(np.ones(3), 0.0, 1.0))
+    with pytest.raises(SettingsError, match="fixed"):
+        Region(Box([0.0], [0.0], [False]))
+
+
+def test_units_and_positions_are_inverse():
+    box = Box([-1.5, 0.2, 0.0], [1.5, 0.2, 0.5], [True, False, False])
+    space, rng = Region(box, Slab(np.array([0.0, 1.0, 1.0]), 0.3, 0.6)), np.random.default_rng(8)
+    U = rng.random((50, 2))
+    X = space.positions(U)
+    assert np.allclose(space.units(X), U)
+    assert np.all(X[:, 1] == 0.2)
+    inside = (X @ np.array([0.0, 1.0, 1.0]) > 0.3) & (X @ np.array([0.0, 1.0, 1.0]) < 0.6)
+    assert np.array_equal(inside, (U @ space.weights > space.low) & (U @ space.weights < space.high))
