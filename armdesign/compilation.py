@@ -34,8 +34,15 @@ def entry(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (a Numba dispatc
         dispatcher = numba.njit(cache=True, **OPTIONS)(function)
     except RuntimeError:  # no writable place for the cache: compile in every process
         return numba.njit(**OPTIONS)(function)
-    dispatcher._cache._cache_file._source_stamp = source_stamp()
+    dispatcher._cache._cache_file._source_stamp = stamp_of(Path(function.__code__.co_filename))
     return dispatcher
+
+
+def stamp_of(module: Path) -> str:
+    """Stamp of an entry in a module: the kernels' source, with that of the module where it lies in another room."""
+    if module.parent.name in KERNEL_ROOMS:
+        return source_stamp()
+    return hashlib.sha256(source_stamp().encode() + module.read_bytes()).hexdigest()
 
 
 @cache

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from armdesign import __version__
+from armdesign.cli.alternatives import alternatives
 from armdesign.cli.compare import compare
 from armdesign.cli.evaluate import evaluate
 from armdesign.cli.export import export
@@ -15,6 +16,7 @@ from armdesign.cli.recording import app as recording
 from armdesign.cli.report import report
 from armdesign.cli.runs import runs
 from armdesign.cli.search import search
+from armdesign.cli.study import app as study
 from armdesign.cli.sweep import sweep
 
 app = typer.Typer(
@@ -29,11 +31,13 @@ app.command()(search)
 app.command()(evaluate)
 app.command()(sweep)
 app.command()(runs)
+app.command()(alternatives)
 app.command()(export)
 app.command()(report)
 app.command()(preview)
 app.command()(compare)
 app.add_typer(recording)
+app.add_typer(study)
 
 
 def show_version(wanted: bool) -> None:

@@ -27,7 +27,7 @@ from armdesign.cli.common import (
     seconds,
     tell_at_once,
 )
-from armdesign.cli.search import open_recording
+from armdesign.cli.reading import open_recording
 from armdesign.cli.sweep_progress import SweepLine
 from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
 from armdesign.errors import SettingsError
@@ -54,7 +54,9 @@ def sweep(
         str | None,
         typer.Option("--seeds", help="How many seeds, from 0 on; or a list: 5-9, or 3,4, or 7-7 for 7 alone."),
     ] = None,
-    algorithm: Annotated[str | None, typer.Option("--algorithm", help="rapso, pso, or both: pso,rapso.")] = None,
+    algorithm: Annotated[
+        str | None, typer.Option("--algorithm", help="rapso, pso, multibasin, or several: pso,rapso.")
+    ] = None,
     d: Annotated[
         str | None,
         typer.Option("--d", help="Angle intervals D of rapso: 2, 2-5 or 2,4. pso has none and runs once, not per D."),
@@ -65,6 +67,7 @@ def sweep(
     weights: WeightsOption = None,
     particles: Annotated[int | None, typer.Option("--particles", help="Number of particles N of each search.")] = None,
     iterations: Annotated[int | None, typer.Option("--iterations", help="Number of iterations M of each.")] = None,
+    budget: Annotated[int | None, typer.Option("--budget", help="Candidates of each search with multibasin.")] = None,
     patience: Annotated[
         int | None, typer.Option("--patience", help="End a search after so many iterations without a gain of 0.1 %.")
     ] = None,
@@ -109,6 +112,7 @@ def sweep(
                 "search": {
                     "particles": particles,
                     "iterations": iterations,
+                    "budget": budget,
                     "patience": patience,
                     "target": target,
                     "time_limit": seconds(time_limit),
@@ -224,10 +228,12 @@ def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: s
 
 
 @contextmanager
-def hiring(workers: int, cluster: str | None, tasks: Tasks, *, quiet: bool) -> Iterator[Callable[[int], Crew]]:
+def hiring(
+    workers: int, cluster: str | None, tasks: Tasks, *, quiet: bool, warm_up: Callable[[], None] | None = None
+) -> Iterator[Callable[[int], Crew]]:
     """How to get a crew for a number of units: the workers of a cluster, or processes on this machine."""
     if cluster is None:
-        yield lambda units: local_crew(min(workers, units), tasks, quiet=quiet)
+        yield lambda units: local_crew(min(workers, units), tasks, quiet=quiet, warm_up=warm_up)
         return
     with cluster_client(cluster) as client:
         from armdesign.sweep.dask_crew import DaskCrew  # noqa: PLC0415
@@ -235,13 +241,22 @@ def hiring(workers: int, cluster: str | None, tasks: Tasks, *, quiet: bool) -> I
         yield lambda units: DaskCrew(client)
 
 
-def local_crew(workers: int, tasks: Tasks, *, quiet: bool) -> Crew:
-    """Worker processes on this machine; the kernels are compiled before they start, so that they find them."""
+def local_crew(workers: int, tasks: Tasks, *, quiet: bool, warm_up: Callable[[], None] | None = None) -> Crew:
+    """Worker processes on this machine; the kernels are compiled before they start, so that they find them.
+
+    Args:
+        workers: Number of processes.
+        tasks: The tasks.
+        quiet: Whether to keep silent.
+        warm_up: Compiles what the units need beside the evaluator's kernels.
+    """
     from armdesign.fitness.evaluator import compile_kernels  # noqa: PLC0415
     from armdesign.sweep import LocalCrew  # noqa: PLC0415
 
     with announce_compiling(quiet):
         compile_kernels(next(iter(tasks.values())).problem())
+        if warm_up is not None:
+            warm_up()
     return LocalCrew(workers)
 
 

@@ -4,7 +4,7 @@ A sweep is a folder of run folders with one table over them. Its units are whole
 other, so that a crew of worker processes here, or a cluster, carries them out in any order to the same folder.
 """
 
-from armdesign.sweep.conduct import Standing, run_sweep
+from armdesign.sweep.conduct import Standing, run_sweep, run_units
 from armdesign.sweep.crew import Crew, News
 from armdesign.sweep.futures_crew import FuturesCrew
 from armdesign.sweep.ledger import Ledger
@@ -28,5 +28,6 @@ __all__ = [
     "contents",
     "read_sweep",
     "run_sweep",
+    "run_units",
     "units_of",
 ]

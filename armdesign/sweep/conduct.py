@@ -15,7 +15,7 @@ from armdesign.runfolder import claim_folder
 from armdesign.running import Interrupts, interruptible
 from armdesign.search import Progress
 from armdesign.sweep.crew import Crew, News
-from armdesign.sweep.ledger import Ledger
+from armdesign.sweep.ledger import TABLE, Ledger
 from armdesign.sweep.plan import Sweep, Tasks, Unit, units_of
 from armdesign.sweep.store import NEW_FOLDER, settle
 from armdesign.sweep.units import RESULT, Outcome, begin_unit, bring_in
@@ -82,12 +82,39 @@ def run_sweep(
         KeyboardInterrupt: Ctrl-C came twice.
     """
     units = units_of(sweep, tasks)
+    return run_units(
+        folder, units, hire, lambda: settle(folder, sweep, tasks), on_change=on_change, on_interrupt=on_interrupt
+    )
+
+
+def run_units(
+    folder: Path,
+    units: Sequence[Unit],
+    hire: Callable[[int], Crew],
+    settle_down: Callable[[], None],
+    *,
+    table: str = TABLE,
+    on_change: Callable[[Standing], None] | None = None,
+    on_interrupt: Callable[[], None] | None = None,
+) -> Ledger:
+    """Carry out the units that are not finished; see ``run_sweep``.
+
+    Args:
+        folder: The folder; made or taken up.
+        units: All units, in the order of the plan.
+        hire: Gives the crew.
+        settle_down: Writes down what was asked, the tasks at least (`store.keep_tasks`), or refuses; called with the
+            folder locked, before anything else is written.
+        table: Name of the table's file.
+        on_change: See ``run_sweep``.
+        on_interrupt: See ``run_sweep``.
+    """
     if (folder / RESULT).exists():
         raise RunFolderError(f"{folder} holds a run, not a sweep", value=str(folder), fix=NEW_FOLDER)
     claim_folder(folder)
     with locked(folder), interruptible(on_interrupt) as interrupts:
-        settle(folder, sweep, tasks)
-        ledger = Ledger(folder, units)
+        settle_down()
+        ledger = Ledger(folder, units, table)
         ledger.write()
         pending = ledger.pending()
         if pending:

@@ -13,6 +13,7 @@ from armdesign.errors import RunFolderError
 from armdesign.files import write_whole
 from armdesign.sweep.plan import Unit
 from armdesign.sweep.units import RESULT, look_at
+from armdesign.sweep.works import recorded
 
 TABLE = "sweep.csv"
 FOUND = (
@@ -38,17 +39,18 @@ class Ledger:
     that says why it failed.
     """
 
-    def __init__(self, folder: Path, units: Sequence[Unit]) -> None:
+    def __init__(self, folder: Path, units: Sequence[Unit], table: str = TABLE) -> None:
         """Look at what is there.
 
         Args:
             folder: The sweep's folder.
             units: Its units, in the order of the plan.
+            table: Name of the table's file.
 
         Raises:
             RunFolderError: A run folder holds something else, or a finished result is damaged.
         """
-        self.folder = folder
+        self.folder, self.table = folder, table
         self.units = {unit.name: unit for unit in units}
         self.rows: dict[str, Row] = {}
         for unit in units:
@@ -74,7 +76,9 @@ class Ledger:
             "stopped_by": reason,
             "folder": name,
         }
-        if state in ("finished", "interrupted"):
+        if unit.work is not None:
+            row |= work_entries(self.folder / name, unit)
+        elif state in ("finished", "interrupted"):
             row |= result_entries(self.folder / name, optional=state == "interrupted")
         self.rows[name] = row
 
@@ -91,7 +95,7 @@ class Ledger:
         return [unit for unit in self.units.values() if self.state(unit.name) != "finished"]
 
     def write(self) -> None:
-        """Write `sweep.csv`.
+        """Write the table.
 
         Raises:
             RunFolderError: It cannot be written.
@@ -100,7 +104,18 @@ class Ledger:
         table = csv.DictWriter(buffer, COLUMNS, lineterminator="\n")
         table.writeheader()
         table.writerows(self.rows.values())
-        write_whole(self.folder / TABLE, buffer.getvalue())
+        write_whole(self.folder / self.table, buffer.getvalue())
+
+
+def work_entries(place: Path, unit: Unit) -> Row:
+    """The columns of a unit that is no search: what it is, and what its record tells."""
+    work = unit.work or {}
+    record = recorded(place)
+    row = {"algorithm": work.get("algorithm", ""), "seed": work.get("seed", "")}
+    if record is not None:
+        row |= {name: record["found"][name] for name in FOUND if record["found"].get(name) is not None}
+        row["wall_time"] = record["wall_time"]
+    return row
 
 
 def result_entries(place: Path, *, optional: bool) -> Row:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from armdesign.errors import SettingsError
 from armdesign.settings import Study
@@ -38,23 +39,25 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Unit:
-    """One search of a sweep: it depends on no other and can run anywhere, in any order.
+    """One search of a sweep, or another piece of work: it depends on no other and can run anywhere, in any order.
 
     Attributes:
         name: Name of its run folder.
         recording: Name of the recording's file.
         prepared: Its task and all its settings.
+        work: What to do where it is no search, as JSON values; ``work["study"]`` names the study that does it.
     """
 
     name: str
     recording: str
     prepared: Prepared
+    work: Mapping[str, Any] | None = None
 
     @property
     def angle_interval(self) -> int | None:
         """D, where the algorithm has one."""
         search = self.prepared.study.search
-        return search.angle_interval if search.algorithm == "rapso" else None
+        return search.angle_interval if self.work is None and search.algorithm == "rapso" else None
 
 
 def units_of(sweep: Sweep, tasks: Tasks) -> list[Unit]:

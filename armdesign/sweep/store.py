@@ -41,12 +41,21 @@ def settle(folder: Path, sweep: Sweep, tasks: Tasks) -> None:
     """
     if holds_sweep(folder):
         check_extension(folder, sweep, tasks)
+    keep_tasks(folder, tasks)
+    write_whole(folder / SWEEP, sweep_toml(sweep))
+
+
+def keep_tasks(folder: Path, tasks: Tasks) -> None:
+    """Write down the tasks that are not there yet.
+
+    Raises:
+        RunFolderError: The folder cannot be written.
+    """
     for (path, n), task in tasks.items():
         place = task_folder(folder, path, n)
         if not (place / "study.toml").exists():
             place.mkdir(parents=True, exist_ok=True)
             start_run(place, task)
-    write_whole(folder / SWEEP, sweep_toml(sweep))
 
 
 def read_sweep(folder: Path) -> tuple[Sweep, Tasks]:

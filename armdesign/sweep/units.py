@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import tempfile
 from collections.abc import Callable, Mapping
@@ -14,14 +15,15 @@ from armdesign.compute import InProcess
 from armdesign.errors import ArmDesignError, RunFolderError
 from armdesign.files import write_whole
 from armdesign.lock import locked
-from armdesign.running import NOTES, STUDY, TASK, carry_out, finished, open_run, start_run, tidy
+from armdesign.runfolder import STUDY, TASK
+from armdesign.running import NOTES, carry_out, finished, open_run, start_run, tidy
 from armdesign.search import Progress
 from armdesign.sweep.plan import Unit
 from armdesign.sweep.store import task_folder
+from armdesign.sweep.works import RECORD, WORK, State, carry_out_work, recorded, work_text
 
 RESULT = "result.json"
 Found = Literal["new", "begun", "finished"]
-State = Literal["finished", "interrupted", "failed"]
 
 
 @dataclass(frozen=True)
@@ -52,17 +54,34 @@ def look_at(folder: Path, unit: Unit) -> Found:
     try:
         same = (place / STUDY).read_text(encoding="utf-8") == unit.prepared.study.to_toml()
         same = same and (place / TASK).read_bytes() == task.read_bytes()
+        same = same and same_work(place / WORK, unit)
     except (OSError, UnicodeDecodeError) as error:
         raise RunFolderError(f"cannot read the run in {place}: {error}", value=str(place)) from error
     if not same:
         raise RunFolderError(
-            f"{place} holds another run: its {STUDY} or {TASK} is not that of the sweep",
+            f"{place} holds another run: its {STUDY}, {TASK} or {WORK} is not that of the sweep",
             value=str(place),
             fix="Move it away, or name another folder with --out",
         )
+    if unit.work is not None:
+        return "new" if recorded(place) is None else "finished"
     if finished(place):
         return "finished"
     return "begun" if any((place / name).is_file() for name in (CURRENT, PREVIOUS, NOTES)) else "new"
+
+
+def same_work(path: Path, unit: Unit) -> bool:
+    """Whether a file tells of the unit's work; of a search there is none.
+
+    Raises:
+        OSError: It cannot be read.
+    """
+    if unit.work is None:
+        return not path.exists()
+    try:
+        return path.exists() and bool(json.loads(path.read_text(encoding="utf-8")) == json.loads(work_text(unit.work)))
+    except ValueError:
+        return False
 
 
 def begin_unit(folder: Path, unit: Unit) -> Path:
@@ -81,6 +100,8 @@ def begin_unit(folder: Path, unit: Unit) -> Path:
         except OSError as error:
             raise RunFolderError(f"cannot make the run folder {place}: {error.strerror}", value=str(place)) from error
         with locked(place):
+            if unit.work is not None:
+                write_whole(place / WORK, work_text(unit.work))
             start_run(place, unit.prepared)
     return place
 
@@ -92,7 +113,7 @@ def carry_out_unit(
     stop: Callable[[], bool] | None = None,
     bring_back: bool = False,
 ) -> Outcome:
-    """Carry out the search of a run folder that was begun, in this process, to its end or to an interruption.
+    """Carry out what a run folder that was begun asks for, in this process, to its end or to an interruption.
 
     Args:
         place: The run folder.
@@ -100,6 +121,14 @@ def carry_out_unit(
         stop: Asked after every iteration whether to interrupt the search; for the main thread only.
         bring_back: Whether the outcome holds the folder's files.
     """
+    state, reason = (carry_out_work if (place / WORK).is_file() else carry_out_search)(place, on_progress, stop)
+    return Outcome(state, reason, contents(place) if bring_back else None)
+
+
+def carry_out_search(
+    place: Path, on_progress: Callable[[Progress], None] | None, stop: Callable[[], bool] | None
+) -> tuple[State, str]:
+    """Carry out a search; returns how it has ended, and why it has failed."""
     asked_to_stop: list[bool] = []
 
     def after_iteration(progress: Progress) -> None:
@@ -122,7 +151,7 @@ def carry_out_unit(
         state, reason = ("interrupted", "") if asked_to_stop else ("failed", str(error))
     except KeyboardInterrupt:
         state = "interrupted"
-    return Outcome(state, reason, contents(place) if bring_back else None)
+    return state, reason
 
 
 def carry_out_elsewhere(
@@ -155,10 +184,8 @@ def bring_in(place: Path, outcome: Outcome) -> None:
         RunFolderError: A file cannot be written.
     """
     files = dict(outcome.files or {})
-    result = files.pop(RESULT, None)
-    for name, content in files.items():
+    last = {name: files.pop(name) for name in (RESULT, RECORD) if name in files}
+    for name, content in (files | last).items():
         write_whole(place / name, content)
-    if result is not None:
-        write_whole(place / RESULT, result)
     if outcome.state == "finished":
         tidy(place)

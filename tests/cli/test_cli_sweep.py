@@ -183,7 +183,7 @@ def test_line_in_a_terminal_changes_once_a_second_and_is_gone_at_the_end(monkeyp
         (("--workers", "0"), "--workers is 0; allowed: a whole number of at least 1"),
         (
             ("--out", "s", "--resume", "s"),
-            "but the recordings, --out is given as well. To extend it, repeat its command",
+            "but the recording, --out is given as well. To extend it, repeat its command",
         ),
     ],
 )

@@ -1,0 +1,168 @@
+"""From the flags of ``armdesign study`` to what is asked, and its tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from armdesign.cli.common import read_settings
+from armdesign.cli.reading import open_recording
+from armdesign.errors import SettingsError
+
+if TYPE_CHECKING:
+    from armdesign.demonstration import Recording
+    from armdesign.settings import Study
+    from armdesign.studies import Asked
+    from armdesign.sweep.plan import Tasks
+
+MOST_JOINTS = 10
+
+TasksArgument = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="TASK",
+        help="Recordings, settings files (.toml) that name one, or the built-in packaging and welding (default: both).",
+        show_default=False,
+    ),
+]
+QuickOption = Annotated[bool, typer.Option("--quick", help="A small study, a few minutes on two cores.")]
+RepsOption = Annotated[int | None, typer.Option("--reps", help="Repetitions, each with a seed of its own.")]
+SeedOption = Annotated[int | None, typer.Option("--seed", help="Seed of the first repetition (default 0).")]
+DofOption = Annotated[str | None, typer.Option("--dof", help="Numbers of joints n: 3, 3-6 or 3,5.")]
+ParticlesOption = Annotated[int | None, typer.Option("--particles", help="Number of particles N of each search.")]
+IterationsOption = Annotated[int | None, typer.Option("--iterations", help="Number of iterations M of each search.")]
+SearchesOption = Annotated[
+    int | None, typer.Option("--workers", help="Runs at a time, each in its own process; default: all cores.")
+]
+StudyResumeOption = Annotated[
+    Path | None, typer.Option("--resume", help="Go on with the study in this folder; needs nothing else.")
+]
+StudyOutOption = Annotated[
+    Path | None, typer.Option("--out", help="Folder of the study, new or to extend (default runs/study-NAME).")
+]
+
+
+@dataclass(frozen=True)
+class Flags:
+    """What was given to a study; None where a flag was not.
+
+    Attributes:
+        tasks: Words that name tasks.
+        quick: Whether a small study will do.
+        reps: Repetitions.
+        seed: First seed.
+        dof: Numbers of joints, as text.
+        scenario: Scenario of every task.
+        config: Settings file.
+        options: Options of the study by name; those that are None keep their defaults.
+        search: Changes to the [search] settings; likewise.
+    """
+
+    tasks: Sequence[str] | None = None
+    quick: bool = False
+    reps: int | None = None
+    seed: int | None = None
+    dof: str | None = None
+    scenario: str | None = None
+    config: Path | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+    search: Mapping[str, Any] = field(default_factory=dict)
+
+
+def asked_for(name: str, flags: Flags) -> tuple[Asked, Tasks]:
+    """What is asked of a study, and its tasks.
+
+    Args:
+        name: Name of the study.
+        flags: What was given.
+
+    Raises:
+        SettingsError: A flag cannot be, or two tasks have one name.
+        RecordingError: A recording cannot be read.
+        TaskError: A recording does not give the task that is asked for.
+    """
+    from armdesign.studies import Asked, study_module  # noqa: PLC0415
+
+    usual = study_module(name).defaults(flags.quick)
+    reps, seed = usual.reps if flags.reps is None else flags.reps, flags.seed or 0
+    if reps < 1:
+        raise SettingsError(f"--reps is {reps}: there would be nothing to repeat", value=reps, allowed="1 or more")
+    if not 0 <= seed < 2**32:
+        raise SettingsError(f"--seed is {seed}", value=seed, allowed="a whole number from 0 to 2^32 - 1")
+    dof = joints(flags.dof) or usual.dof
+    search = {**usual.search, **given(flags.search)}
+    tasks = read_tasks(name, flags, search, dof)
+    keys = tuple(dict.fromkeys(key for key, _ in tasks))
+    return Asked(name, keys, dof, reps, seed, {**usual.options, **given(flags.options)}), tasks
+
+
+def given(flags: Mapping[str, Any]) -> dict[str, Any]:
+    """Those that were given."""
+    return {name: value for name, value in flags.items() if value is not None}
+
+
+def joints(text: str | None) -> tuple[int, ...] | None:
+    """The numbers of joints of --dof.
+
+    Raises:
+        SettingsError: They cannot be made out, or are out of range.
+    """
+    from armdesign.sweep.ranges import whole_numbers  # noqa: PLC0415
+
+    if text is None:
+        return None
+    numbers = whole_numbers(text, "--dof")
+    for n in numbers:
+        if not 1 <= n <= MOST_JOINTS:
+            raise SettingsError(f"--dof {text} asks for {n} joints", value=n, allowed=f"1 to {MOST_JOINTS}")
+    return numbers
+
+
+def words(text: str | None) -> tuple[str, ...] | None:
+    """The entries of a comma-separated list, each once; None where nothing is given."""
+    parts = [part.strip().lower() for part in (text or "").split(",") if part.strip()]
+    return tuple(dict.fromkeys(parts)) or None
+
+
+def read_tasks(name: str, flags: Flags, search: Mapping[str, Any], dof: Sequence[int]) -> Tasks:
+    """Read the recordings, and prepare them for every number of joints.
+
+    Raises:
+        SettingsError: Two tasks have one name, or settings cannot be.
+    """
+    from armdesign.studies.examples import EXAMPLES  # noqa: PLC0415
+    from armdesign.study import prepare  # noqa: PLC0415
+    from armdesign.sweep.plan import check_stems  # noqa: PLC0415
+
+    study = read_settings(flags.config, {})
+    named = list(flags.tasks or ())
+    if not named:
+        named = list(EXAMPLES) if study.task.recording is None and not study.task.files else [str(flags.config)]
+    found = {}
+    for word in dict.fromkeys(named):
+        key, recording, own = open_task(name, word, study, flags.scenario)
+        for n in dof:
+            found[key, n] = prepare(recording, own.replace({"search": dict(search), "design": {"dof": n}}))
+    check_stems(list(dict.fromkeys(key for key, _ in found)))
+    return found
+
+
+def open_task(name: str, word: str, study: Study, scenario: str | None) -> tuple[str, Recording, Study]:
+    """The key, the recording and the settings of one task."""
+    from armdesign.settings import read_study  # noqa: PLC0415
+    from armdesign.studies.examples import EXAMPLES, example_recording  # noqa: PLC0415
+
+    command = f"study {name}"
+    if word in EXAMPLES:
+        _, recording, own = open_recording(example_recording(word), study, scenario or word, None, command)
+        return word, recording, own
+    path = Path(word)
+    if path.suffix.lower() == ".toml":
+        _, recording, own = open_recording(None, read_study(path), scenario, None, command)
+    else:
+        _, recording, own = open_recording(path, study, scenario, None, command)
+    return str(path.resolve()), recording, own

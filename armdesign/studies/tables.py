@@ -1,0 +1,139 @@
+"""Tables of a study: as plain text, as Markdown and as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Values summed up.
+
+    Attributes:
+        mean: Their mean.
+        spread: Their standard deviation, by n - 1; 0 of a single one.
+        count: How many there are.
+    """
+
+    mean: float
+    spread: float
+    count: int
+
+
+Cell: TypeAlias = "str | int | float | Spread | None"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column's heading and the digits behind the point of its numbers."""
+
+    name: str
+    digits: int = 2
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table with what is to be said of it.
+
+    Attributes:
+        name: Short name, for its file.
+        title: What it shows, units that the headings leave out included.
+        columns: Headings, plain or with the digits of their numbers.
+        rows: Cells; None where there is no value.
+        notes: Sentences below it.
+    """
+
+    name: str
+    title: str
+    columns: Sequence[Column | str]
+    rows: Sequence[Sequence[Cell]]
+    notes: Sequence[str] = ()
+
+    @property
+    def headings(self) -> list[Column]:
+        """The columns, all with digits."""
+        return [column if isinstance(column, Column) else Column(column) for column in self.columns]
+
+    def cells(self, sign: str = "±") -> list[list[str]]:
+        """Headings and rows as text.
+
+        Args:
+            sign: What stands between a mean and its spread.
+        """
+        columns = self.headings
+        lines = [[column.name for column in columns]]
+        for row in self.rows:
+            lines.append([shown(cell, column.digits, sign) for cell, column in zip(row, columns, strict=True)])
+        return lines
+
+    def text(self) -> str:
+        """The table as it is printed."""
+        lines = self.cells()
+        widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+        left = [all(isinstance(row[i], str) for row in self.rows) for i in range(len(widths))]
+        rows = ["  ".join(padded(line, widths, left)).rstrip() for line in lines]
+        return "\n".join([self.title, *(f"  {row}" for row in rows), *self.notes])
+
+    def markdown(self) -> str:
+        """The table as Markdown."""
+        head, *rows = [[cell.replace("|", "\\|") for cell in line] for line in self.cells(" ± ")]
+        lines = [head, ["---"] * len(head), *rows]
+        body = "\n".join(f"| {' | '.join(line)} |" for line in lines)
+        notes = "\n".join(f"- {note}" for note in self.notes)
+        return f"### {self.title}\n\n{body}\n" + (f"\n{notes}\n" if notes else "")
+
+    def csv(self) -> str:
+        """The table as CSV in full digits; a mean with spread takes three columns."""
+        spreads = [any(isinstance(row[i], Spread) for row in self.rows) for i in range(len(self.headings))]
+        buffer = io.StringIO()
+        writer = csv.writer(buffer, lineterminator="\n")
+        names = (headed(column.name, wide) for column, wide in zip(self.headings, spreads, strict=True))
+        writer.writerow([name for group in names for name in group])
+        for row in self.rows:
+            writer.writerow([value for cell, wide in zip(row, spreads, strict=True) for value in plain(cell, wide)])
+        return buffer.getvalue()
+
+
+def spread_of(values: Iterable[float]) -> Spread | None:
+    """Mean and standard deviation of values; None of none."""
+    x = np.array([value for value in values if math.isfinite(value)], dtype=float)
+    if not len(x):
+        return None
+    return Spread(float(x.mean()), float(x.std(ddof=1)) if len(x) > 1 else 0.0, len(x))
+
+
+def shown(cell: Cell, digits: int, sign: str = "±") -> str:
+    """A cell as text."""
+    if cell is None:
+        return "-"
+    if isinstance(cell, Spread):
+        return f"{cell.mean:.{digits}f}{sign}{cell.spread:.{digits}f}"
+    if isinstance(cell, float):
+        return f"{cell:.{digits}f}" if math.isfinite(cell) else "-"
+    return str(cell)
+
+
+def padded(line: Sequence[str], widths: Sequence[int], left: Sequence[bool]) -> list[str]:
+    """Cells at the width of their columns, words to the left."""
+    aligned: list[Callable[[str, int], str]] = [str.ljust if words else str.rjust for words in left]
+    return [align(cell, width) for cell, width, align in zip(line, widths, aligned, strict=True)]
+
+
+def headed(name: str, wide: bool) -> list[str]:
+    """Headings of a column in CSV."""
+    return [name, f"{name} spread", f"{name} count"] if wide else [name]
+
+
+def plain(cell: Cell, wide: bool) -> list[str | int | float]:
+    """Values of a cell in CSV."""
+    if isinstance(cell, Spread):
+        return [cell.mean, cell.spread, cell.count]
+    value = "" if cell is None or (isinstance(cell, float) and not math.isfinite(cell)) else cell
+    return [value, "", ""] if wide else [value]

@@ -1,0 +1,118 @@
+"""``armdesign study``: tables on the screen, files in the folder, and one sentence for what cannot be."""
+
+import json
+import sys
+
+import pytest
+
+TINY = ("--dof", "3", "--reps", "1", "--algorithm", "slsqp,dls-1", "--workers", "1")
+
+
+@pytest.fixture(scope="module")
+def studied(run, tmp_path_factory):
+    """A finished study of single frames: its folder and what the command printed."""
+    folder = tmp_path_factory.mktemp("studied") / "study"
+    outcome = run("study", "temporal", *TINY, "--out", folder, "packaging")
+    assert outcome.exit_code == 0, outcome.output
+    return folder, outcome
+
+
+@pytest.mark.parametrize("name", ["temporal", "robot", "rapso", "designs", "search"])
+def test_every_study_has_help(run, name):
+    outcome = run("study", name, "--help")
+    assert outcome.exit_code == 0
+    assert "--resume" in outcome.output
+
+
+def test_tables_are_printed_and_files_named(studied):
+    folder, outcome = studied
+    assert "Temporal fitness G [mm] by solver" in outcome.output
+    assert "best known" in outcome.output
+    for name in ("table.csv", "table.md", "figure.png", "about.json", "runs.csv"):
+        assert str(folder / name) in outcome.output.replace("\n", "")
+        assert (folder / name).exists()
+
+
+def test_resuming_what_is_finished_prints_the_tables_again(run, studied):
+    folder, first = studied
+    again = run("study", "temporal", "--resume", folder)
+    assert again.exit_code == 0
+    assert [line for line in again.stdout.splitlines() if "packaging " in line] == [
+        line for line in first.stdout.splitlines() if "packaging " in line
+    ]
+
+
+def test_settings_file_is_a_task_with_its_scenario(run, place, welding):
+    (place / "seam.toml").write_text(f'[task]\nrecording = "{welding.as_posix()}"\n[fitness]\nscenario = "welding"\n')
+    outcome = run("study", "temporal", *TINY, "--out", "study", "-q", "seam.toml")
+    assert outcome.exit_code == 0, outcome.output
+    assert outcome.output == ""
+    asked = json.loads((place / "study" / "study.json").read_text())
+    assert asked["tasks"] == [str(place / "seam.toml")]
+    assert 'scenario = "welding"' in (place / "study" / ".tasks" / "seam-n3" / "study.toml").read_text()
+    same = run("study", "temporal", *TINY, "--out", "study", "-q", "--config", "seam.toml")
+    assert same.exit_code == 0, same.output
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--reps", "0"), "--reps is 0: there would be nothing to repeat; allowed: 1 or more"),
+        (("--dof", "0"), "--dof 0 asks for 0 joints; allowed: 1 to 10"),
+        (("--dof", "3-11"), "--dof 3-11 asks for 11 joints; allowed: 1 to 10"),
+        (("--dof", "three"), "--dof 'three' has the entry 'three'; allowed: whole numbers"),
+        (("--algorithm", "pso,newton"), "there is no solver 'newton'; allowed: ga, pso, woa, es, abc, sa"),
+        (("--budget", "120"), "a budget of 120 evaluations is too small for one iteration of 100 agents"),
+        (("--seed", "-1"), "--seed is -1"),
+        (("--workers", "0"), "--workers is 0"),
+        (("--scenario", "painting"), "painting"),
+        (("nowhere.csv",), "nowhere.csv"),
+        (("nowhere.toml",), "nowhere.toml"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
+)
+def test_bad_input_is_one_sentence(refused, words, sentence):
+    pytest.importorskip("opytimizer")
+    assert sentence in refused("study", "temporal", *words)
+
+
+def test_bad_input_of_the_other_studies(refused):
+    pytest.importorskip("opytimizer")
+    assert "there is no search algorithm 'de'" in refused("study", "robot", "--algorithm", "de")
+    assert "a budget of 120 evaluations" in refused("study", "robot", "--particles", "40", "--iterations", "3")
+    assert "--reps is -2" in refused("study", "robot", "--reps", "-2")
+
+
+@pytest.mark.parametrize("name", ["temporal", "robot"])
+def test_missing_extra_is_one_sentence_with_the_way_out(refused, monkeypatch, name):
+    monkeypatch.setitem(sys.modules, "opytimizer", None)
+    assert "not installed. Run: pip install 'armdesign[bench]'" in refused("study", name, "--dof", "3")
+
+
+def test_what_needs_no_opytimizer_runs_without(run, place, monkeypatch):
+    monkeypatch.setitem(sys.modules, "opytimizer", None)
+    outcome = run("study", "temporal", *TINY, "--out", "study", "-q", "packaging")
+    assert outcome.exit_code == 0, outcome.output
+
+
+def test_two_tasks_of_one_name_are_refused(refused, packaging):
+    assert "have one name" in refused("study", "temporal", "packaging", packaging)
+
+
+def test_nothing_may_be_asked_beside_resume(refused, studied):
+    sentence = refused("study", "temporal", "--resume", studied[0], "--reps", "2")
+    assert "--resume goes on with a study as it was asked for, but --reps is given as well" in sentence
+
+
+def test_another_study_is_not_resumed(refused, studied):
+    sentence = refused("study", "robot", "--resume", studied[0])
+    assert "holds the study 'temporal', not 'robot'. Go on with: armdesign study temporal --resume" in sentence
+
+
+def test_folder_without_a_study_is_refused(refused, place):
+    assert "holds no study" in refused("study", "temporal", "--resume", place)
+
+
+def test_runs_leaves_out_what_is_no_search(run, studied):
+    outcome = run("runs", studied[0])
+    assert "design0" not in outcome.output
