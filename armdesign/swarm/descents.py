@@ -43,8 +43,8 @@ class Patience:
 
     halve_at: int = 6
     keep: float = 0.5
-    window: int = 5
-    gain: float = 0.02
+    window: int = 6
+    gain: float = 0.008
     rounds: int = 40
 
 
