@@ -25,7 +25,7 @@ from armdesign.auto.records import (
 )
 from armdesign.auto.rule import Rule, Verdict, decide, explain
 from armdesign.compute import Backend
-from armdesign.errors import RunFolderError, SettingsError
+from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
 from armdesign.files import write_whole
 from armdesign.kinematics.dh_files import read_design
 from armdesign.lock import locked
@@ -172,7 +172,7 @@ def one_search(
     try:
         open_run(folder / TASKS / run_name(n)).space().check_not_empty()
     except SettingsError as error:  # with so few joints no arm within the bounds is long enough
-        return Found(n, reason=str(error))
+        return Found(n, reason=bare(error))
     prepared, fresh = begun(folder, n, found)
     if watch.begin is not None:
         watch.begin(n, prepared)
@@ -185,8 +185,13 @@ def one_search(
     except NothingYetError:
         return None
     except NothingFoundError as error:
-        return Found(n, reason=str(error))
+        return Found(n, reason=bare(error))
     return None if result.stopped_by == "interrupted" else read_found(folder / run_name(n))
+
+
+def bare(error: ArmDesignError) -> str:
+    """What is wrong, without the way out: more joints are tried anyway."""
+    return str(error).removesuffix(f". {error.fix}")
 
 
 def begun(folder: Path, n: int, found: Mapping[int, Found]) -> tuple[Prepared, bool]:
@@ -240,4 +245,7 @@ def publish(run: Path, folder: Path) -> None:
 def nothing_at_all(found: Mapping[int, Found]) -> NothingFoundError:
     """The error where no number of joints has a valid arm."""
     most = found[max(found)]
-    return NothingFoundError(f"no arm of {min(found)} to {most.dof} joints was found; with {most.dof}: {most.reason}")
+    return NothingFoundError(
+        f"no arm of {min(found)} to {most.dof} joints was found; with {most.dof}: {most.reason}",
+        fix="Use more particles or iterations, or wider bounds",
+    )

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -56,7 +57,7 @@ class Found:
 
 def holds_auto(folder: Path) -> bool:
     """Whether a choice of the number of joints was begun in a folder."""
-    return (folder / AUTO).is_file()
+    return os.path.isfile(folder / AUTO)  # False for names too long, too
 
 
 def chosen(folder: Path) -> bool:

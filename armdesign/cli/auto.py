@@ -216,13 +216,15 @@ class Screen:
 
 def closing(outcome: Outcome, more: tuple[str, ...]) -> str:
     """What every number of joints gives, why one was chosen, and its arm."""
+    from armdesign.alternatives import FILE  # noqa: PLC0415
     from armdesign.auto.records import AUTO, PICTURE, TABLE  # noqa: PLC0415
     from armdesign.cli.tables import evaluation_table  # noqa: PLC0415
     from armdesign.finished import read_finished  # noqa: PLC0415
     from armdesign.runfolder import TASK_JSON  # noqa: PLC0415
 
     run = read_finished(outcome.folder)
-    files = ("study.toml", "task.csv", TASK_JSON, "history.csv", "trajectory.csv", "arm.urdf", "result.json")
+    names = ("study.toml", "task.csv", TASK_JSON, "history.csv", FILE, "trajectory.csv", "arm.urdf", "result.json")
+    files = [name for name in names if (outcome.folder / name).exists()]
     lines = [
         found_table(outcome),
         outcome.explanation,

@@ -62,6 +62,9 @@ def open_demonstrations(
         check_name(path)
     source, demonstration, single = open_recording(first, alone(study), scenario, weights, command)
 
+    if not single.task.files:
+        check_different([source, *map(Path, others)], [Path(path) for path in unseen])
+
     def read(path: str) -> Recording:
         return read_demonstration(single.replace({"task": {"recording": path, "files": {}}}))
 
@@ -75,6 +78,24 @@ def open_demonstrations(
 def resolved(paths: Sequence[str]) -> list[str] | None:
     """Whole paths; None for none."""
     return [str(Path(path).resolve()) for path in paths] or None
+
+
+def check_different(seen: Sequence[Path], unseen: Sequence[Path]) -> None:
+    """Refuse a demonstration that would count twice, or that is held out and yet seen.
+
+    Raises:
+        SettingsError: A file is named twice.
+    """
+    known = {path.resolve(): path for path in seen}
+    kept = {path.resolve(): path for path in unseen}
+    both = [path for place, path in kept.items() if place in known]
+    if both:
+        message = f"{both[0]} is held out and among the demonstrations that the search sees"
+        raise SettingsError(message, value=str(both[0]), fix="Leave it out of one of the two")
+    if len(known) + len(kept) < len(seen) + len(unseen):
+        every = [path.resolve() for path in (*seen, *unseen)]
+        twice = next(path for path in every if every.count(path) > 1)
+        raise SettingsError(f"{twice} is named twice, and would count double", value=str(twice), fix="Leave one out")
 
 
 def check_name(path: str) -> None:

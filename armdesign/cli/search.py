@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -33,7 +34,7 @@ from armdesign.cli.common import (
 )
 from armdesign.cli.reading import Asked, open_demonstrations
 from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
-from armdesign.errors import SettingsError
+from armdesign.errors import RunFolderError, SettingsError
 from armdesign.wording import counted, resume_command
 
 if TYPE_CHECKING:
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
 
 AUTO = "auto"
 DOF_ALLOWED = "a whole number from 1 to 10, or auto"
+OTHER_KINDS = {"auto.json": "a search for the number of joints", "sweep.toml": "a sweep", "study.json": "a study"}
+"""What holds runs in folders of their own, by the file it is known by."""
 STOPPED = {
     "iterations": "",
     "budget": "",
@@ -230,11 +233,23 @@ def begin(
     """Start the run folder and search."""
     from armdesign import runfolder  # noqa: PLC0415
 
+    refuse_other_kinds(folder)
     prepared.space().check_not_empty()
     for each in prepared.demonstrations:
         each.problem()
     runfolder.claim_folder(folder, overwrite=overwrite)
     carry_on(folder, prepared, workers, cluster, fresh=True, report=report, quiet=quiet)
+
+
+def refuse_other_kinds(folder: Path) -> None:
+    """Turn away a folder of runs, whose files a single run would stand among.
+
+    Raises:
+        RunFolderError: It holds a sweep, a study or a search for the number of joints.
+    """
+    for name, kind in OTHER_KINDS.items():
+        if os.path.isfile(folder / name):  # False for names too long, too
+            raise RunFolderError(f"{folder} holds {kind}", value=str(folder), fix="Name another folder with --out")
 
 
 def take_up(folder: Path, workers: int | None, cluster: str | None, *, report: bool, quiet: bool) -> None:

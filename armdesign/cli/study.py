@@ -74,7 +74,7 @@ def temporal(
     quiet: QuietOption = False,
 ) -> None:
     """Compare solvers of a single frame: mean temporal fitness G, time, and how often the best known is found."""
-    options = {"algorithms": words(algorithm), "budget": budget}
+    options = {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
     flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options)
     study("temporal", context, flags, workers, cluster, out, resume, quiet=quiet)
 
@@ -103,7 +103,9 @@ def robot(
 ) -> None:
     """Compare searches for the whole robot at the same number of evaluations: mean robot fitness r and time."""
     search = {"particles": particles, "iterations": iterations}
-    flags = Flags(tasks, quick, reps, seed, dof, scenario, config, {"algorithms": words(algorithm)}, search)
+    flags = Flags(
+        tasks, quick, reps, seed, dof, scenario, config, {"algorithms": words(algorithm, "--algorithm")}, search
+    )
     study("robot", context, flags, workers, cluster, out, resume, quiet=quiet)
 
 
@@ -133,7 +135,7 @@ def rapso(
     """Compare RA-PSO with PSO, seed by seed: change of fitness and of computational effort in percent, over D."""
     from armdesign.sweep.ranges import whole_numbers  # noqa: PLC0415
 
-    options = {"d": None if d is None else whole_numbers(d, "--d"), "range": words(range_of)}
+    options = {"d": None if d is None else whole_numbers(d, "--d"), "range": words(range_of, "--range")}
     search = {"particles": particles, "iterations": iterations}
     flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options, search)
     study("rapso", context, flags, workers, cluster, out, resume, quiet=quiet)
@@ -148,15 +150,17 @@ def designs(
     reps: RepsOption = None,
     seed: SeedOption = None,
     dof: DofOption = None,
-    algorithm: Annotated[str | None, typer.Option("--algorithm", help="Search algorithm.")] = None,
+    algorithm: Annotated[str | None, typer.Option("--algorithm", help="rapso (default), pso or multibasin.")] = None,
     within: Annotated[
         float | None,
         typer.Option(
-            "--within", help="The smallest n whose f is within so many percent of more joints' best is chosen."
+            "--within",
+            help="The smallest n whose f is within so many percent of more joints' best is chosen (default 4).",
         ),
     ] = None,
     enough: Annotated[
-        float | None, typer.Option("--enough", help="Path fitness below which a further gain does not count [mm].")
+        float | None,
+        typer.Option("--enough", help="Path fitness below which a further gain does not count [mm] (default 5)."),
     ] = None,
     particles: ParticlesOption = None,
     iterations: IterationsOption = None,
@@ -196,7 +200,7 @@ def searches(
     quiet: QuietOption = False,
 ) -> None:
     """Compare this package's own searches at the same number of candidates."""
-    options = {"algorithms": words(algorithm), "budget": budget}
+    options = {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
     flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options, {"particles": particles})
     study("search", context, flags, workers, cluster, out, resume, quiet=quiet)
 

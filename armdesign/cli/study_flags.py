@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +12,7 @@ import typer
 
 from armdesign.cli.common import read_settings
 from armdesign.cli.reading import open_recording
-from armdesign.errors import SettingsError
+from armdesign.errors import ArmDesignError, SettingsError
 
 if TYPE_CHECKING:
     from armdesign.demonstration import Recording
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from armdesign.sweep.plan import Tasks
 
 MOST_JOINTS = 10
+TASK_FLAGS = ("--base", "--points", "--weights", "--units", "--scale")
+"""Flags that errors about recordings name and the studies do not have."""
 
 TasksArgument = Annotated[
     list[str] | None,
@@ -91,8 +94,9 @@ def asked_for(name: str, flags: Flags) -> tuple[Asked, Tasks]:
     reps, seed = usual.reps if flags.reps is None else flags.reps, flags.seed or 0
     if reps < 1:
         raise SettingsError(f"--reps is {reps}: there would be nothing to repeat", value=reps, allowed="1 or more")
-    if not 0 <= seed < 2**32:
-        raise SettingsError(f"--seed is {seed}", value=seed, allowed="a whole number from 0 to 2^32 - 1")
+    if not 0 <= seed <= 2**32 - reps:
+        last = "" if seed < 0 or reps == 1 else f", and the last of {reps} repetitions has {seed + reps - 1}"
+        raise SettingsError(f"--seed is {seed}{last}", value=seed, allowed="a whole number from 0 to 2^32 - 1")
     dof = joints(flags.dof) or usual.dof
     search = {**usual.search, **given(flags.search)}
     tasks = read_tasks(name, flags, search, dof)
@@ -122,10 +126,18 @@ def joints(text: str | None) -> tuple[int, ...] | None:
     return numbers
 
 
-def words(text: str | None) -> tuple[str, ...] | None:
-    """The entries of a comma-separated list, each once; None where nothing is given."""
-    parts = [part.strip().lower() for part in (text or "").split(",") if part.strip()]
-    return tuple(dict.fromkeys(parts)) or None
+def words(text: str | None, flag: str) -> tuple[str, ...] | None:
+    """The entries of a comma-separated list, each once; None where nothing is given.
+
+    Raises:
+        SettingsError: It is given and empty.
+    """
+    if text is None:
+        return None
+    parts = [part.strip().lower() for part in text.split(",") if part.strip()]
+    if not parts:
+        raise SettingsError(f"{flag} is empty", value=text, fix="Name at least one, or leave it out")
+    return tuple(dict.fromkeys(parts))
 
 
 def read_tasks(name: str, flags: Flags, search: Mapping[str, Any], dof: Sequence[int]) -> Tasks:
@@ -144,11 +156,43 @@ def read_tasks(name: str, flags: Flags, search: Mapping[str, Any], dof: Sequence
         named = list(EXAMPLES) if study.task.recording is None and not study.task.files else [str(flags.config)]
     found = {}
     for word in dict.fromkeys(named):
-        key, recording, own = open_task(name, word, study, flags.scenario)
+        with about(word):
+            key, recording, own = open_task(name, word, study, flags.scenario)
+        own = own.replace({"search": dict(search)})
         for n in dof:
-            found[key, n] = prepare(recording, own.replace({"search": dict(search), "design": {"dof": n}}))
+            with about(word):
+                found[key, n] = prepare(recording, own.replace({"design": {"dof": n}}))
     check_stems(list(dict.fromkeys(key for key, _ in found)))
     return found
+
+
+@contextmanager
+def about(word: str) -> Iterator[None]:
+    """Have an error tell which task it is about, and how to set what other commands have flags for.
+
+    Args:
+        word: What names the task.
+
+    Raises:
+        ArmDesignError: The same, told so.
+    """
+    try:
+        yield
+    except ArmDesignError as error:
+        where = "" if word in str(error) else f"{word}: "
+        flags = [flag for flag in TASK_FLAGS if flag in str(error)]
+        if not (where or flags):
+            raise
+        fix = settings_instead(word, flags) if flags else None
+        raise type(error)(f"{where}{error}", value=error.value, fix=fix) from error
+
+
+def settings_instead(word: str, flags: Sequence[str]) -> str:
+    """What to do where a study does not have the flags that an error names."""
+    if Path(word).suffix.lower() == ".toml":
+        return f"In {word} these are entries of [task] and [fitness]"
+    how = f"armdesign search {word} {flags[0]} ... --write-config > task.toml"
+    return f"A study takes this from a settings file: write one by '{how}' and name it as the task"
 
 
 def open_task(name: str, word: str, study: Study, scenario: str | None) -> tuple[str, Recording, Study]:

@@ -15,6 +15,7 @@ from armdesign.files import write_whole
 from armdesign.kinematics.dh_files import read_design
 from armdesign.studies.plan import Asked, Defaults, Record, Tasks, Unit, search_unit, task_name
 from armdesign.studies.tables import Cell, Column, Table, spread_of
+from armdesign.wording import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +65,7 @@ class Choice:
         task: Its name.
         best: Of every n the search with the smallest r.
         chosen: The n of the rule; None where nothing is finished.
-        explanation: Why.
+        explanation: Why; while searches have yet to end, that it is not the last word.
     """
 
     task: str
@@ -87,7 +88,13 @@ def choices(asked: Asked, records: Sequence[Record]) -> list[Choice]:
         ended = {record.dof for record in own if record.state in ("finished", "failed")}
         f = {n: float(best[n].content["path_fitness"]) if n in best else np.inf for n in sorted(ended)}
         n = choose_dof(f, rule)
-        text = "" if n is None else explain(Verdict(n, "enough" if f[n] <= rule.enough else "all"), f, tuple(f), rule)
+        left = sum(record.state not in ("finished", "failed") for record in own)
+        if n is None:
+            text = ""
+        elif left:
+            text = f"{counted(n, 'joint')} by what there is so far; {left} of {len(own)} searches have yet to end."
+        else:
+            text = explain(Verdict(n, "enough" if f[n] <= rule.enough else "all"), f, tuple(f), rule)
         found.append(Choice(task, best, n, text))
     return found
 
@@ -104,14 +111,15 @@ def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
         Column("r [m]", 3),
         "f [mm]",
         "E [mm]",
-        Column("best r", 3),
-        "its f",
-        "its E",
+        Column("best r [m]", 3),
+        "its f [mm]",
+        "its E [mm]",
         "L [m]",
     )
     title = (
         f"Robot fitness over the number of joints ({asked.options['algorithm']}, mean ± standard deviation over "
-        f"{len(asked.seeds)} seeds, and the best arm); rule: within {100 * rule.within:g} % or {1e3 * rule.enough:g} mm"
+        f"{counted(asked.reps, 'seed')}, and the best arm); "
+        f"rule: within {100 * rule.within:g} % or {1e3 * rule.enough:g} mm"
     )
     rows = [fitness_row(choice, n, records) for choice in found for n in asked.dof]
     return [Table("fitness", title, columns, rows, notes), final_table(found)]
@@ -173,7 +181,7 @@ def figure(asked: Asked, records: Sequence[Record]) -> Figure:
             1e3 * read_rule(asked).enough, color="#D55E00", linewidth=1.0, linestyle="--", label="enough"
         )
     handles, labels = axes[1, 0].get_legend_handles_labels()
-    picture.legend(handles, labels, loc="outside lower center", ncols=3)
+    picture.legend(handles, labels, loc="outside lower center", ncols=2 if len(found) == 1 else 3)
     return picture
 
 

@@ -16,13 +16,14 @@ from armdesign.files import write_whole
 from armdesign.origin import as_json
 from armdesign.studies.machine import about_machine, command_line, versions
 from armdesign.studies.picture import png
-from armdesign.studies.plan import Asked, Record, Tasks, Unit, check_units
+from armdesign.studies.plan import Asked, Record, Tasks, Unit, check_units, task_name
 from armdesign.studies.registry import further_files, study_module
 from armdesign.studies.store import frozen, settle_study
 from armdesign.studies.tables import Table
 from armdesign.sweep import Crew, Ledger, Standing, run_units
 from armdesign.sweep.units import RESULT
 from armdesign.sweep.works import recorded
+from armdesign.wording import counted
 
 RUNS, TABLES, FIGURE, ABOUT = "runs.csv", "table.md", "figure.png", "about.json"
 
@@ -50,9 +51,12 @@ def planned(asked: Asked, tasks: Tasks) -> list[Unit]:
     """
     if asked.reps < 1:
         raise SettingsError(f"the study has {asked.reps} repetitions", value=asked.reps, allowed="1 or more")
-    for (_, _), task in tasks.items():
-        task.space().check_not_empty()
-        task.problem()
+    for (key, n), task in tasks.items():
+        try:
+            task.space().check_not_empty()
+            task.problem()
+        except SettingsError as error:
+            raise SettingsError(f"{task_name(key)} with {counted(n, 'joint')}: {error}", value=error.value) from error
     units = study_module(asked.study).plan(asked, tasks)
     check_units(units)
     return units

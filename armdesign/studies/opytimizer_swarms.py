@@ -117,8 +117,13 @@ def check_opytimizer() -> None:
         raise MissingExtraError(message, value=found, allowed="opytimizer 3.1", fix=fix)
 
 
-def check_budget(budget: int, agents: int) -> None:
+def check_budget(budget: int, agents: int, fix: str | None = None) -> None:
     """Refuse a budget in which some algorithm does not finish an iteration.
+
+    Args:
+        budget: Number of evaluations.
+        agents: Number of agents.
+        fix: How to get a larger one.
 
     Raises:
         SettingsError: It is too small.
@@ -128,7 +133,8 @@ def check_budget(budget: int, agents: int) -> None:
         raise SettingsError(
             f"a budget of {budget} evaluations is too small for one iteration of {agents} agents",
             value=budget,
-            allowed=f"{least} or more",
+            allowed=f"{least} or more, which pays for the first generation and an iteration of ABC, the hungriest",
+            fix=fix,
         )
 
 

@@ -242,19 +242,23 @@ def figure(asked: Asked, records: Sequence[Record]) -> Figure:
     for axis in axes[-1]:
         axis.set_xlabel("D")
     handles, labels = axes[0][0].get_legend_handles_labels()
-    picture.legend(handles, labels, loc="outside lower center", ncols=5)
+    picture.legend(handles, labels, loc="outside lower center", ncols=4, fontsize="small")
     return picture
 
 
 def draw_changes(axis: Axes, rows: Sequence[Row], intervals: Sequence[int], name: str) -> None:
-    """The lines of one panel."""
+    """The lines of one panel: a colour for every n, dashes for every task."""
     from armdesign.report.drawing import line_style  # noqa: PLC0415
 
     axis.axhline(0.0, color="black", linewidth=0.8)
-    for i, row in enumerate(row for row in rows if row.dof is not None):
+    single = [row for row in rows if row.dof is not None]
+    joints, tasks = (list(dict.fromkeys(getattr(row, key) for row in single)) for key in ("dof", "task"))
+    for row in single:
         values: Change = getattr(row, name)
+        colour = line_style(joints.index(row.dof) + 1)["color"]
+        dashes = line_style(tasks.index(row.task))["linestyle"]
         axis.plot(intervals, values.percent, linewidth=0.8, marker=".", label=f"{row.task}, n = {row.dof}",
-                  **line_style(i + 1))  # fmt: skip
+                  color=colour, linestyle=dashes)  # fmt: skip
     if rows:
         mean: Change = getattr(rows[-1], name)
         errors = np.nan_to_num(np.stack([mean.percent - mean.low, mean.high - mean.percent]))

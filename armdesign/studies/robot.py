@@ -14,12 +14,14 @@ import numpy as np
 
 from armdesign.errors import SearchError, SettingsError
 from armdesign.evaluation import evaluate_design
+from armdesign.settings import SearchSettings
 from armdesign.studies.opytimizer_swarms import check_budget, check_opytimizer, minimise
 from armdesign.studies.penalised import MISSED, WIDTH, PenalisedFitness
 from armdesign.studies.plan import Asked, Defaults, Record, Tasks, Unit, search_unit, task_name, work_unit
 from armdesign.studies.tables import Cell, Column, Table, spread_of
 from armdesign.study import Prepared
 from armdesign.sweep.works import Steer
+from armdesign.wording import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,6 +37,8 @@ TITLES = {
 }  # fmt: skip
 TEMPERATURE = 1.0
 """What SA starts at: r differs by some decimetres between good arms [m]."""
+OWN_WAYS = ("patience", "target", "time_limit", "first")
+"""Settings by which our own searches would end before the others or begin ahead of them."""
 LOOK_EVERY = 50
 """Evaluations between two looks whether to stop."""
 
@@ -60,8 +64,8 @@ def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
             raise SettingsError(f"there is no search algorithm '{name}'", value=name, allowed=list(TITLES))
     if any(name in FOREIGN for name in wanted):
         check_opytimizer()
-        for task in tasks.values():
-            check_budget(task.study.search.particles * task.study.search.iterations, task.study.search.particles)
+    for task in tasks.values():
+        check_search(task.study.search, foreign=any(name in FOREIGN for name in wanted))
     return [
         unit_for(key, tasks[key, n], name, seed)
         for key in asked.tasks
@@ -69,6 +73,25 @@ def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
         for name in wanted
         for seed in asked.seeds
     ]
+
+
+def check_search(search: SearchSettings, *, foreign: bool) -> None:
+    """Refuse settings under which the searches would not spend the same, from the same first generation.
+
+    Raises:
+        SettingsError: Fewer evaluations than an iteration of opytimizer's takes, or what only our own would heed.
+    """
+    if foreign:
+        fix = "Raise --iterations: a search has particles times iterations evaluations"
+        check_budget(search.particles * search.iterations, search.particles, fix)
+    for name in OWN_WAYS:
+        if (value := getattr(search, name)) is not None:
+            raise SettingsError(
+                f"search.{name} is set, but the searches of this study all spend the same evaluations from the same "
+                "first generation",
+                value=value,
+                fix=f"Leave search.{name} out of the settings",
+            )
 
 
 def unit_for(key: str, prepared: Prepared, name: str, seed: int) -> Unit:
@@ -135,7 +158,7 @@ def summary(asked: Asked, records: Sequence[Record], names: Sequence[str]) -> Ta
     ]  # fmt: skip
     notes = [
         f"Mean ± standard deviation of the robot fitness r [m] over n = {', '.join(map(str, asked.dof))} and "
-        f"{asked.reps} seeds; time of one search on one core.",
+        f"{counted(asked.reps, 'seed')}; time of one search on one core.",
         "ABC, GA, SA and PSO of opytimizer need every value in full; PSO and RA-PSO drop candidates that cannot beat "
         "their own best, which changes nothing but the time.",
     ]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from armdesign import __version__
+from armdesign.auto.records import holds_auto
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
 from armdesign.files import write_whole
 from armdesign.origin import as_json
@@ -28,6 +29,9 @@ def settle_study(folder: Path, asked: Asked, tasks: Tasks) -> None:
     """
     if holds_sweep(folder):
         raise RunFolderError(f"{folder} holds a sweep, not a study", value=str(folder), fix=NEW_FOLDER)
+    if holds_auto(folder):
+        message = f"{folder} holds a search for the number of joints, not a study"
+        raise RunFolderError(message, value=str(folder), fix=NEW_FOLDER)
     if (folder / STUDY).exists():
         check_study(folder, asked, tasks)
     keep_tasks(folder, tasks)
@@ -48,7 +52,8 @@ def read_asked(folder: Path) -> Asked:
         entries["tasks"], entries["dof"] = tuple(entries["tasks"]), tuple(entries["dof"])
         entries["options"] = {name: frozen(value) for name, value in entries["options"].items()}
     except FileNotFoundError as error:
-        raise RunFolderError(f"{folder} holds no study: {STUDY} is missing", value=str(folder)) from error
+        fix = "Name the folder that the study told at its end, such as runs/study-temporal"
+        raise RunFolderError(f"{folder} holds no study: {STUDY} is missing", value=str(folder), fix=fix) from error
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise RunFolderError(f"{folder / STUDY} cannot be read: {error!r}", value=str(folder)) from error
     return Asked(**entries)

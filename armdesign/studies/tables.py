@@ -114,7 +114,8 @@ def shown(cell: Cell, digits: int, sign: str = "±") -> str:
     if cell is None:
         return "-"
     if isinstance(cell, Spread):
-        return f"{cell.mean:.{digits}f}{sign}{cell.spread:.{digits}f}"
+        spread = f"{sign}{cell.spread:.{digits}f}" if cell.count > 1 else ""  # a single value tells of none
+        return f"{cell.mean:.{digits}f}{spread}"
     if isinstance(cell, float):
         return f"{cell:.{digits}f}" if math.isfinite(cell) else "-"
     return str(cell)

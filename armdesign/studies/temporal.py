@@ -23,6 +23,7 @@ from armdesign.studies.plan import Asked, Defaults, Record, Tasks, Unit, task_na
 from armdesign.studies.tables import Cell, Column, Table, spread_of
 from armdesign.study import Prepared
 from armdesign.sweep.works import Steer
+from armdesign.wording import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,7 +62,7 @@ def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
             raise SettingsError(f"there is no solver '{name}'", value=name, allowed=list(SOLVERS))
     if any(name in ALGORITHMS for name in wanted):
         check_opytimizer()
-        check_budget(asked.options["budget"], AGENTS)
+        check_budget(asked.options["budget"], AGENTS, "Raise --budget")
     names = dict.fromkeys([*(name for name in SOLVERS if name in wanted), REFERENCE])
     return [
         work_unit(key, tasks[key, n], f"{name}-design{k}", work_for(asked, name, k))
@@ -197,10 +198,11 @@ def main_table(
     ]  # fmt: skip
     count = max((len({key[2:] for key in best if key[:2] == group[:2]}) for group in best), default=0)
     notes = [
-        f"Mean ± standard deviation over {asked.reps} random valid designs at the first, middle and last frame "
-        f"({count} instances per n); time: processor time of one solve.",
+        f"Mean ± standard deviation over {counted(asked.reps, 'random valid design')} at the first, middle and last "
+        f"frame ({count} instances per n); time: processor time of one solve.",
         f"found: share of instances within {1e3 * WITHIN:g} mm of the best known, which is the least that any solver "
         "of this table has found.",
+        "evaluations: of DLS its steps; DLS and SLSQP end by themselves, whatever the budget of the others.",
     ]
     if any(solver in ALGORITHMS for solver in found):
         notes.append(f"Metaheuristics of opytimizer, {AGENTS} agents, sigma eliminated exactly for them as for DLS.")

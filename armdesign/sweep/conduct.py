@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Sequence
@@ -109,7 +110,7 @@ def run_units(
         on_change: See ``run_sweep``.
         on_interrupt: See ``run_sweep``.
     """
-    if (folder / RESULT).exists():
+    if os.path.isfile(folder / RESULT):  # False for names too long, too
         raise RunFolderError(f"{folder} holds a run, not a sweep", value=str(folder), fix=NEW_FOLDER)
     claim_folder(folder)
     with locked(folder), interruptible(on_interrupt) as interrupts:

@@ -128,5 +128,5 @@ def check_stems(recordings: Sequence[str]) -> None:
             raise SettingsError(
                 f"the recordings {other} and {path} have one name, and so would the folders of their runs",
                 value=path,
-                fix="Rename one, or put them into two sweeps",
+                fix="Rename one, or take one after the other, each with an --out of its own",
             )

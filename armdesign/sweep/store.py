@@ -25,6 +25,8 @@ else:
 SWEEP, TASKS = "sweep.toml", ".tasks"
 LISTS = tuple(entry.name for entry in fields(Sweep) if entry.name != "study")
 NEW_FOLDER = "Name another folder with --out"
+OTHERS = {"study.json": "a study", "auto.json": "a search for the number of joints"}
+"""What else holds runs in folders of their own, by the file it is known by."""
 
 
 def settle(folder: Path, sweep: Sweep, tasks: Tasks) -> None:
@@ -36,9 +38,12 @@ def settle(folder: Path, sweep: Sweep, tasks: Tasks) -> None:
         tasks: Its tasks.
 
     Raises:
-        RunFolderError: The folder cannot be written, or the sweep in it is damaged.
+        RunFolderError: The folder cannot be written, holds something else, or the sweep in it is damaged.
         SettingsError: It holds a sweep with other settings, or one with runs that are not asked for now.
     """
+    for name, kind in OTHERS.items():
+        if (folder / name).exists():
+            raise RunFolderError(f"{folder} holds {kind}, not a sweep", value=str(folder), fix=NEW_FOLDER)
     if holds_sweep(folder):
         check_extension(folder, sweep, tasks)
     keep_tasks(folder, tasks)

@@ -7,6 +7,9 @@ import pytest
 from typer.testing import CliRunner
 
 from armdesign.cli import app
+from armdesign.errors import RunFolderError
+from armdesign.studies import Asked
+from armdesign.studies.store import settle_study
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "packaging.csv"
@@ -51,6 +54,18 @@ def test_a_finished_one_is_left_alone(made, run):
     refused = run("search", EXAMPLE, *SMALL, "--out", folder)
     assert (refused.exit_code, "--overwrite" in refused.output) == (2, True)
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*") if path.is_file()} == before
+
+
+def test_its_folder_takes_no_single_run_and_no_study(made, run):
+    folder, _ = made
+    before = {path for path in folder.rglob("*")}
+    for flags in ((), ("--overwrite",)):
+        outcome = run("search", EXAMPLE, "--dof", "3", "--out", folder, *flags)
+        assert outcome.exit_code == 2
+        assert "holds a search for the number of joints. Name another folder" in outcome.output.splitlines()[-1]
+    assert {path for path in folder.rglob("*")} == before
+    with pytest.raises(RunFolderError, match="holds a search for the number of joints, not a study"):
+        settle_study(folder, Asked("designs", (), (), 1, 0), {})
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from armdesign.evaluation import evaluate_design
 from armdesign.finished import read_finished
 from armdesign.kinematics.dh_files import read_design
 from armdesign.running import open_run
+from armdesign.search import NothingFoundError
 
 
 def timeless(path):
@@ -144,6 +145,13 @@ def test_numbers_of_joints_without_an_arm_are_passed_over(choose, tmp_path):
     assert outcome.verdict.dof == 3
     assert read_auto(folder)[3].keys() == {1}
     assert "no arm of 1 was found" in outcome.explanation.lower()
+
+
+def test_no_arm_at_all_says_once_what_to_do(choose, tmp_path):
+    with pytest.raises(NothingFoundError, match="no arm of 1 to 1 joints was found") as error:
+        choose(tmp_path / "run", joints=(1,))
+    assert "more joints" not in str(error.value)
+    assert str(error.value).endswith("wider bounds")
 
 
 def test_enough_ends_it_before_the_larger_ones(choose, tmp_path):

@@ -242,6 +242,8 @@ def test_outputs_that_cannot_be_written(refused, place, packaging, small):
     assert "cannot write to the output folder file/run" in sentence
     assert "--out" in sentence
     assert "cannot write to the output folder" in refused("search", packaging, *small, "--out", "x" * 300)
+    for command in (("search", "--dof", "auto"), ("sweep",), ("study", "designs")):
+        assert "cannot write to the output folder" in refused(*command, packaging, "--out", "x" * 300)
     assert (place / "file").read_text() == "precious"
 
 

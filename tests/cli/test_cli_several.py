@@ -149,6 +149,15 @@ def test_what_else_is_refused(refused, takes, searched):
     assert "--within is given without --dof auto" in refused("search", takes / "a.csv", "--within", "5")
 
 
+def test_a_demonstration_counts_once(refused, takes, place, monkeypatch):
+    a, b = takes / "a.csv", takes / "b.csv"
+    assert "a.csv is named twice, and would count double" in refused("search", a, b, a)
+    assert "b.csv is named twice" in refused("search", a, "--holdout", b, "--holdout", b)
+    assert "held out and among the demonstrations that the search sees" in refused("search", a, b, "--holdout", b)
+    monkeypatch.chdir(takes)
+    assert "a.csv is named twice" in refused("search", a, "a.csv")
+
+
 @pytest.mark.parametrize("dof", ["three", "3.5", "", "0", "11", "-2", "auto5"])
 def test_numbers_of_joints_that_are_none(refused, takes, dof):
     assert "allowed: a whole number from 1 to 10, or auto" in refused("search", takes / "a.csv", "--dof", dof)

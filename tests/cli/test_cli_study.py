@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from armdesign.demonstration import Recording, read_recording, write_plain_csv
+
 TINY = ("--dof", "3", "--reps", "1", "--algorithm", "slsqp,dls-1", "--workers", "1")
 
 
@@ -63,7 +65,10 @@ def test_settings_file_is_a_task_with_its_scenario(run, place, welding):
         (("--dof", "three"), "--dof 'three' has the entry 'three'; allowed: whole numbers"),
         (("--algorithm", "pso,newton"), "there is no solver 'newton'; allowed: ga, pso, woa, es, abc, sa"),
         (("--budget", "120"), "a budget of 120 evaluations is too small for one iteration of 100 agents"),
+        (("--budget", "120"), "the hungriest. Raise --budget"),
+        (("--algorithm", ","), "--algorithm is empty"),
         (("--seed", "-1"), "--seed is -1"),
+        (("--seed", "4294967295", "--reps", "2"), "the last of 2 repetitions has 4294967296; allowed: "),
         (("--workers", "0"), "--workers is 0"),
         (("--scenario", "painting"), "painting"),
         (("nowhere.csv",), "nowhere.csv"),
@@ -80,7 +85,21 @@ def test_bad_input_of_the_other_studies(refused):
     pytest.importorskip("opytimizer")
     assert "there is no search algorithm 'de'" in refused("study", "robot", "--algorithm", "de")
     assert "a budget of 120 evaluations" in refused("study", "robot", "--particles", "40", "--iterations", "3")
+    assert "Raise --iterations" in refused("study", "robot", "--iterations", "3")
     assert "--reps is -2" in refused("study", "robot", "--reps", "-2")
+    assert "--range is empty" in refused("study", "rapso", "--range", "")
+
+
+def test_flags_that_a_study_does_not_have_are_said_to_be_settings(refused, run, place, welding):
+    recording = read_recording(welding)
+    points = {name: values for name, values in recording.points.items() if name != "forearm"}
+    write_plain_csv(place / "two.csv", Recording(recording.time, points))
+    words = ("study", "designs", "--scenario", "welding", "--dof", "3")
+    sentence = refused(*words, "two.csv")
+    assert "two.csv: there are 3 weights" in sentence
+    assert "'armdesign search two.csv --points ... --write-config > task.toml'" in sentence
+    (place / "two.toml").write_text(run("search", "two.csv", "--write-config").stdout)
+    assert "In two.toml these are entries of [task] and [fitness]" in refused(*words, "two.toml")
 
 
 @pytest.mark.parametrize("name", ["temporal", "robot"])
@@ -116,3 +135,13 @@ def test_folder_without_a_study_is_refused(refused, place):
 def test_runs_leaves_out_what_is_no_search(run, studied):
     outcome = run("runs", studied[0])
     assert "design0" not in outcome.output
+
+
+def test_its_folder_takes_neither_a_run_nor_a_sweep(run, studied, packaging):
+    folder, _ = studied
+    before = set(folder.rglob("*"))
+    for command in ("search", "sweep"):
+        outcome = run(command, packaging, "--dof", "3", "--out", folder)
+        assert outcome.exit_code == 2
+        assert "holds a study" in outcome.output.splitlines()[-1]
+    assert set(folder.rglob("*")) == before

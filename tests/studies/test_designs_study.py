@@ -87,6 +87,13 @@ def test_an_unfinished_study_has_its_tables_and_figure(asked, records, tmp_path,
     designs.figure(asked, part).savefig(tmp_path / "figure.png")
 
 
+def test_nothing_is_explained_before_the_last_search_has_ended(asked, records):
+    part = [r if i == 0 else replace(r, state="waiting", content={}) for i, r in enumerate(records)]
+    (choice,) = designs.choices(asked, part)
+    assert f"so far; {len(records) - 1} of {len(records)} searches have yet to end" in choice.explanation
+    assert "the most that were to be tried" not in choice.explanation
+
+
 def test_joints_without_an_arm_are_passed_over(asked, records):
     part = [replace(r, state="failed", content={}) if r.dof == 3 else r for r in records]
     (choice,) = designs.choices(asked, part)

@@ -261,3 +261,11 @@ def test_designs_are_valid_and_do_not_hang_on_how_many_there_are(whole, ask):
     objective = tasks["packaging", 3].objective()
     scores, _ = objective.evaluate([designs["packaging-n3-slsqp-design0"], designs["packaging-n3-slsqp-design1"]])
     assert scores.valid.all()
+
+
+def test_joints_that_make_no_arm_are_named(ask):
+    asked, tasks = ask()
+    prepared = next(iter(tasks.values()))
+    short = replace(prepared, study=prepared.study.replace({"design": {"length": (5.0, 6.0)}}))
+    with pytest.raises(SettingsError, match=r" with \d joints?: the bounds of a and d"):
+        planned(asked, dict.fromkeys(tasks, short))

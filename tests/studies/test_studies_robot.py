@@ -1,6 +1,7 @@
 """The study of searches: all spend the same, from the same first generation, and the tables say what they found."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -100,3 +101,11 @@ def test_unknown_algorithm_and_too_few_iterations_are_refused(asked, tasks):
     short = {"packaging": prepare(recording, Study().replace({"design": {"dof": 4}, "search": {"iterations": 3}}))}
     with pytest.raises(SettingsError, match="a budget of 1200 evaluations is too small"):
         robot.plan(asked, {("packaging", 4): short["packaging"]})
+
+
+@pytest.mark.parametrize("setting", [{"patience": 2}, {"target": 0.3}, {"time_limit": 60.0}, {"first": [[0.0] * 11]}])
+def test_settings_that_would_make_the_searches_unequal_are_refused(asked, tasks, setting):
+    prepared = tasks["packaging", 4]
+    unequal = replace(prepared, study=prepared.study.replace({"search": setting}))
+    with pytest.raises(SettingsError, match=f"search.{next(iter(setting))} is set, but the searches"):
+        robot.plan(asked, {("packaging", 4): unequal})

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from armdesign.studies import Column, Spread, Table, spread_of
+from armdesign.studies.tables import shown
 
 TABLE = Table(
     "some",
@@ -54,3 +55,8 @@ def test_markdown_has_a_cell_per_column_in_every_row():
     rows = [line.replace("\\|", "/") for line in TABLE.markdown().splitlines() if line.startswith("|")]
     assert {row.count("|") for row in rows} == {len(TABLE.columns) + 1}
     assert "2.3 ± 1.5" in TABLE.markdown()
+
+
+def test_a_single_value_is_shown_without_a_spread():
+    assert shown(Spread(1.0, 0.0, 1), 2) == "1.00"
+    assert shown(Spread(1.0, 0.5, 2), 2) == "1.00±0.50"
