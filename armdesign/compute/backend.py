@@ -20,11 +20,14 @@ S = TypeVar("S")
 class Backend(Protocol):
     """Evaluates candidates on the task it was made for."""
 
-    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None = None) -> tuple[Scores, Rejections]:
+    def evaluate(
+        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
+    ) -> tuple[Scores, Rejections]:
         """Scores of designs Phi (N, D) in their order; those past their cutoff (N,) may be dropped.
 
         Where a start pose is given, poses (N, n) [rad], or (N, K n) for K demonstrations, the first frame is solved
-        from it alone; a row that is not finite stands for none.
+        from it alone; a row that is not finite stands for none. With ``slopes`` the scores have the gradients of r,
+        where the objective has any.
         """
         ...
 
@@ -60,9 +63,11 @@ class InProcess(Closing):
         """
         self.fitness = prepared.objective(block)
 
-    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None = None) -> tuple[Scores, Rejections]:
+    def evaluate(
+        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
+    ) -> tuple[Scores, Rejections]:
         """See Backend.evaluate."""
-        return self.fitness.evaluate(Phi, cutoff, poses)
+        return self.fitness.evaluate(Phi, cutoff, poses, slopes=slopes)
 
     def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
         """Evaluate chunks one behind the other; see RobotFitness.stream."""

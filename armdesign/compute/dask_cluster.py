@@ -78,7 +78,7 @@ class TaskPlugin(WorkerPlugin):  # type: ignore[misc,unused-ignore]
         self.lock = threading.Lock()
         self.backend: InProcess | None = None
 
-    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None) -> Answer:
+    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None, *, slopes: bool) -> Answer:
         """Evaluate a chunk; one at a time, however many threads the worker has.
 
         Raises:
@@ -87,7 +87,7 @@ class TaskPlugin(WorkerPlugin):  # type: ignore[misc,unused-ignore]
         with self.lock:
             backend = self._built()
             began = time.perf_counter()
-            scores, removed = backend.evaluate(Phi, cutoff, poses)
+            scores, removed = backend.evaluate(Phi, cutoff, poses, slopes=slopes)
             return Answer(scores, removed, time.perf_counter() - began)
 
     def _built(self) -> InProcess:
@@ -123,7 +123,9 @@ class DaskCluster(Closing):
         with explained(self.address):
             client.register_plugin(TaskPlugin(self.name, prepared, block), name=self.name)
 
-    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None = None) -> tuple[Scores, Rejections]:
+    def evaluate(
+        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
+    ) -> tuple[Scores, Rejections]:
         """See Backend.evaluate.
 
         Raises:
@@ -132,7 +134,7 @@ class DaskCluster(Closing):
         """
         with explained(self.address):
             chunks = cut(len(Phi), len(self.client.nthreads()), self.pace)
-            answers = self._answers(chunks, Generation(Phi, cutoff, poses))
+            answers = self._answers(chunks, Generation(Phi, cutoff, poses, slopes=slopes))
         self.futures = []
         self.pace = max(sum(answer.seconds for answer in answers) / len(Phi), 1e-6)
         return join([answer.scores for answer in answers]), sum((a.removed for a in answers), Rejections())
@@ -177,7 +179,9 @@ class DaskCluster(Closing):
         """Hand chunks over to the scheduler."""
         parts = [generation.part(chunk) for chunk in chunks]
         pieces = [part.Phi for part in parts], [part.cutoff for part in parts], [part.poses for part in parts]
-        self.futures = self.client.map(evaluate_chunk, *pieces, holder=self.name, pure=False)
+        self.futures = self.client.map(
+            evaluate_chunk, *pieces, holder=self.name, slopes=generation.slopes, pure=False
+        )
         return self.futures
 
     def _gather(self, futures: list[Future]) -> list[Answer]:
@@ -187,7 +191,7 @@ class DaskCluster(Closing):
         return answers
 
 
-def evaluate_chunk(Phi: Array, cutoff: Array, poses: Array | None, holder: str) -> Answer:
+def evaluate_chunk(Phi: Array, cutoff: Array, poses: Array | None, holder: str, slopes: bool) -> Answer:
     """Body of a chunk on a worker.
 
     Args:
@@ -195,9 +199,10 @@ def evaluate_chunk(Phi: Array, cutoff: Array, poses: Array | None, holder: str) 
         cutoff: Fitness beyond which a candidate may be dropped, shape (K,).
         poses: Start poses, shape (K, n) [rad], or None.
         holder: Name of the plugin that holds the task.
+        slopes: Whether the gradients of r are wanted.
     """
     plugin: TaskPlugin = get_worker().plugins[holder]
-    return plugin.evaluate(Phi, cutoff, poses)
+    return plugin.evaluate(Phi, cutoff, poses, slopes=slopes)
 
 
 def cut(count: int, workers: int, pace: float) -> list[slice]:

@@ -97,7 +97,9 @@ class WorkerPool(Closing):
         """Process numbers of the workers."""
         return [worker.process.pid or 0 for worker in self.workers]
 
-    def evaluate(self, Phi: Array, cutoff: Array, poses: Array | None = None) -> tuple[Scores, Rejections]:
+    def evaluate(
+        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
+    ) -> tuple[Scores, Rejections]:
         """See Backend.evaluate.
 
         Raises:
@@ -105,7 +107,7 @@ class WorkerPool(Closing):
             SearchError: Workers do not start.
         """
         self._end_unfinished()
-        generation = Generation(Phi, cutoff, poses)
+        generation = Generation(Phi, cutoff, poses, slopes=slopes)
         waiting = deque(cut(len(Phi), len(self.workers)))
         done: dict[int, Answer] = {}
         remaining = len(Phi)

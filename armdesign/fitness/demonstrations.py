@@ -34,7 +34,7 @@ class Objective(Protocol):
     """What scores designs: one demonstration or several."""
 
     def evaluate(
-        self, Phi: ArrayLike, cutoff: Array | None = None, poses: Array | None = None
+        self, Phi: ArrayLike, cutoff: Array | None = None, poses: Array | None = None, *, slopes: bool = False
     ) -> tuple[Scores, Rejections]:
         """See RobotFitness.evaluate."""
         ...
@@ -52,6 +52,7 @@ class Round:
         Phi: Designs, shape (N, D).
         cutoff: Fitness beyond which a candidate may be dropped, shape (N,).
         poses: Start poses by demonstration, shape (N, K n), NaN where they are to be sought; None for nowhere.
+        slopes: Whether the gradients are wanted.
         parts: Scores on the demonstrations so far, each of all N candidates.
         removed: What each of them has removed.
     """
@@ -59,6 +60,7 @@ class Round:
     Phi: Array
     cutoff: Array
     poses: Array | None
+    slopes: bool = False
     parts: list[Scores] = field(default_factory=list)
     removed: list[Rejections] = field(default_factory=list)
 
@@ -129,7 +131,7 @@ class Demonstrations:
                 self.stages.append(Stage(k, RobotFitness(problem, space, block), again=True))
 
     def evaluate(
-        self, Phi: ArrayLike, cutoff: Array | None = None, poses: Array | None = None
+        self, Phi: ArrayLike, cutoff: Array | None = None, poses: Array | None = None, *, slopes: bool = False
     ) -> tuple[Scores, Rejections]:
         """Score candidates.
 
@@ -137,6 +139,8 @@ class Demonstrations:
             Phi: Designs, shape (N, D) [rad, m].
             cutoff: Fitness beyond which a candidate may be dropped, shape (N,).
             poses: Start poses of all demonstrations side by side, shape (N, K n) [rad]; see Generation.
+            slopes: Whether the gradients of r are wanted. There are none where the first demonstration settles the
+                mount of all.
 
         Returns:
             The scores, in the order of Phi, and what removed the others. f and E are means as r is, or those of the
@@ -146,7 +150,7 @@ class Demonstrations:
         Raises:
             DesignError: The start poses have another shape.
         """
-        return next(self.stream(Generation(Phi, cutoff, poses), lambda: None))
+        return next(self.stream(Generation(Phi, cutoff, poses, slopes=slopes), lambda: None))
 
     def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
         """Score generations one behind the other; on every demonstration one begins beside the last arms of another.
@@ -173,7 +177,7 @@ class Demonstrations:
         if generation.poses is not None and generation.poses.shape != shape:
             raise DesignError(f"the start poses have shape {generation.poses.shape}", allowed=shape)
         cutoff = np.full(len(Phi), np.inf) if generation.cutoff is None else np.asarray(generation.cutoff, dtype=float)
-        return Round(Phi, cutoff, generation.poses)
+        return Round(Phi, cutoff, generation.poses, generation.slopes and not self.one_mount)
 
     def _behind(self, rounds: Iterator[Round], stage: Stage) -> Iterator[Round]:
         """Walk the rounds that come out of the stage before."""
@@ -215,7 +219,8 @@ class Demonstrations:
             first, mounts = entering.parts[0], entering.parts[0].mount[chosen]
             given = np.isfinite(poses).all(axis=1, keepdims=True)
             poses = poses if again else np.where(given, poses, first.q0)
-        return Generation(entering.Phi[chosen], self._cutoff(k, entering)[chosen], poses[chosen], mounts)
+        cutoff = self._cutoff(k, entering)[chosen]
+        return Generation(entering.Phi[chosen], cutoff, poses[chosen], mounts, entering.slopes)
 
     def _cutoff(self, k: int, entering: Round) -> Array:
         """What a candidate may have on demonstration k, given those before, shape (N,).
@@ -253,9 +258,21 @@ class Demonstrations:
             mount=np.where(valid[:, None, None], parts[0].mount, np.nan),
             miss_frame=picked([part.miss_frame for part in parts], decisive),
             miss=picked([part.miss for part in parts], decisive),
+            slopes=self._slopes(parts, valid & ~pruned),
             **{name: np.sum([getattr(part, name) for part in parts], axis=0) for name in COUNTS},
         )
         return scores, replace(sum(done.removed, Rejections()), pruned=int(pruned.sum()))
+
+
+    def _slopes(self, parts: Sequence[Scores], scored: Flags) -> Array:
+        """Gradients of r, as r is combined, shape (N, D), or (N, 0) where there are none."""
+        rows = np.stack([part.slopes for part in parts])
+        if self.worst:
+            slopes = picked(rows, np.argmax(np.stack([part.fitness for part in parts]), axis=0))
+        else:
+            slopes = total(np.sort(rows, axis=0)) / len(rows)
+        slopes[~scored] = np.nan
+        return slopes
 
 
 def settles_mount(problem: Problem) -> bool:

@@ -39,6 +39,7 @@ class Scores:
         start_steps: Those of them spent on the start, shape (N,).
         accepted: Accepted steps, shape (N,).
         frames: Frames solved, those of all paths, shape (N,).
+        slopes: Gradient of r by Phi, shape (N, D), NaN where there is none; shape (N, 0) where nobody has asked.
     """
 
     fitness: Array
@@ -55,6 +56,7 @@ class Scores:
     start_steps: NDArray[np.int64]
     accepted: NDArray[np.int64]
     frames: NDArray[np.int64]
+    slopes: Array
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,16 @@ class BlockEvaluator:
         """
         return next(self.stream(batch_of(rows, yaw, cutoff, poses, mounts), lambda: None))
 
+    def with_paths(self, batch: Batch) -> tuple[Scores, Array]:
+        """Fitness of many candidates with their joint paths.
+
+        Returns:
+            The scores, and the paths, shape (N, T, n) [rad]; NaN where a candidate is invalid or dropped.
+        """
+        paths = np.full((len(batch.rows), self.problem.frames, self.problem.dof), np.nan)
+        outcome = next(self._run(batch, lambda: None, paths=paths))
+        return self._scores(outcome), paths
+
     def stream(self, first: Batch, more: Callable[[], Batch | None]) -> Iterator[Scores]:
         """Scores of batches in their order; the arms of the next batch begin beside the last ones of this.
 
@@ -174,14 +186,23 @@ class BlockEvaluator:
         self._exchange(lane, flow)
         return self._path(trace[0], flow.outcome[0])
 
+    @property
+    def _trace_length(self) -> int:
+        """TRACE records of a candidate, K T for K paths."""
+        return int(self.problem.record["start_paths"][0]) * self.problem.frames
+
     def _traced(self, batch: Batch) -> tuple[Scores, PathResult]:
         """Scores of a single candidate with its path."""
-        trace = np.zeros((1, int(self.problem.record["start_paths"][0]) * self.problem.frames), dtype=TRACE)
+        trace = np.zeros((1, self._trace_length), dtype=TRACE)
         outcome = next(self._run(batch, lambda: None, trace))
         return self._scores(outcome), self._path(trace[0], outcome[0])
 
     def _run(
-        self, batch: Batch, more: Callable[[], Batch | None], trace: NDArray[np.void] | None = None
+        self,
+        batch: Batch,
+        more: Callable[[], Batch | None],
+        trace: NDArray[np.void] | None = None,
+        paths: Array | None = None,
     ) -> Iterator[NDArray[np.void]]:
         """Walk every candidate to its end; gives the OUTCOME records of a batch, shape (N,), once all are done.
 
@@ -189,8 +210,11 @@ class BlockEvaluator:
             batch: The first batch.
             more: See ``stream``.
             trace: TRACE records to fill, shape (1, K T) for K paths, where there is but one candidate.
+            paths: Joint paths to fill, shape (N, T, n), where there is but one batch.
         """
         flow = Flow(self._checked(batch))
+        for lanes in self.lanes:
+            lanes.keep_traces(0 if paths is None else self._trace_length)
         lanes = self._narrowest(flow.unfinished)
         lanes.clear()
         self._exchange(lanes, flow)
@@ -203,8 +227,10 @@ class BlockEvaluator:
                 yield from flow.complete()
             if not flow.unfinished:
                 return
-            done = lanes.advance(self.problem, lanes.untraced if trace is None else trace)
+            done = lanes.advance(self.problem, lanes.traces if trace is None else trace)
             if done:
+                if paths is not None:
+                    lanes.hand_in(paths)
                 flow.unfinished -= done
                 self._exchange(lanes, flow)
                 yield from flow.complete()
@@ -269,6 +295,7 @@ class BlockEvaluator:
             start_steps=outcome["start_steps"].copy(),
             accepted=outcome["accepted"].copy(),
             frames=outcome["frames"].copy(),
+            slopes=np.zeros((len(outcome), 0)),
         )
 
     def _path(self, trace: NDArray[np.void], outcome: np.void) -> PathResult:

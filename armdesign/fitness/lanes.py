@@ -11,7 +11,7 @@ from armdesign.fitness.orientation import ATTITUDE
 from armdesign.fitness.path import advance, exchange
 from armdesign.fitness.problem import Problem
 from armdesign.fitness.temporal import FRAME, MOTION
-from armdesign.fitness.walk import IDLE, TRACE, WALK
+from armdesign.fitness.walk import DONE, IDLE, TRACE, WALK
 from armdesign.kinematics.dls import STEP
 from armdesign.kinematics.models import ArmBlock
 from armdesign.kinematics.skeleton import CHAIN
@@ -47,10 +47,24 @@ class Lanes:
         self.frames = np.zeros(size, dtype=FRAME)
         self.attitudes = np.zeros(size, dtype=ATTITUDE)
         self.scratch = tuple(np.zeros(1, dtype=kind) for kind in (MOTION, MATCH, STEP))
-        self.untraced = np.zeros((size, 0), dtype=TRACE)
+        self.traces = np.zeros((size, 0), dtype=TRACE)
 
     def __len__(self) -> int:
         return len(self.walks)
+
+    def keep_traces(self, rows: int) -> None:
+        """Have ``traces`` take so many TRACE records of every walk; 0 for none."""
+        if self.traces.shape[1] != rows:
+            self.traces = np.zeros((len(self.walks), rows), dtype=TRACE)
+
+    def hand_in(self, paths: Array) -> None:
+        """Write the joint paths of the walks that are done, out of their traces, to paths (N, T, n)."""
+        frames, n = paths.shape[1:]
+        for b in np.flatnonzero(self.walks["phase"] == DONE):
+            walk = self.walks[b]
+            if walk["valid"] == 1 and walk["pruned"] == 0:
+                first = int(walk["path"]) * frames
+                paths[walk["candidate"]] = self.traces["q"][b, first : first + frames, :n]
 
     def clear(self) -> None:
         """Give up whatever is under way."""
@@ -76,13 +90,18 @@ class Lanes:
         return int(advance(*state, *task, arms.poses, arms.jacobian, arms.q, trace))
 
     def take_over(self, other: Lanes) -> None:
-        """Go on with the walks of other lanes, which are idle then; as many as there is room for at most."""
+        """Go on with the walks of other lanes, which are idle then; as many as there is room for at most.
+
+        Their traces come along where both lanes keep them.
+        """
         n = self.arms.dof
         for here, there in enumerate(np.flatnonzero(other.walks["phase"] != IDLE)):
             for name in ("walks", "chains", "frames", "attitudes"):
                 getattr(self, name)[here] = getattr(other, name)[there]
             to, of = slice(here * n, (here + 1) * n), slice(there * n, (there + 1) * n)
             self.arms.placements[to], self.arms.q[to] = other.arms.placements[of], other.arms.q[of]
+            if self.traces.shape[1] == other.traces.shape[1]:
+                self.traces[here] = other.traces[there]
         other.clear()
 
 

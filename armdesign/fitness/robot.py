@@ -15,6 +15,7 @@ from armdesign.fitness.constraints import DesignSpace
 from armdesign.fitness.evaluator import BlockEvaluator, Scores
 from armdesign.fitness.flow import Batch
 from armdesign.fitness.problem import Problem
+from armdesign.fitness.sensitivity import Sensitivity
 
 Array = NDArray[np.float64]
 
@@ -29,17 +30,19 @@ class Generation(NamedTuple):
             row that is not finite stands for none, None for none at all.
         mounts: Hand frames in the end-effector's frame, shape (N, 3, 3), that hold instead of the one the settings ask
             for; NaN or None where there is none.
+        slopes: Whether the gradients of r are wanted, too.
     """
 
     Phi: ArrayLike
     cutoff: Array | None = None
     poses: Array | None = None
     mounts: Array | None = None
+    slopes: bool = False
 
     def part(self, chosen: slice) -> Generation:
         """Some of the candidates."""
-        others = (None if values is None else values[chosen] for values in self[1:])
-        return Generation(np.asarray(self.Phi)[chosen], *others)
+        others = (None if values is None else values[chosen] for values in self[1:4])
+        return Generation(np.asarray(self.Phi)[chosen], *others, slopes=self.slopes)
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,7 @@ class RobotFitness:
         self.problem = problem
         self.space = space
         self.evaluator = BlockEvaluator(problem, block)
+        self.sensitivity = Sensitivity(problem)
 
     def evaluate(
         self,
@@ -117,6 +121,8 @@ class RobotFitness:
         cutoff: Array | None = None,
         poses: Array | None = None,
         mounts: Array | None = None,
+        *,
+        slopes: bool = False,
     ) -> tuple[Scores, Rejections]:
         """Score candidates, given as in Generation.
 
@@ -126,7 +132,7 @@ class RobotFitness:
         Raises:
             DesignError: A start pose or a mount has another shape, or is missing.
         """
-        return next(self.stream(Generation(Phi, cutoff, poses, mounts), lambda: None))
+        return next(self.stream(Generation(Phi, cutoff, poses, mounts, slopes), lambda: None))
 
     def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
         """Score generations one behind the other, each beginning beside the last arms of the one before.
@@ -134,7 +140,11 @@ class RobotFitness:
         Args:
             first: The first one.
             more: Gives the next, or None if there is none yet; the stream ends when all are done and there is none.
+                It is not asked where slopes are wanted of the first.
         """
+        if first.slopes:
+            yield self._with_slopes(first)
+            return
         tested: deque[Tested] = deque()
 
         def batch(generation: Generation) -> Batch:
@@ -147,6 +157,17 @@ class RobotFitness:
 
         for scores in self.evaluator.stream(batch(first), next_batch):
             yield tested.popleft().scored(scores)
+
+    def _with_slopes(self, generation: Generation) -> tuple[Scores, Rejections]:
+        """Score a generation, with the gradients of what is valid and was not dropped."""
+        tested = self._test(generation)
+        walked, paths = self.evaluator.with_paths(tested.batch)
+        scored = np.isfinite(walked.fitness)
+        batch, record = tested.batch.whole(), self.problem.record[0]
+        f, E = self.sensitivity.slopes(batch.rows[scored], batch.yaw[scored], paths[scored], batch.mounts[scored])
+        slopes = np.full((len(scored), int(self.space.free.sum())), np.nan)
+        slopes[scored] = (record["lambda_f"] * f + record["lambda_E"] * E)[:, self.space.free]
+        return tested.scored(replace(walked, slopes=slopes))
 
     def _test(self, generation: Generation) -> Tested:
         """Make out the candidates that have to be walked."""
@@ -193,7 +214,7 @@ def given(what: str, values: Array | None, shape: tuple[int, ...], default: floa
 def spread(scores: Scores, chosen: NDArray[np.bool_]) -> Scores:
     """Scores of the chosen candidates put in their places among all; the others are invalid."""
     empty = dict.fromkeys(("fitness", "path_fitness", "area", "start_error", "miss"), np.inf)
-    empty |= {"q0": np.nan, "mount": np.nan}
+    empty |= {"q0": np.nan, "mount": np.nan, "slopes": np.nan}
     columns = {}
     for name, values in vars(scores).items():
         column = np.full((len(chosen), *values.shape[1:]), empty.get(name, 0), dtype=values.dtype)

@@ -1,0 +1,94 @@
+"""Gradients of f and E by the design, against central differences of hinted walks solved to the end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scenes import PACKAGING, WELDING, problem_for, recorded
+
+from armdesign.fitness.constraints import design_space
+from armdesign.fitness.robot import RobotFitness
+from armdesign.fitness.sensitivity import Sensitivity
+from armdesign.settings import DesignSettings, SolverSettings
+
+EXACT = SolverSettings(tolerance=1e-14, floor=0.0, max_steps=400)
+FINE = 0.001  # pieces of the area [m]; their number jumps, and with it E, the less the finer they are
+H = 1e-4
+TASKS = {"packaging": (PACKAGING, 0.0), "welding": (WELDING, 0.2)}
+
+
+class Scene:
+    """A recording, thinned out, with random designs that are valid on it."""
+
+    def __init__(self, name, n, *, continuity=100.0, limit=np.pi, count=60, **others):
+        weights, w_0 = TASKS[name]
+        P, R = recorded(name)
+        limits = np.tile([-limit, limit], (n, 1))
+        self.problem = problem_for(
+            P[::10], n, weights, R=R[::10] if w_0 > 0.0 else None, w_0=w_0, limits=limits, solver=EXACT, delta=FINE,
+            continuity=continuity, **others,
+        )  # fmt: skip
+        self.space = design_space(DesignSettings(dof=n, base_yaw=(-90.0, 90.0)))
+        self.fitness = RobotFitness(self.problem, self.space)
+        designs = self.space.sample(np.random.default_rng(5), count)
+        scores, _ = self.fitness.evaluate(designs)
+        self.designs, self.q0 = designs[scores.valid], scores.q0[scores.valid]
+
+    def path(self, k):
+        return self.fitness.evaluator.follow(self.space.table(self.designs[k]), pose=self.q0[k])[1]
+
+    def gradients(self, k):
+        """Of f and E, shape (2, D)."""
+        slopes = Sensitivity(self.problem).slopes(*self.space.rows(self.designs[k]), self.path(k).q[None])
+        return np.stack([slopes.path_fitness[0], slopes.area[0]])[:, self.space.free]
+
+    def differences(self, k, h):
+        """The same by walks from the same start pose."""
+        D = self.designs.shape[1]
+        around = self.designs[k] + h * np.vstack([np.eye(D), -np.eye(D)])
+        poses = np.tile(self.path(k).q[0], (2 * D, 1))
+        scores = self.fitness.evaluator.evaluate(*self.space.rows(around), None, poses)
+        values = np.stack([scores.path_fitness, scores.area])
+        return (values[:, :D] - values[:, D:]) / (2 * h)
+
+    def errors(self, k):
+        """Relative to the largest slope; NaN where the differences themselves do not agree with finer ones."""
+        wide, narrow = self.differences(k, H), self.differences(k, H / 2)
+        scale = np.abs(narrow).max(axis=1, keepdims=True)
+        error = np.abs(self.gradients(k) - narrow) / scale
+        return np.where(np.abs(wide - narrow) < 2e-3 * scale, error, np.nan)
+
+
+@pytest.mark.parametrize(("name", "n"), [("packaging", 3), ("packaging", 5), ("welding", 3), ("welding", 4)])
+def test_gradients_equal_central_differences(name, n):
+    scene = Scene(name, n)
+    errors = np.stack([scene.errors(k) for k in range(6)])
+    assert np.isfinite(errors).mean() > 0.8
+    assert np.nanmax(errors[:, 0]) < 1e-3
+    assert np.nanquantile(errors[:, 1], 0.9) < 3e-3  # E also depends on where q goes along flat directions
+
+
+@pytest.mark.parametrize("metric", ["geodesic", "euler", "axis"])
+def test_gradients_hold_in_every_metric_and_with_either_mount(metric):
+    for mount in ("start", "identity"):
+        scene = Scene("welding", 3, orientation_metric=metric, mount=mount)
+        errors = np.stack([scene.errors(k) for k in range(3)])
+        assert np.isfinite(errors).mean() > 0.8
+        assert np.nanmax(errors) < 5e-3
+
+
+def test_joints_at_a_limit_stay_there():
+    scene = Scene("packaging", 4, limit=1.6)
+    held = [k for k in range(len(scene.designs)) if (np.abs(scene.path(k).q) >= 1.6).sum() >= 3][:4]
+    assert len(held) == 4
+    for k in held:
+        assert np.nanmax(scene.errors(k)) < 5e-3
+
+
+def test_a_path_on_the_edge_of_the_ball_moves_with_the_frame_before():
+    scene = Scene("packaging", 4, continuity=12.0)
+    moves = [np.linalg.norm(np.diff(scene.path(k).q, axis=0), axis=1) for k in range(8)]
+    bound = [k for k in range(8) if (moves[k] > np.deg2rad(12.0) * (1 - 1e-9)).sum() >= 3][:4]
+    assert len(bound) == 4
+    for k in bound:
+        assert np.nanmax(scene.errors(k)) < 5e-3
