@@ -123,8 +123,13 @@ class Search:
         X = swarm.ask()
         cutoff = swarm.cutoff if self.settings.prune else np.full(len(X), np.inf)
         hints = swarm.hints
-        scores, removed = self.backend.evaluate(X, cutoff, *(() if hints is None else (hints,)))
-        swarm.tell(scores.fitness, scores.valid, scores.q0)
+        sloped = isinstance(swarm, MultiBasin) and swarm.wants_slopes
+        scores, removed = self.backend.evaluate(X, cutoff, hints, slopes=sloped)
+        if isinstance(swarm, MultiBasin):
+            slopes = scores.slopes if sloped and scores.slopes.shape[1] else None
+            swarm.tell(scores.fitness, scores.valid, scores.q0, slopes)
+        else:
+            swarm.tell(scores.fitness, scores.valid, scores.q0)
         self.rejections += removed
         self.nearest = min(self.nearest, float(scores.start_error.min()))
         self.leader = better(self.leader, scores, hints)

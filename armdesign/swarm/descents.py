@@ -1,7 +1,7 @@
-"""Many local descents side by side: gradients by forward differences, quasi-Newton steps in a box and a slab.
+"""Many local descents side by side: gradients, quasi-Newton steps in a box and a slab.
 
-Every descent is at its own place; all of them ask at once, first for the probes of the gradient, then for a few
-steps of different length, of which the best counts if it is better. What a descent costs beyond its gain is cut:
+Every descent is at its own place; all of them ask at once for a few steps of different length, of which the best
+counts if it is better. Gradients come with the values of the steps, or from probes by forward differences. What a descent costs beyond its gain is cut:
 after a few rounds the worse ones are given up, later those that hardly move.
 """
 
@@ -97,6 +97,10 @@ class Descents:
         """Directions of the probes of the live ones, shape (L, K): forward, but backward at an upper bound."""
         return np.where(self.U[self.live] + PROBE > 1.0, -1.0, 1.0)
 
+    def places(self) -> tuple[Array, Array]:
+        """Where the live ones are, shape (L, K), and their hints, shape (L, H)."""
+        return self.U[self.live], self.hint[self.live]
+
     def probes(self, signs: Array) -> tuple[Array, Array]:
         """Probes of the live ones in these directions; a direction of 0 is left out.
 
@@ -121,13 +125,17 @@ class Descents:
         """Take the gradients of the live ones, shape (L, K); an unknown entry counts as flat."""
         gradients = np.where(np.isnan(slopes), 0.0, slopes)
         for gradient, i in zip(gradients, self.going(), strict=True):
-            step = self.last[i]
-            if np.any(step):
-                change = gradient - self.gradient[i]
-                first = not self.curved[i]
-                self.B[i] = updated(self.B[i], step, change, first=first)
-                self.curved[i] |= first and float(step @ change) > 0.0
-            self.gradient[i] = gradient
+            self._bend(int(i), gradient)
+
+    def _bend(self, i: int, gradient: Array) -> None:
+        """Take the gradient of one descent, and the curvature that it shows along the last step."""
+        step = self.last[i]
+        if np.any(step):
+            change = gradient - self.gradient[i]
+            first = not self.curved[i]
+            self.B[i] = updated(self.B[i], step, change, first=first)
+            self.curved[i] |= first and float(step @ change) > 0.0
+        self.gradient[i] = gradient
 
     def steps(self) -> tuple[Array, Array]:
         """Steps of the live ones, as many for each as there are SCALES.
@@ -140,13 +148,14 @@ class Descents:
         moves = best_steps(self.region, self.U[owners], self.gradient[owners], self.B[owners], reach, self.margin)
         return np.clip(self.U[owners] + moves, 0.0, 1.0), self.hint[owners]
 
-    def move(self, tried: Array, values: Array, hints: Array) -> None:
+    def move(self, tried: Array, values: Array, hints: Array, slopes: Array | None = None) -> None:
         """Take the best of the steps where it is better, and give up whoever is out of patience.
 
         Args:
             tried: What ``steps`` gave, shape (L S, K).
             values: Their fitness, shape (L S,).
             hints: Their hints, shape (L S, H).
+            slopes: Their gradients, shape (L S, K), where they are known; learned for the steps that are taken.
         """
         table = values.reshape(-1, len(SCALES))
         for row, (i, best) in enumerate(zip(self.going(), np.argmin(table, axis=1), strict=True)):
@@ -154,6 +163,8 @@ class Descents:
             if values[k] < self.value[i]:
                 self.last[i] = tried[k] - self.U[i]
                 self.U[i], self.value[i], self.hint[i] = tried[k], values[k], hints[k]
+                if slopes is not None:
+                    self._bend(int(i), slopes[k])
                 self.reach[i] = np.clip(np.abs(self.last[i]).max(), SHRINK * self.reach[i], LONGEST)
             else:
                 self.last[i] = 0.0

@@ -20,7 +20,7 @@ from armdesign.swarm.evolution import Evolution
 from armdesign.swarm.recipe import Recipe
 from armdesign.swarm.region import Slab
 from armdesign.swarm.space import Array, Box
-from armdesign.swarm.stages import OVER, STEP, Stages
+from armdesign.swarm.stages import OVER, SLOPE, STEP, Stages
 
 
 class MultiBasin(Stages):
@@ -85,6 +85,11 @@ class MultiBasin(Stages):
         return self._hints.copy() if self._hints.shape[1] and not np.isnan(self._hints).all() else None
 
     @property
+    def wants_slopes(self) -> bool:
+        """Whether gradients of the fitness at the positions last asked for would help."""
+        return self._stage in (SLOPE, STEP) and self._sloped
+
+    @property
     def cutoff(self) -> Array:
         """Fitness beyond which a position asked for need not be evaluated further, shape (N,).
 
@@ -93,16 +98,25 @@ class MultiBasin(Stages):
         limits = np.full(len(self._X), np.inf)
         if self._stage == STEP and self._descents is not None:
             value = self._descents.value[self._descents.live]
-            limits[:] = np.repeat(value, len(limits) // len(value))
+            count = len(limits) - self._extra
+            limits[:count] = np.repeat(value, count // len(value))
         return limits
 
-    def tell(self, fitness: ArrayLike, valid: ArrayLike, hints: ArrayLike | None = None) -> None:
+    def tell(
+        self,
+        fitness: ArrayLike,
+        valid: ArrayLike,
+        hints: ArrayLike | None = None,
+        slopes: ArrayLike | None = None,
+    ) -> None:
         """Take the fitness of the positions last asked for.
 
         Args:
             fitness: Smaller is better, +inf for none, shape (N,).
             valid: Whether the position fulfils the constraints, shape (N,); it is only counted.
             hints: What helps to evaluate positions nearby, shape (N, H), NaN where there is nothing; default nothing.
+            slopes: Gradients of the fitness, shape (N, D), NaN where there is none; default none. They are heeded where
+                ``wants_slopes`` is true; without them the search finds its gradients by probes.
 
         Raises:
             SearchError: Nothing was asked, a wrong shape, or a fitness of NaN or -inf. The search is left as it was.
@@ -113,11 +127,12 @@ class MultiBasin(Stages):
             )
         values, flags = checks.fitness(fitness, len(self._X)), checks.validity(valid, len(self._X))
         given = np.zeros((len(values), 0)) if hints is None else checks.numbers("the hints", hints, (len(values), None))
+        gradients = None if slopes is None else checks.numbers("the slopes", slopes, self._X.shape)
         self._asked = False
         pure = np.isnan(self._hints).all(axis=1)
         self._lead(self._X[pure], values[pure])
         told = self.evaluations + len(values)
-        self._take(values, given, told)
+        self._take(values, given, gradients, told)
         known = self._archive.value
         mean = float(known.mean()) if len(known) else np.inf
         self._history.append((self._best_value, mean, int(np.count_nonzero(flags)), told))
@@ -165,7 +180,7 @@ class MultiBasin(Stages):
         content: State = {
             "algorithm": self.name, "parameters": {f.name: getattr(self.recipe, f.name) for f in fields(Recipe)},
             "budget": self.budget, "generator": generator_state.encode(self._rng), "stage": self._stage,
-            "asked": self._asked, "extra": self._extra, "leg_end": self._leg_end,
+            "asked": self._asked, "extra": self._extra, "sloped": self._sloped, "leg_end": self._leg_end,
             "lower": self.box.lower.copy(), "upper": self.box.upper.copy(), "angular": self.box.angular.copy(),
             "slab_weights": self.region.slab.weights.copy(), "slab": [self.region.slab.low, self.region.slab.high],
             "positions": self._X.copy(), "hints": self._hints.copy(),
@@ -216,6 +231,7 @@ class MultiBasin(Stages):
         D, K = self.box.dimension, self.region.dimension
         self._stage, self._asked = str(saved.entry(state, "stage")), bool(saved.entry(state, "asked"))
         self._extra, self._leg_end = int(saved.entry(state, "extra")), int(saved.entry(state, "leg_end"))
+        self._sloped = bool(saved.entry(state, "sloped"))
         self._X = saved.array(state, "positions", (None, D))
         self._hints = saved.hints(state, "hints", len(self._X))
         self._signs = saved.array(state, "signs", (None, K))

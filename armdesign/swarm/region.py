@@ -91,6 +91,10 @@ class Region:
         X[:, self.free] += U * self.box.width[self.free]
         return self.box.clip(X)
 
+    def unit_slopes(self, slopes: Array) -> Array:
+        """Gradients by unit coordinates from those by positions, shape (N, D) -> (N, K)."""
+        return np.asarray((slopes * self.box.width)[:, self.free])
+
     def pulled_in(self, U: Array, margin: float) -> Array:
         """Unit coordinates clipped to the box, their weighted entries scaled until the slab holds them.
 

@@ -1,8 +1,9 @@
 """The stages of a many-basin search: what each asks for, what it makes of the answers, and which one comes next.
 
     SAMPLE   candidates of the first sample; descents begin at the best ones that lie apart
-    PROBE    forward differences around every descent (RETRY: in the other direction where there was no value)
-    STEP     a few steps of every descent, the best counts
+    SLOPE    where every descent begins, its gradient is asked for
+    PROBE    without gradients: forward differences around it (RETRY: in the other direction where there was no value)
+    STEP     a few steps of every descent, the best counts, with its gradient
     CHECK    where the descents have ended, evaluated afresh, goes into the archive of basins
     SCREEN   children of the best basins; of every few the best begins a descent, and so on from PROBE
     EVOLVE   CMA-ES around the best basins, where kinks stop the gradients, with the last share of the budget
@@ -22,14 +23,14 @@ from armdesign.swarm import checks, operators, saved
 from armdesign.swarm.archive import Archive, Canonical, apart
 from armdesign.swarm.base import Sampler
 from armdesign.swarm.children import children
-from armdesign.swarm.descents import Descents, Patience
+from armdesign.swarm.descents import SCALES, STEEPEST, Descents, Patience
 from armdesign.swarm.evolution import Evolution
 from armdesign.swarm.recipe import Recipe
 from armdesign.swarm.region import Region, Slab
 from armdesign.swarm.space import Array, Box
 
-SAMPLE, PROBE, RETRY, STEP, CHECK, SCREEN, EVOLVE, OVER = (
-    "sample", "probe", "retry", "step", "check", "screen", "evolve", "over",
+SAMPLE, SLOPE, PROBE, RETRY, STEP, CHECK, SCREEN, EVOLVE, OVER = (
+    "sample", "slope", "probe", "retry", "step", "check", "screen", "evolve", "over",
 )  # fmt: skip
 CHUNK, LEAST = 400, 100
 AHEAD = 1e-3
@@ -58,6 +59,7 @@ class Stages:
         self._best, self._best_value = box.lower.copy(), np.inf
         self._stage, self._asked = SAMPLE, False
         self._X, self._hints = np.zeros((0, box.dimension)), np.zeros((0, 0))
+        self._sloped = True  # whether gradients come with the fitness; found out at the first SLOPE
         self._extra = 0  # rows at the end of the batch that check the descent in the lead
         self._signs = self._slopes = np.zeros((0, self.region.dimension))
         self._descents: Descents | None = None
@@ -98,6 +100,10 @@ class Stages:
             return self._unhinted(self.region.positions(self._at_hand().U))
         if self._stage == STEP:
             U, hints = self._at_hand().steps()
+            batch = self.region.positions(U), hints
+            return self._with_leader(*batch) if self._sloped else (*batch, 0)
+        if self._stage == SLOPE:
+            U, hints = self._at_hand().places()
             return self.region.positions(U), hints, 0
         U, hints = self._at_hand().probes(self._signs)
         return self._with_leader(self.region.positions(U), hints)
@@ -107,27 +113,46 @@ class Stages:
         return X, np.full((len(X), self._archive.hint.shape[1]), np.nan), 0
 
     def _with_leader(self, X: Array, hints: Array) -> tuple[Array, Array, int]:
-        """A batch of probes; behind it the descent in the lead without its hint, if it looks like a new best."""
+        """A batch of probes or steps; behind it the descent in the lead without its hint, if it looks like a new best."""
         descents = self._at_hand()
         k = int(np.argmin(descents.value))
         ahead = descents.value[k] < self._best_value * (1.0 - AHEAD)
-        if not ahead or self._stage != PROBE or not np.any(descents.last[k]):
+        if not ahead or self._stage not in (PROBE, STEP) or not np.any(descents.last[k]):
             return X, hints, 0
         place = self.region.positions(descents.U[k : k + 1])
         return np.vstack([X, place]), np.vstack([hints, np.full((1, hints.shape[1]), np.nan)]), 1
 
     # ------------------------------------------------------------------ what is told
 
-    def _take(self, values: Array, hints: Array, told: int) -> None:
+    def _take(self, values: Array, hints: Array, slopes: Array | None, told: int) -> None:
         """Pass the values on to the present stage, and go to the next one."""
+        if self._stage in (SLOPE, STEP):
+            self._take_slopes(values, hints, slopes)
+            return
         if self._extra:
             place = self.region.units(self._X[-1:])
             self._archive.add(place, values[-1:], hints[-1:])
             values, hints = values[:-1], hints[:-1]
         {
             SAMPLE: self._sampled, SCREEN: self._screened, EVOLVE: self._evolved, CHECK: self._checked,
-            STEP: self._stepped, PROBE: self._probed, RETRY: self._retried,
+            PROBE: self._probed, RETRY: self._retried,
         }[self._stage](values, hints, told)  # fmt: skip
+
+    def _take_slopes(self, values: Array, hints: Array, slopes: Array | None) -> None:
+        """Pass on values that may have gradients; without any, probe from now on."""
+        count = len(values) - self._extra
+        if self._extra:
+            self._archive.add(self.region.units(self._X[count:]), values[count:], hints[count:])
+        descents = self._at_hand()
+        known = None if slopes is None else self.region.unit_slopes(slopes[:count])
+        if self._stage == STEP:
+            self._stepped(values[:count], hints[:count], known if self._sloped else None)
+        elif known is None:
+            self._sloped = False
+            self._signs, self._stage = descents.signs(), PROBE
+        else:
+            descents.learn(np.clip(known, -STEEPEST, STEEPEST))
+            self._stage = STEP
 
     def _sampled(self, values: Array, hints: Array, told: int) -> None:
         """Collect the first sample; when it is complete, begin descents."""
@@ -172,7 +197,7 @@ class Stages:
         """Begin descents."""
         bar = self._archive.rank_value(self.recipe.bar) if len(self._archive) else -np.inf
         self._descents = Descents(self.region, U, values, hints, reach, Patience(), bar)
-        self._signs, self._stage = self._descents.signs(), PROBE
+        self._signs, self._stage = self._descents.signs(), SLOPE if self._sloped else PROBE
 
     def _probed(self, values: Array, hints: Array, told: int) -> None:
         """Take the gradients, or try the other direction where a probe had no value."""
@@ -190,11 +215,13 @@ class Stages:
         self._at_hand().learn(np.where(np.isnan(self._slopes), others, self._slopes))
         self._stage = STEP
 
-    def _stepped(self, values: Array, hints: Array, told: int) -> None:
+    def _stepped(self, values: Array, hints: Array, slopes: Array | None) -> None:
         """Move the descents."""
-        self._at_hand().move(self.region.units(self._X), values, hints)
+        if slopes is not None:
+            slopes = np.clip(np.where(np.isfinite(slopes), slopes, 0.0), -STEEPEST, STEEPEST)
+        self._at_hand().move(self.region.units(self._X[: len(values)]), values, hints, slopes)
         if self._at_hand().live.any():
-            self._signs, self._stage = self._at_hand().signs(), PROBE
+            self._signs, self._stage = self._at_hand().signs(), STEP if self._sloped else PROBE
         else:
             self._stage = CHECK
 
@@ -217,7 +244,7 @@ class Stages:
     def _settle(self, told: int) -> None:
         """Leave a stage that the budget does not allow any more."""
         last = self.budget - round(self.recipe.finish * self.budget)
-        if self._stage in (PROBE, RETRY, STEP, SCREEN) and told + self._next_size() > last:
+        if self._stage in (SLOPE, PROBE, RETRY, STEP, SCREEN) and told + self._next_size() > last:
             self._stage = CHECK if self._descents is not None else EVOLVE
         if self._stage == CHECK and self._descents is not None and told + len(self._descents.U) > self.budget:
             self._stage = OVER
@@ -235,6 +262,8 @@ class Stages:
         if self._stage == SCREEN or self._descents is None:
             return self.recipe.descents * self.recipe.screened
         live = int(self._descents.live.sum())
+        if self._sloped:
+            return live * (len(SCALES) + 1) + 1
         return live * (self.region.dimension + 3) if self._stage == PROBE else live * self.region.dimension
 
     def _next_leg(self, told: int) -> None:

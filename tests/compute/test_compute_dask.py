@@ -150,9 +150,9 @@ import time
 from armdesign.compute import backend
 
 class Slow(backend.InProcess):
-    def evaluate(self, Phi, cutoff, poses=None):
+    def evaluate(self, Phi, cutoff, poses=None, **others):
         time.sleep(0.2)
-        return super().evaluate(Phi, cutoff, poses)
+        return super().evaluate(Phi, cutoff, poses, **others)
 
 def dask_setup(worker):
     from armdesign.compute import dask_cluster
@@ -243,8 +243,8 @@ import os
 from armdesign.compute import backend
 
 class Killed(backend.InProcess):
-    def evaluate(self, Phi, cutoff, poses=None):
-        return os._exit(1) if ENTRY in Phi[:, 0] else super().evaluate(Phi, cutoff, poses)
+    def evaluate(self, Phi, cutoff, poses=None, **others):
+        return os._exit(1) if ENTRY in Phi[:, 0] else super().evaluate(Phi, cutoff, poses, **others)
 
 def dask_setup(worker):
     from armdesign.compute import dask_cluster
