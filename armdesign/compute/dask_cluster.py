@@ -179,9 +179,7 @@ class DaskCluster(Closing):
         """Hand chunks over to the scheduler."""
         parts = [generation.part(chunk) for chunk in chunks]
         pieces = [part.Phi for part in parts], [part.cutoff for part in parts], [part.poses for part in parts]
-        self.futures = self.client.map(
-            evaluate_chunk, *pieces, holder=self.name, slopes=generation.slopes, pure=False
-        )
+        self.futures = self.client.map(evaluate_chunk, *pieces, holder=self.name, slopes=generation.slopes, pure=False)
         return self.futures
 
     def _gather(self, futures: list[Future]) -> list[Answer]:

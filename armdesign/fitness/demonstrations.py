@@ -263,7 +263,6 @@ class Demonstrations:
         )
         return scores, replace(sum(done.removed, Rejections()), pruned=int(pruned.sum()))
 
-
     def _slopes(self, parts: Sequence[Scores], scored: Flags) -> Array:
         """Gradients of r, as r is combined, shape (N, D), or (N, 0) where there are none."""
         rows = np.stack([part.slopes for part in parts])

@@ -140,11 +140,19 @@ class RobotFitness:
         Args:
             first: The first one.
             more: Gives the next, or None if there is none yet; the stream ends when all are done and there is none.
-                It is not asked where slopes are wanted of the first.
+                One of which slopes are wanted is walked alone.
         """
-        if first.slopes:
-            yield self._with_slopes(first)
-            return
+        waiting: deque[Generation] = deque([first])
+        while waiting:
+            if waiting[0].slopes:
+                yield self._with_slopes(waiting.popleft())
+            else:
+                yield from self._streamed(waiting.popleft(), more, waiting)
+
+    def _streamed(
+        self, first: Generation, more: Callable[[], Generation | None], waiting: deque[Generation]
+    ) -> Iterator[tuple[Scores, Rejections]]:
+        """Score generations of which no slopes are wanted, until one comes of which they are: that one is to wait."""
         tested: deque[Tested] = deque()
 
         def batch(generation: Generation) -> Batch:
@@ -152,7 +160,10 @@ class RobotFitness:
             return tested[-1].batch
 
         def next_batch() -> Batch | None:
-            generation = more()
+            generation = None if waiting else more()
+            if generation is not None and generation.slopes:
+                waiting.append(generation)
+                return None
             return None if generation is None else batch(generation)
 
         for scores in self.evaluator.stream(batch(first), next_batch):

@@ -19,7 +19,7 @@ from armdesign.swarm.quasi_newton import best_steps, updated
 from armdesign.swarm.region import Region
 from armdesign.swarm.space import Array, Mask
 
-SCALES = np.array([2.0, 0.7, 0.2])
+SCALES = np.array([1.4, 0.4])
 """Lengths of the steps that are tried, in terms of the last one that was taken."""
 PROBE = 3e-4
 """Length of the probes in unit coordinates: far above the solver's tolerance, far below a basin's width."""

@@ -233,3 +233,65 @@ def test_a_damaged_state_is_refused():
             MultiBasin.from_state({key: value for key, value in state.items() if key != name})
     with pytest.raises(SearchError, match="pso"):
         MultiBasin.from_state(state | {"algorithm": "pso"})
+
+
+def bumpy_slope(X):
+    """Gradient of bumpy."""
+    Y = X - GOAL
+    slope = 2.0 * Y + 0.9 * np.sin(6.0 * Y)
+    slope[:, 4] += 0.3 * np.sign(Y[:, 4])
+    return slope
+
+
+def with_slopes(search):
+    """Carry on with gradients; everything that was asked."""
+    asked = []
+    while not search.done:
+        X = search.ask()
+        asked.append(X)
+        values, valid, hints = evaluate(X)
+        search.tell(values, valid, hints, bumpy_slope(X) if search.wants_slopes else None)
+    return asked
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_with_gradients_the_best_basin_takes_far_fewer_candidates(seed):
+    search = build(seed, budget=1500)
+    with_slopes(search)
+    assert search.best_fitness < 0.01
+
+
+def test_with_gradients_nothing_is_probed():
+    search, stages = build(budget=1200), set()
+    while not search.done:
+        X = search.ask()
+        stages.add(search.state()["stage"])
+        values, valid, hints = evaluate(X)
+        search.tell(values, valid, hints, bumpy_slope(X) if search.wants_slopes else None)
+    assert {"slope", "step"} <= stages
+    assert not {"probe", "retry"} & stages
+
+
+def test_a_run_with_gradients_goes_on_from_its_state():
+    whole, parts = build(budget=1200), build(budget=1200)
+    expected = np.vstack(with_slopes(whole))
+    asked = []
+    while not parts.done:
+        X = parts.ask()
+        parts = MultiBasin.from_state(through_json(parts.state()))
+        asked.append(X)
+        values, valid, hints = evaluate(X)
+        parts.tell(values, valid, hints, bumpy_slope(X) if parts.wants_slopes else None)
+    assert np.array_equal(np.vstack(asked), expected)
+
+
+def test_slopes_are_only_heeded_where_they_are_wanted():
+    plain, told = build(budget=600), build(budget=600)
+    while not plain.done:
+        X = plain.ask()
+        told.ask()
+        values, valid, hints = evaluate(X)
+        slopes = bumpy_slope(X)
+        plain.tell(values, valid, hints, slopes if plain.wants_slopes else None)
+        told.tell(values, valid, hints, slopes)
+    assert np.array_equal(plain.best_position, told.best_position)
