@@ -41,8 +41,9 @@ class Generation(NamedTuple):
 
     def part(self, chosen: slice) -> Generation:
         """Some of the candidates."""
-        others = (None if values is None else values[chosen] for values in self[1:4])
-        return Generation(np.asarray(self.Phi)[chosen], *others, slopes=self.slopes)
+        known = (self.cutoff, self.poses, self.mounts)
+        cutoff, poses, mounts = (None if values is None else values[chosen] for values in known)
+        return Generation(np.asarray(self.Phi)[chosen], cutoff, poses, mounts, self.slopes)
 
 
 @dataclass(frozen=True)

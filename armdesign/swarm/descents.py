@@ -1,8 +1,8 @@
 """Many local descents side by side: gradients, quasi-Newton steps in a box and a slab.
 
 Every descent is at its own place; all of them ask at once for a few steps of different length, of which the best
-counts if it is better. Gradients come with the values of the steps, or from probes by forward differences. What a descent costs beyond its gain is cut:
-after a few rounds the worse ones are given up, later those that hardly move.
+counts if it is better. Gradients come with the values of the steps, or from probes by forward differences. What a
+descent costs beyond its gain is cut: after a few rounds the worse ones are given up, later those that hardly move.
 """
 
 from __future__ import annotations

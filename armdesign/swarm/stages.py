@@ -113,7 +113,7 @@ class Stages:
         return X, np.full((len(X), self._archive.hint.shape[1]), np.nan), 0
 
     def _with_leader(self, X: Array, hints: Array) -> tuple[Array, Array, int]:
-        """A batch of probes or steps; behind it the descent in the lead without its hint, if it looks like a new best."""
+        """A batch; behind it the descent in the lead without its hint, where that looks like a new best."""
         descents = self._at_hand()
         k = int(np.argmin(descents.value))
         ahead = descents.value[k] < self._best_value * (1.0 - AHEAD)

@@ -115,6 +115,12 @@ def test_a_cluster_gives_the_scores_of_one_process(client, prepared, generation,
         assert same(backend.evaluate(Phi, cutoff, poses), InProcess(prepared).evaluate(Phi, cutoff, poses))
 
 
+def test_a_cluster_gives_the_slopes_of_one_process(client, prepared, generation):
+    Phi, cutoff, _ = generation
+    with DaskCluster(client, prepared) as backend:
+        assert same(backend.evaluate(Phi, cutoff, slopes=True), InProcess(prepared).evaluate(Phi, cutoff, slopes=True))
+
+
 def test_the_task_leaves_the_workers_with_the_backend(client, prepared):
     def held(dask_worker):
         return [name for name in dask_worker.plugins if name.startswith("armdesign")]

@@ -118,6 +118,16 @@ def test_chunks_that_overlap_are_scored_as_apart(task):
         assert removed == counted
 
 
+def test_slopes_are_the_same_on_real_workers_and_between_generations_without(task, three):
+    Phi = task.space().sample(np.random.default_rng(4), 40)
+    cutoff, alone = np.full(40, 0.9), InProcess(task, block=3)
+    for slopes in (False, True, True, False, True):
+        assert same(three.evaluate(Phi, cutoff, slopes=slopes)[0], alone.evaluate(Phi, cutoff, slopes=slopes)[0])
+    scores = alone.evaluate(Phi, cutoff, slopes=True)[0]
+    assert np.array_equal(np.isfinite(scores.slopes).all(axis=1), np.isfinite(scores.fitness))
+    assert np.isfinite(scores.fitness).sum() >= 5
+
+
 def test_scores_do_not_depend_on_the_cut(light, monkeypatch):
     pool = light(3)
     for seed in range(20):
