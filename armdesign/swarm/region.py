@@ -10,6 +10,9 @@ from armdesign.errors import SettingsError
 from armdesign.swarm import checks
 from armdesign.swarm.space import Array, Box
 
+ROUNDING = 1e-12
+"""By how much a point is drawn inside the slab that was outside, so that rounding leaves it there."""
+
 
 @dataclass(frozen=True, eq=False)
 class Slab:
@@ -141,6 +144,6 @@ def _shifted(V: Array, lower: Array, upper: Array, weights: Array, bound: Array)
     right = np.where(within.any(axis=1), np.argmax(within, axis=1), last)
     left = np.maximum(right - 1, 0)
     above, below = total[rows, left], total[rows, right]
-    share = np.clip((above - bound) / np.where(above > below, above - below, 1.0), 0.0, 1.0)
-    t = ends[rows, left] + share * (ends[rows, right] - ends[rows, left])
-    return np.asarray(np.clip(V - t[:, None] * weights, lower, upper))
+    share = np.clip((above - bound + ROUNDING) / np.where(above > below, above - below, 1.0), 0.0, 1.0)
+    near, far = (np.clip(V - ends[rows, k][:, None] * weights, lower, upper) for k in (left, right))
+    return np.asarray(near + share[:, None] * (far - near))

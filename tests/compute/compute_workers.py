@@ -21,6 +21,7 @@ def scores(Phi):
         fitness=r, path_fitness=r / 2, area=r / 3, valid=r > 0.5, pruned=r < 0.1, start_error=r / 4,
         q0=np.outer(r, [1.0, 2.0]), mount=np.tile(np.eye(3), (len(Phi), 1, 1)), miss_frame=whole, miss=r,
         steps=whole, start_steps=whole, accepted=whole, frames=whole,
+        slopes=np.zeros((len(Phi), 0)),
     )  # fmt: skip
 
 
