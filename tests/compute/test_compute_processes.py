@@ -119,8 +119,8 @@ def test_chunks_that_overlap_are_scored_as_apart(task):
 
 
 def test_slopes_are_the_same_on_real_workers_and_between_generations_without(task, three):
-    Phi = task.space().sample(np.random.default_rng(4), 40)
-    cutoff, alone = np.full(40, np.inf), InProcess(task, block=3)
+    Phi = task.space().sample(np.random.default_rng(4), 120)
+    cutoff, alone = np.full(120, np.inf), InProcess(task, block=3)
     for slopes in (False, True, True, False, True):
         assert same(three.evaluate(Phi, cutoff, slopes=slopes)[0], alone.evaluate(Phi, cutoff, slopes=slopes)[0])
     scores = alone.evaluate(Phi, cutoff, slopes=True)[0]
