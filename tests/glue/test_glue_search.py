@@ -165,7 +165,7 @@ def test_rapso_without_any_valid_arm_equals_pso_draw_by_draw(prepared_for, monke
     asked = []
     evaluate = RobotFitness.evaluate
 
-    def noting(self, Phi, cutoff=None, *others, **others):
+    def noting(self, Phi, cutoff=None, *others, **more):
         asked.append(np.array(Phi))
         return evaluate(self, Phi, cutoff)
 
@@ -184,7 +184,7 @@ def test_angles_rest_between_the_intervals(prepared_for, monkeypatch):
     asked = []
     evaluate = RobotFitness.evaluate
 
-    def noting(self, Phi, cutoff=None, *others, **others):
+    def noting(self, Phi, cutoff=None, *others, **more):
         asked.append(np.array(Phi))
         return evaluate(self, Phi, cutoff)
 
