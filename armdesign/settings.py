@@ -249,9 +249,7 @@ class SearchSettings(Section):
         "rapso: the paper's RA-PSO; pso; multibasin: descents by gradients in many basins, which takes the budget\n"
         "instead of particles and iterations. Its patience counts batches, of some hundred candidates each.",
     )  # fmt: skip
-    budget: int = parameter(
-        25000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most, probes included."
-    )
+    budget: int = parameter(25000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most.")
     particles: int = parameter(400, Number(1, 10**6, integer=True), "N, number of particles.")
     iterations: int = parameter(200, Number(1, 10**6, integer=True), "M, number of iterations.")
     seed: int = parameter(0, Number(0, 2**63 - 1, integer=True), "Seed of the random numbers.")
