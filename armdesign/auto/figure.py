@@ -2,35 +2,17 @@
 
 from __future__ import annotations
 
-import io
-import warnings
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from armdesign.auto.rule import Rule
-from armdesign.report.drawing import ARM, GREY, HUMAN, STYLE
+from armdesign.report.drawing import ARM, GREY, HUMAN, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from armdesign.auto.records import Found
-
-DOTS_PER_INCH = 150
-
-
-def png(build: Callable[[], Figure]) -> bytes:
-    """A figure as PNG, apart from whatever settings of matplotlib are in force."""
-    import matplotlib as mpl  # noqa: PLC0415 (slow to import)
-
-    content = io.BytesIO()
-    with mpl.rc_context(), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph")
-        mpl.rcdefaults()
-        parameters: Any = mpl.rcParams
-        parameters.update(STYLE)
-        build().savefig(content, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
-    return content.getvalue()
 
 
 def pareto_png(found: Sequence[Found], chosen: int, rule: Rule) -> bytes:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from armdesign.cli.common import (
-    INTERRUPTED,
     ClusterOption,
     ConfigOption,
     QuietOption,
@@ -17,7 +16,6 @@ from armdesign.cli.common import (
     check_workers,
     one_sentence_errors,
     refuse_beside_resume,
-    tell_at_once,
 )
 from armdesign.cli.study_flags import (
     DofOption,
@@ -34,7 +32,7 @@ from armdesign.cli.study_flags import (
     asked_for,
     words,
 )
-from armdesign.cli.sweep import SHOWN_FAILURES, SOME_FAILED, hiring, worker_count
+from armdesign.cli.sweep import SHOWN_FAILURES, hiring, leave, say_stopping, worker_count
 from armdesign.cli.sweep_progress import SweepLine
 from armdesign.wording import resume_command
 
@@ -241,9 +239,6 @@ def carry_out(folder: Path, asked: Asked, tasks: Tasks, workers: int, cluster: s
     from armdesign.studies.engine import run_study  # noqa: PLC0415
     from armdesign.studies.registry import warm_up  # noqa: PLC0415
 
-    def on_interrupt() -> None:
-        tell_at_once("Stopping: the runs at hand finish their iteration; once more stops at once.")
-
     def compile_more() -> None:
         warm_up(asked.study, tasks)
 
@@ -251,17 +246,13 @@ def carry_out(folder: Path, asked: Asked, tasks: Tasks, workers: int, cluster: s
     try:
         with SweepLine() as line, hiring(workers, cluster, tasks, quiet=quiet, warm_up=compile_more) as hire:
             on_change = None if quiet else line
-            finding = run_study(folder, asked, tasks, hire, on_change=on_change, on_interrupt=on_interrupt)
+            finding = run_study(folder, asked, tasks, hire, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
     if not quiet:
         typer.echo(closing_text(folder, finding))
-    if finding.ledger.count("waiting", "interrupted"):
-        typer.echo(f"Interrupted. {go_on}", err=True)
-        raise typer.Exit(INTERRUPTED)
-    if finding.ledger.count("failed"):
-        raise typer.Exit(SOME_FAILED)
+    leave(finding.ledger, go_on)
 
 
 def closing_text(folder: Path, finding: Finding) -> str:

@@ -207,19 +207,30 @@ def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: s
     """Carry out a sweep, saying how it goes and how it went."""
     from armdesign.sweep import run_sweep  # noqa: PLC0415
 
-    def on_interrupt() -> None:
-        tell_at_once("Stopping: the runs at hand finish their iteration; once more stops at once.")
-
     go_on = f"Go on with: {resume_command('sweep', folder, cluster)}"
     try:
         with SweepLine() as line, hiring(workers, cluster, tasks, quiet=quiet) as hire:
             on_change = None if quiet else line
-            ledger = run_sweep(folder, asked, tasks, hire, on_change=on_change, on_interrupt=on_interrupt)
+            ledger = run_sweep(folder, asked, tasks, hire, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
     if not quiet:
         typer.echo(closing_text(ledger))
+    leave(ledger, go_on)
+
+
+def say_stopping() -> None:
+    """What is said when Ctrl-C asks for the end."""
+    tell_at_once("Stopping: the runs at hand finish their iteration; once more stops at once.")
+
+
+def leave(ledger: Ledger, go_on: str) -> None:
+    """End with the exit code that tells how the runs stand.
+
+    Raises:
+        Exit: Not all of them are finished.
+    """
     if ledger.count("waiting", "interrupted"):
         typer.echo(f"Interrupted. {go_on}", err=True)
         raise typer.Exit(INTERRUPTED)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 import re
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,8 @@ DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 2, 1, 2, 1, 2)), (0, (9
 ARM, HUMAN, GREY = "#0072B2", "#D55E00", "#777777"
 WIDTH = 4.8
 """Width of every figure [inch]: two beside each other on a screen, one on a phone, the letters legible in both."""
+DOTS_PER_INCH = 150
+"""Of figures as PNG."""
 MOST_DRAWN = 400
 """Samples of a series that are drawn; more cannot be told apart."""
 STYLE: dict[str, Any] = {
@@ -73,7 +76,7 @@ class Picture:
 
 
 def picture(key: str, build: Callable[[], Figure], alt: str, caption: str = "") -> Picture:
-    """Draw a figure, apart from whatever settings of matplotlib are in force.
+    """Draw a figure for a page.
 
     Args:
         key: Name of the picture, ASCII letters.
@@ -81,16 +84,35 @@ def picture(key: str, build: Callable[[], Figure], alt: str, caption: str = "") 
         alt: What it shows.
         caption: What stands below it.
     """
+    content = io.StringIO()
+    with own_style():
+        build().savefig(content, format="svg", metadata={"Date": None})
+    return Picture(key, inlined(content.getvalue(), key), alt, caption)
+
+
+def png(build: Callable[[], Figure]) -> bytes:
+    """Draw a figure as PNG.
+
+    Args:
+        build: Makes the figure.
+    """
+    content = io.BytesIO()
+    with own_style():
+        build().savefig(content, format="png", dpi=DOTS_PER_INCH, metadata={"Software": None})
+    return content.getvalue()
+
+
+@contextmanager
+def own_style() -> Iterator[None]:
+    """Figures drawn meanwhile have our style, apart from whatever settings of matplotlib are in force."""
     import matplotlib as mpl  # noqa: PLC0415  (slow to import)
 
-    content = io.StringIO()
     with mpl.rc_context(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # the browser has letters that the font at hand lacks
         mpl.rcdefaults()
         parameters: Any = mpl.rcParams
         parameters.update(STYLE)
-        build().savefig(content, format="svg", metadata={"Date": None})
-    return Picture(key, inlined(content.getvalue(), key), alt, caption)
+        yield
 
 
 def inlined(svg: str, key: str) -> str:

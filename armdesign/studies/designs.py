@@ -211,9 +211,9 @@ def draw_part(axis: Axes, choice: Choice, records: Sequence[Record], name: str, 
 
 def more(asked: Asked, records: Sequence[Record], folder: Path) -> tuple[str, ...]:
     """Write the chosen arm of every task as a drawing and as a preview to look at in a browser."""
-    from armdesign.auto.figure import png  # noqa: PLC0415
     from armdesign.finished import read_finished  # noqa: PLC0415
     from armdesign.preview import preview_html  # noqa: PLC0415
+    from armdesign.report.drawing import png  # noqa: PLC0415
     from armdesign.report.sketch import sketch  # noqa: PLC0415
 
     names: list[str] = []

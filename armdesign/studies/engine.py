@@ -14,8 +14,8 @@ from typing import Any
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.files import write_whole
 from armdesign.origin import as_json
+from armdesign.report.drawing import png
 from armdesign.studies.machine import about_machine, command_line, versions
-from armdesign.studies.picture import png
 from armdesign.studies.plan import Asked, Record, Tasks, Unit, check_units, task_name
 from armdesign.studies.registry import further_files, study_module
 from armdesign.studies.store import frozen, settle_study

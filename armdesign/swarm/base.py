@@ -224,9 +224,7 @@ class Swarm(ABC):
             SearchError: The state is that of another algorithm, or an entry is missing or does not fit.
             SettingsError: A setting in it is out of range.
         """
-        if saved.entry(state, "algorithm") != cls.name:
-            message = f"the saved search used '{state['algorithm']}', not '{cls.name}'"
-            raise SearchError(message, value=state["algorithm"], allowed=cls.name)
+        saved.check_algorithm(state, cls.name)
         box = Box(*(saved.entry(state, name) for name in ("lower", "upper", "angular")))
         X = saved.array(state, "positions", (None, box.dimension))
         rng = generator_state.decode(saved.entry(state, "generator"))

@@ -25,6 +25,17 @@ def entry(state: Mapping[str, Any], name: str) -> Any:  # noqa: ANN401
     return state[name]
 
 
+def check_algorithm(state: Mapping[str, Any], name: str) -> None:
+    """Refuse the state of another algorithm.
+
+    Raises:
+        SearchError: It is one, or does not say.
+    """
+    algorithm = entry(state, "algorithm")
+    if algorithm != name:
+        raise SearchError(f"the saved search used '{algorithm}', not '{name}'", value=algorithm, allowed=name)
+
+
 def settings(state: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     """An entry that holds settings by name.
 
