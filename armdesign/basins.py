@@ -23,21 +23,22 @@ def new_search(settings: SearchSettings, space: DesignSpace, sample: Sampler) ->
     Args:
         settings: Budget and seed.
         space: The design space.
-        sample: Draws designs.
+        sample: Draws designs for the first sample.
     """
     return MultiBasin(
         Box(*space.bounds, space.angular),
         settings.budget,
         np.random.default_rng(settings.seed),
         sample=sample,
+        anew=space.sample,
         slab=length_slab(space),
         canonical=canonical_form(space),
     )
 
 
-def resumed_search(state: Mapping[str, Any], space: DesignSpace, sample: Sampler) -> MultiBasin:
+def resumed_search(state: Mapping[str, Any], space: DesignSpace) -> MultiBasin:
     """The many-basin search that a state was taken of."""
-    return MultiBasin.from_state(state, sample=sample, canonical=canonical_form(space))
+    return MultiBasin.from_state(state, anew=space.sample, canonical=canonical_form(space))
 
 
 def length_slab(space: DesignSpace) -> Slab:

@@ -32,6 +32,8 @@ from armdesign.swarm import (
 from armdesign.wording import counted
 
 Array = NDArray[np.float64]
+ITERATION = 400
+"""Candidates of a many-basin search that count as an iteration for the stop rules: a generation of the swarms."""
 
 
 @dataclass(frozen=True)
@@ -152,11 +154,20 @@ class Search:
             return "iterations"
         if settings.target is not None and self.swarm.best_fitness <= settings.target:
             return "target"
-        if settings.patience is not None and stalled(best, settings.patience):
+        if settings.patience is not None and stalled(best[self.steps()], settings.patience):
             return "patience"
         if settings.time_limit is not None and self.elapsed >= settings.time_limit:
             return "time_limit"
         return None
+
+    def steps(self) -> NDArray[np.intp]:
+        """Rows of the history that stand for whole iterations: all of a swarm, of many basins every 400 candidates."""
+        evaluations = self.swarm.history.evaluations
+        if not isinstance(self.swarm, MultiBasin) or not len(evaluations):
+            return np.arange(len(evaluations))
+        ends = np.arange(evaluations[-1] % ITERATION, evaluations[-1] + 1, ITERATION)
+        rows = np.searchsorted(evaluations, ends, side="right") - 1
+        return np.asarray(rows[rows >= 0])
 
     def result(self, stopped_by: str) -> SearchResult:
         """The best arm so far.
@@ -188,7 +199,7 @@ class Search:
         search = dict(state["search"])
         swarm = {name: value for name, value in state.items() if name != "search"}
         if swarm.get("algorithm") == MultiBasin.name:
-            self.swarm = resumed_search(swarm, self.space, first_generation(self.settings, self.space))
+            self.swarm = resumed_search(swarm, self.space)
         else:
             self.swarm = swarm_from_state(swarm)
         self.rejections = Rejections(**search["rejections"])

@@ -64,15 +64,20 @@ class Archive:
         kept = [int(order[k]) for k in apart(self.canonical(U[order]), RADIUS, ROOM)]
         self.U, self.value, self.hint = U[kept], value[kept], hint[kept]
 
-    def state(self) -> dict[str, Any]:
-        """Arrays to carry on from."""
-        return {f"archive_{name}": getattr(self, name).copy() for name in ("U", "value", "hint")}
+    def take(self, other: Archive) -> None:
+        """Take in what another archive holds."""
+        if len(other):
+            self.add(other.U, other.value, other.hint)
 
-    def restore(self, state: Mapping[str, Any]) -> None:
+    def state(self, prefix: str) -> dict[str, Any]:
+        """Arrays to carry on from."""
+        return {f"{prefix}_{name}": getattr(self, name).copy() for name in ("U", "value", "hint")}
+
+    def restore(self, state: Mapping[str, Any], prefix: str) -> None:
         """Set what :meth:`state` described."""
-        self.U = saved.array(state, "archive_U", (None, self.U.shape[1]))
-        self.value = saved.array(state, "archive_value", (len(self.U),))
-        self.hint = saved.hints(state, "archive_hint", len(self.U))
+        self.U = saved.array(state, f"{prefix}_U", (None, self.U.shape[1]))
+        self.value = saved.array(state, f"{prefix}_value", (len(self.U),))
+        self.hint = saved.hints(state, f"{prefix}_hint", len(self.U))
 
 
 def apart(places: Array, radius: float, most: int) -> list[int]:

@@ -1,8 +1,10 @@
 """Many local descents side by side: gradients, quasi-Newton steps in a box and a slab.
 
-Every descent is at its own place; all of them ask at once for a few steps of different length, of which the best
-counts if it is better. Gradients come with the values of the steps, or from probes by forward differences. What a
-descent costs beyond its gain is cut: after a few rounds the worse ones are given up, later those that hardly move.
+Every descent is at its own place; all of them ask at once for one step each, which is taken where it is better.
+Gradients come with the values of the steps, or from probes by forward differences. A step that is not taken teaches
+something, too: the change of the gradient along it, which across a kink is steep, so that the next one goes along the
+kink (Lewis and Overton 2013, Nonsmooth optimization via quasi-Newton methods). What a descent costs beyond its gain
+is cut: after a few rounds the worse ones are given up, later those that hardly move.
 """
 
 from __future__ import annotations
@@ -19,14 +21,14 @@ from armdesign.swarm.quasi_newton import best_steps, updated
 from armdesign.swarm.region import Region
 from armdesign.swarm.space import Array, Mask
 
-SCALES = np.array([1.4, 0.4])
-"""Lengths of the steps that are tried, in terms of the last one that was taken."""
 PROBE = 3e-4
 """Length of the probes in unit coordinates: far above the solver's tolerance, far below a basin's width."""
 STEEPEST = 50.0
 """Largest slope taken seriously, as of a jump within the probe."""
-LONGEST, SHORTEST = 0.3, 1e-5
-SHRINK = 0.1
+LONGEST, SHORTEST = 0.3, 1e-6
+GROW, SHRINK = 2.0, 0.5
+GOOD, POOR = 0.5, 0.2
+"""Shares of the gain which the model promises, from which the next step may be longer, or below which shorter."""
 
 
 @dataclass(frozen=True)
@@ -37,14 +39,16 @@ class Patience:
         halve_at: Round after which only the better ones go on.
         keep: Share of them.
         window: Rounds over which it has to gain ...
-        gain: ... this much, relative.
+        gain: ... this much, relative ...
+        leading_gain: ... or this much where it is among the best.
         rounds: Most rounds.
     """
 
-    halve_at: int = 6
+    halve_at: int = 8
     keep: float = 0.5
-    window: int = 6
+    window: int = 8
     gain: float = 0.008
+    leading_gain: float = 0.002
     rounds: int = 40
 
 
@@ -71,7 +75,7 @@ class Descents:
             hint: Hints, shape (M, H).
             reach: Length of the first step in unit coordinates.
             patience: When to give up.
-            bar: A fitness that is good enough not to be given up at ``halve_at``.
+            bar: A fitness that is good enough to be among the best: not given up at ``halve_at``.
         """
         count, size = U.shape
         self.region, self.patience, self.bar = region, patience, bar
@@ -93,9 +97,16 @@ class Descents:
         """Indices of the live ones."""
         return np.flatnonzero(self.live)
 
+    def moved(self) -> Mask:
+        """Which of the live ones are at a new place, shape (L,)."""
+        return np.asarray((self.last[self.live] != 0.0).any(axis=1) | (self.round == 0))
+
     def signs(self) -> Array:
-        """Directions of the probes of the live ones, shape (L, K): forward, but backward at an upper bound."""
-        return np.where(self.U[self.live] + PROBE > 1.0, -1.0, 1.0)
+        """Directions of the probes of the live ones, shape (L, K): forward, but backward at an upper bound.
+
+        Where a descent has not moved, its gradient is known: 0, for no probe.
+        """
+        return np.where(self.U[self.live] + PROBE > 1.0, -1.0, 1.0) * self.moved()[:, None]
 
     def places(self) -> tuple[Array, Array]:
         """Where the live ones are, shape (L, K), and their hints, shape (L, H)."""
@@ -122,57 +133,67 @@ class Descents:
         return slopes
 
     def learn(self, slopes: Array) -> None:
-        """Take the gradients of the live ones, shape (L, K); an unknown entry counts as flat."""
+        """Take the gradients of the live ones that have moved, shape (L, K); an unknown entry counts as flat."""
         gradients = np.where(np.isnan(slopes), 0.0, slopes)
-        for gradient, i in zip(gradients, self.going(), strict=True):
-            self._bend(int(i), gradient)
+        for gradient, i, moved in zip(gradients, self.going(), self.moved(), strict=True):
+            if moved:
+                self._bend(int(i), self.last[i], gradient)
+                self.gradient[i] = gradient
 
-    def _bend(self, i: int, gradient: Array) -> None:
-        """Take the gradient of one descent, and the curvature that it shows along the last step."""
-        step = self.last[i]
+    def _bend(self, i: int, step: Array, gradient: Array) -> None:
+        """Take the curvature that a gradient at the end of a step shows, beside the one known where it began."""
         if np.any(step):
             change = gradient - self.gradient[i]
             first = not self.curved[i]
             self.B[i] = updated(self.B[i], step, change, first=first)
             self.curved[i] |= first and float(step @ change) > 0.0
-        self.gradient[i] = gradient
 
     def steps(self) -> tuple[Array, Array]:
-        """Steps of the live ones, as many for each as there are SCALES.
+        """One step of each of the live ones.
 
         Returns:
-            Unit coordinates, shape (L S, K), and hints, shape (L S, H).
+            Unit coordinates, shape (L, K), and hints, shape (L, H).
         """
-        owners = np.repeat(self.going(), len(SCALES))
-        reach = self.reach[owners] * np.tile(SCALES, len(owners) // len(SCALES))
-        moves = best_steps(self.region, self.U[owners], self.gradient[owners], self.B[owners], reach, self.margin)
-        return np.clip(self.U[owners] + moves, 0.0, 1.0), self.hint[owners]
+        live = self.live
+        U, reach = self.U[live], self.reach[live]
+        moves = best_steps(self.region, U, self.gradient[live], self.B[live], reach, self.margin)
+        return np.clip(U + moves, 0.0, 1.0), self.hint[live]
 
     def move(self, tried: Array, values: Array, hints: Array, slopes: Array | None = None) -> None:
-        """Take the best of the steps where it is better, and give up whoever is out of patience.
+        """Take the steps that are better, learn from the others, and give up whoever is out of patience.
 
         Args:
-            tried: What ``steps`` gave, shape (L S, K).
-            values: Their fitness, shape (L S,).
-            hints: Their hints, shape (L S, H).
-            slopes: Their gradients, shape (L S, K), where they are known; learned for the steps that are taken.
+            tried: What ``steps`` gave, shape (L, K).
+            values: Their fitness, shape (L,).
+            hints: Their hints, shape (L, H).
+            slopes: Their gradients, shape (L, K), where they come with the values; an unknown entry is NaN.
         """
-        table = values.reshape(-1, len(SCALES))
-        for row, (i, best) in enumerate(zip(self.going(), np.argmin(table, axis=1), strict=True)):
-            k = row * len(SCALES) + int(best)
+        for k, i in enumerate(self.going()):
+            step = tried[k] - self.U[i]
             if values[k] < self.value[i]:
-                self.last[i] = tried[k] - self.U[i]
-                self.U[i], self.value[i], self.hint[i] = tried[k], values[k], hints[k]
+                self.reach[i] = self._next_reach(int(i), step, float(self.value[i] - values[k]))
                 if slopes is not None:
-                    self._bend(int(i), slopes[k])
-                self.reach[i] = np.clip(np.abs(self.last[i]).max(), SHRINK * self.reach[i], LONGEST)
+                    gradient = np.where(np.isnan(slopes[k]), 0.0, slopes[k])
+                    self._bend(int(i), step, gradient)
+                    self.gradient[i] = gradient
+                self.U[i], self.value[i], self.hint[i], self.last[i] = tried[k], values[k], hints[k], step
             else:
+                if slopes is not None and np.isfinite(values[k]) and np.isfinite(slopes[k]).all():
+                    self._bend(int(i), step, slopes[k])
                 self.last[i] = 0.0
-                self.reach[i] *= SHRINK
+                self.reach[i] = SHRINK * min(float(np.abs(step).max()), self.reach[i])
                 self.live[i] = self.reach[i] >= SHORTEST
         self.round += 1
         self.trace = np.vstack([self.trace, self.value])[-1 - self.patience.window :]
         self._give_up()
+
+    def _next_reach(self, i: int, step: Array, gain: float) -> float:
+        """Length of the next step behind one that is taken, by how much of the promised gain it has brought."""
+        promised = -float(self.gradient[i] @ step + 0.5 * step @ self.B[i] @ step)
+        size = float(np.abs(step).max())
+        if gain > GOOD * promised:
+            return min(max(float(self.reach[i]), GROW * size), LONGEST)
+        return max(size if gain > POOR * promised else SHRINK * size, SHORTEST)
 
     def _give_up(self) -> None:
         """Stop whoever has no prospects."""
@@ -180,7 +201,8 @@ class Descents:
         if self.round == patience.halve_at and len(self.value) > 3:
             self.live &= self.value <= max(float(np.quantile(self.value, patience.keep)), self.bar)
         if len(self.trace) > patience.window:
-            self.live &= self.value <= self.trace[0] * (1.0 - patience.gain)
+            wanted = np.where(self.value <= self.bar, patience.leading_gain, patience.gain)
+            self.live &= self.value <= self.trace[0] * (1.0 - wanted)
         if self.round >= patience.rounds:
             self.live[:] = False
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from armdesign.errors import SearchError
 from armdesign.swarm import checks, generator_state, saved
+from armdesign.swarm.archive import Archive
 from armdesign.swarm.base import History, Sampler, State
 from armdesign.swarm.descents import Descents, Patience
 from armdesign.swarm.evolution import Evolution
@@ -38,6 +39,7 @@ class MultiBasin(Stages):
         rng: np.random.Generator,
         *,
         sample: Sampler | None = None,
+        anew: Sampler | None = None,
         slab: Slab | None = None,
         canonical: Callable[[Array], Array] | None = None,
         recipe: Recipe | None = None,
@@ -48,7 +50,8 @@ class MultiBasin(Stages):
             box: Bounds of the positions, D entries.
             budget: Most candidates ever asked for.
             rng: Source of every draw.
-            sample: Draws positions; default uniform in the box.
+            sample: Draws the first positions; default uniform in the box.
+            anew: Draws them whenever the search begins anew; default as at first.
             slab: A linear constraint that the positions fulfil; default none.
             canonical: Positions (N, D) in a form that is the same for equal designs; default as they are.
             recipe: How the budget is spent.
@@ -57,7 +60,7 @@ class MultiBasin(Stages):
             SettingsError: A setting is out of range.
             SearchError: `sample` returned something else than positions in the box.
         """
-        super().__init__(box, budget, rng, sample, slab, canonical, Recipe() if recipe is None else recipe)
+        super().__init__(box, budget, rng, sample, anew, slab, canonical, Recipe() if recipe is None else recipe)
 
     # ------------------------------------------------------------------ ask and tell
 
@@ -96,10 +99,8 @@ class MultiBasin(Stages):
         Told as +inf instead, the run stays the same to the last bit.
         """
         limits = np.full(len(self._X), np.inf)
-        if self._stage == STEP and self._descents is not None:
-            value = self._descents.value[self._descents.live]
-            count = len(limits) - self._extra
-            limits[:count] = np.repeat(value, count // len(value))
+        if self._stage == STEP and self._descents is not None and not self._sloped:
+            limits[: len(limits) - self._extra] = self._descents.value[self._descents.live]
         return limits
 
     def tell(
@@ -158,9 +159,12 @@ class MultiBasin(Stages):
     @property
     def basins(self) -> tuple[Array, Array]:
         """The basins found, best first: positions (A, D) and fitness (A,); before the first one the best place."""
-        if not len(self._archive) and np.isfinite(self._best_value):
+        known = Archive(self.region.dimension, self._archive.canonical)
+        known.take(self._aside)
+        known.take(self._archive)
+        if not len(known) and np.isfinite(self._best_value):
             return self._best[None].copy(), np.array([self._best_value])
-        return self.region.positions(self._archive.U), self._archive.value.copy()
+        return self.region.positions(known.U), known.value.copy()
 
     @property
     def history(self) -> History:
@@ -188,11 +192,12 @@ class MultiBasin(Stages):
             "sample": self._sample.copy(), "sample_value": self._sample_value.copy(),
             "sample_hint": self._sample_hint.copy(),
             "best": self._best.copy(), "best_value": np.array([self._best_value]),
+            "mark": np.array([self._mark]), "mark_at": self._mark_at,
             "evolutions": len(self._evolutions), "descending": self._descents is not None,
             "history_best": history.best, "history_mean": history.mean,
             "history_valid": history.valid, "history_evaluations": history.evaluations,
         }  # fmt: skip
-        content |= self._archive.state()
+        content |= self._archive.state("archive") | self._aside.state("aside")
         if self._descents is not None:
             content |= self._descents.state()
         for k, evolution in enumerate(self._evolutions):
@@ -204,7 +209,7 @@ class MultiBasin(Stages):
         cls,
         state: Mapping[str, Any],
         *,
-        sample: Sampler | None = None,
+        anew: Sampler | None = None,
         canonical: Callable[[Array], Array] | None = None,
     ) -> MultiBasin:
         """The search that :meth:`state` described; sampler and canonical form as they were given before.
@@ -220,7 +225,7 @@ class MultiBasin(Stages):
         rng = np.random.default_rng(0)
         search = cls(box, int(saved.entry(state, "budget")), rng, slab=slab, canonical=canonical, recipe=recipe)
         search._rng = generator_state.decode(saved.entry(state, "generator"))
-        search._draw = sample or search._draw
+        search._draw_anew = anew or search._draw_anew
         search._restore(state)
         return search
 
@@ -239,7 +244,10 @@ class MultiBasin(Stages):
         self._sample_hint = saved.hints(state, "sample_hint", len(self._sample_value))
         self._best = saved.array(state, "best", (D,))
         self._best_value = float(saved.array(state, "best_value", (1,), infinite=True)[0])
-        self._archive.restore(state)
+        self._archive.restore(state, "archive")
+        self._aside.restore(state, "aside")
+        self._mark = float(saved.array(state, "mark", (1,), infinite=True)[0])
+        self._mark_at = int(saved.entry(state, "mark_at"))
         count = int(saved.entry(state, "evolutions"))
         self._evolutions = [Evolution.from_state(state, f"evolution_{k}") for k in range(count)]
         if saved.entry(state, "descending"):

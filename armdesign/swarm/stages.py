@@ -3,9 +3,11 @@
     SAMPLE   candidates of the first sample; descents begin at the best ones that lie apart
     SLOPE    where every descent begins, its gradient is asked for
     PROBE    without gradients: forward differences around it (RETRY: in the other direction where there was no value)
-    STEP     a few steps of every descent, the best counts, with its gradient
+    STEP     a step of every descent, taken where it is better, with its gradient
     CHECK    where the descents have ended, evaluated afresh, goes into the archive of basins
     SCREEN   children of the best basins; of every few the best begins a descent, and so on from PROBE
+             where the best of them has not gained for long, all begins anew, from SAMPLE with an empty archive; when
+             the budget does not allow that any more, the archives are put together
     EVOLVE   CMA-ES around the best basins, where kinks stop the gradients, with the last share of the budget
 
 Probes and steps carry a hint, whatever the evaluation gave for the place they come from (of an arm, its start pose).
@@ -23,7 +25,7 @@ from armdesign.swarm import checks, operators, saved
 from armdesign.swarm.archive import Archive, Canonical, apart
 from armdesign.swarm.base import Sampler
 from armdesign.swarm.children import children
-from armdesign.swarm.descents import SCALES, STEEPEST, Descents, Patience
+from armdesign.swarm.descents import STEEPEST, Descents, Patience
 from armdesign.swarm.evolution import Evolution
 from armdesign.swarm.recipe import Recipe
 from armdesign.swarm.region import Region, Slab
@@ -33,6 +35,8 @@ SAMPLE, SLOPE, PROBE, RETRY, STEP, CHECK, SCREEN, EVOLVE, OVER = (
     "sample", "slope", "probe", "retry", "step", "check", "screen", "evolve", "over",
 )  # fmt: skip
 CHUNK, LEAST = 400, 100
+GAIN = 5e-3
+"""By how much the best basin has to become better, relative, for the search not to stall."""
 AHEAD = 1e-3
 """How much better than the best a descent has to look, relative, to be evaluated without its hint on the way."""
 
@@ -46,6 +50,7 @@ class Stages:
         budget: int,
         rng: np.random.Generator,
         sample: Sampler | None,
+        anew: Sampler | None,
         slab: Slab | None,
         canonical: Callable[[Array], Array] | None,
         recipe: Recipe,
@@ -55,7 +60,11 @@ class Stages:
         self.box, self._rng = box, checks.generator(rng)
         self.region, self.recipe = Region(box, slab), recipe
         self._draw = sample or (lambda rng, count: operators.uniform(rng, box, count))
-        self._archive = Archive(self.region.dimension, unit_form(self.region, canonical))
+        self._draw_anew = anew or self._draw
+        form = unit_form(self.region, canonical)
+        self._archive = Archive(self.region.dimension, form)
+        self._aside = Archive(self.region.dimension, form)  # basins of earlier beginnings
+        self._mark, self._mark_at = np.inf, 0  # the best basin when it last gained, and the candidates told by then
         self._best, self._best_value = box.lower.copy(), np.inf
         self._stage, self._asked = SAMPLE, False
         self._X, self._hints = np.zeros((0, box.dimension)), np.zeros((0, 0))
@@ -68,8 +77,12 @@ class Stages:
         self._sample_value = np.zeros(0)
         self._sample_hint = np.zeros((0, 0))
         self._history: list[tuple[float, float, int, int]] = []
+        self._sample = self._sample_by(self._draw)
+
+    def _sample_by(self, draw: Sampler) -> Array:
+        """Positions to begin with."""
         count = min(self.budget, max(LEAST, round(self.recipe.sample * self.budget)))
-        self._sample = checks.positions(self._draw(rng, count), box, count)
+        return checks.positions(draw(self._rng, count), self.box, count)
 
     @property
     def evaluations(self) -> int:
@@ -163,7 +176,7 @@ class Stages:
         order = np.argsort(self._sample_value, kind="stable")
         order = order[np.isfinite(self._sample_value[order])]
         if not len(order):  # nothing to begin from: sample on
-            self._sample = checks.positions(self._draw(self._rng, CHUNK), self.box, CHUNK)
+            self._sample = checks.positions(self._draw_anew(self._rng, CHUNK), self.box, CHUNK)
             self._sample_value, self._sample_hint = np.zeros(0), np.zeros((0, 0))
             return
         U = self.region.units(self._sample[order])
@@ -202,7 +215,7 @@ class Stages:
     def _probed(self, values: Array, hints: Array, told: int) -> None:
         """Take the gradients, or try the other direction where a probe had no value."""
         self._slopes = self._at_hand().slopes(self._signs, values)
-        unknown = np.isnan(self._slopes)
+        unknown = np.isnan(self._slopes) & (self._signs != 0.0)
         if unknown.any():
             self._signs, self._stage = np.where(unknown, -self._signs, 0.0), RETRY
             return
@@ -217,18 +230,36 @@ class Stages:
 
     def _stepped(self, values: Array, hints: Array, slopes: Array | None) -> None:
         """Move the descents."""
-        if slopes is not None:
-            slopes = np.clip(np.where(np.isfinite(slopes), slopes, 0.0), -STEEPEST, STEEPEST)
-        self._at_hand().move(self.region.units(self._X[: len(values)]), values, hints, slopes)
-        if self._at_hand().live.any():
-            self._signs, self._stage = self._at_hand().signs(), STEP if self._sloped else PROBE
-        else:
+        descents = self._at_hand()
+        gradients = None if slopes is None else np.clip(slopes, -STEEPEST, STEEPEST)
+        descents.move(self.region.units(self._X[: len(values)]), values, hints, gradients)
+        if not descents.live.any():
             self._stage = CHECK
+        elif not self._sloped and descents.moved().any():
+            self._signs, self._stage = descents.signs(), PROBE
+        else:
+            self._stage = STEP
 
     def _checked(self, values: Array, hints: Array, told: int) -> None:
         """Put the ends of the descents into the archive."""
         self._archive.add(self.region.units(self._X), values, hints)
         self._descents, self._stage = None, SCREEN
+        if self._archive.best < self._mark * (1.0 - GAIN):
+            self._mark, self._mark_at = self._archive.best, told
+        elif told - self._mark_at > self.recipe.stall * self.budget:
+            self._begin_anew(told)
+
+    def _begin_anew(self, told: int) -> None:
+        """Begin with another sample, or go on with all basins where the budget does not allow that."""
+        needed = (self.recipe.sample + self.recipe.stall + self.recipe.finish) * self.budget
+        self._aside.take(self._archive)
+        if told + needed > self.budget:
+            self._archive, self._aside = self._aside, Archive(self.region.dimension, self._aside.canonical)
+            self._mark_at = self.budget
+            return
+        self._archive = Archive(self.region.dimension, self._aside.canonical)
+        self._mark, self._mark_at = np.inf, told
+        self._sample, self._stage = self._sample_by(self._draw_anew), SAMPLE
 
     def _evolved(self, values: Array, hints: Array, told: int) -> None:
         """Let the evolutions go on."""
@@ -263,11 +294,12 @@ class Stages:
             return self.recipe.descents * self.recipe.screened
         live = int(self._descents.live.sum())
         if self._sloped:
-            return live * (len(SCALES) + 1) + 1
+            return 2 * live + 1
         return live * (self.region.dimension + 3) if self._stage == PROBE else live * self.region.dimension
 
     def _next_leg(self, told: int) -> None:
         """Begin the evolutions: of the two best basins with two thirds of what is left, then of the winner."""
+        self._archive.take(self._aside)
         if not len(self._archive):
             self._stage = OVER
         elif not self._evolutions:

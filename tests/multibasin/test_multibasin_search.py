@@ -147,6 +147,29 @@ def test_what_is_past_its_cutoff_need_not_be_known():
     assert np.array_equal(pruned.history.best, search.history.best)
 
 
+def beginnings(stall, budget=2500):
+    """How often a search with gradients draws a first sample, and the search."""
+    drawn = []
+
+    def sample(rng, count):
+        drawn.append(count)
+        return BOX.lower + rng.random((count, BOX.dimension)) * BOX.width
+
+    recipe = Recipe(descents=6, parents=8, candidates_per_start=150, stall=stall)
+    search = build(budget=budget, recipe=recipe, sample=sample)
+    with_slopes(search)
+    return len(drawn), search
+
+
+def test_without_gain_it_begins_anew_and_forgets_nothing():
+    often, search = beginnings(stall=0.1)
+    assert often > 1
+    assert beginnings(stall=1.0)[0] == 1
+    assert search.basins[1][0] <= search.best_fitness + 1e-12
+    assert np.all(np.diff(search.basins[1]) >= 0.0)
+    assert search.best_fitness < 0.01
+
+
 def test_resumed_at_every_batch_equals_uninterrupted():
     whole = build(budget=1500)
     reference = np.vstack(run(whole))

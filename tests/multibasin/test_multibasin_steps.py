@@ -121,6 +121,32 @@ def test_descents_end_at_the_constrained_minimum():
         assert np.all(descents.U @ space.weights >= low)
 
 
+def along_a_kink(learn: bool) -> float:
+    """Where a descent ends on the curved floor of a sharp valley, with or without the gradients of failed steps."""
+    space = Region(Box(np.zeros(2), np.ones(2), np.zeros(2, dtype=bool)))
+
+    def objective(U):
+        return 2.0 * np.abs(U[:, 1] - 0.3 - 0.5 * U[:, 0] ** 2) + 0.1 * (1.0 - U[:, 0])
+
+    def gradient(U):
+        side = np.sign(U[:, 1] - 0.3 - 0.5 * U[:, 0] ** 2)
+        return np.stack([-2.0 * side * U[:, 0] - 0.1, 2.0 * side], axis=1)
+
+    U = np.array([[0.1, 0.5]])
+    descents = Descents(space, U, objective(U), np.zeros((1, 0)), 0.1, PATIENT, -np.inf)
+    descents.learn(gradient(U))
+    while descents.live.any():
+        steps, hints = descents.steps()
+        values, slopes = objective(steps), gradient(steps)
+        known = slopes if learn or values[0] < descents.value[0] else np.full_like(slopes, np.nan)
+        descents.move(steps, values, hints, known)
+    return float(descents.value[0])
+
+
+def test_failed_steps_lead_along_a_kink():
+    assert along_a_kink(learn=True) < 0.98 * along_a_kink(learn=False)
+
+
 def test_probes_never_leave_box_and_slab():
     rng, space = np.random.default_rng(4), region(0.5, 0.9)
     seen = []
