@@ -242,12 +242,12 @@ class SolverSettings(Section):
 
 @dataclass(frozen=True)
 class SearchSettings(Section):
-    """The swarm (method section 7)."""
+    """The search: many basins, or the paper's swarms (method section 7)."""
 
     algorithm: str = parameter(
-        "rapso", Choice(("rapso", "pso", "multibasin")),
-        "rapso: the paper's RA-PSO; pso; multibasin: descents by gradients in many basins, which takes the budget\n"
-        "instead of particles and iterations. Its patience counts batches, of some hundred candidates each.",
+        "multibasin", Choice(("rapso", "pso", "multibasin")),
+        "multibasin: descents by gradients in many basins, within the budget; rapso: the paper's RA-PSO; pso: both\n"
+        "take particles and iterations. Where those are set and no algorithm is, it is rapso.",
     )  # fmt: skip
     budget: int = parameter(25000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most.")
     particles: int = parameter(400, Number(1, 10**6, integer=True), "N, number of particles.")
@@ -267,7 +267,8 @@ class SearchSettings(Section):
     )
     patience: int | None = parameter(
         None, Number(1, 10**6, integer=True),
-        "Stop after this many iterations without a gain of 0.1 %; not set: never.", optional=True,
+        "Stop after this many iterations without a gain of 0.1 %; not set: never. Of multibasin 400 candidates count\n"
+        "as an iteration.", optional=True,
     )  # fmt: skip
     target: float | None = parameter(
         None, Number(0.0, 1e6, "m"), "Stop once the fitness r is this low [m]; not set: never.", optional=True
@@ -298,6 +299,8 @@ class SearchSettings(Section):
         return f"{counted(self.particles, 'particle')}, {counted(self.iterations, 'iteration')}"
 
 
+SWARM = ("particles", "iterations", "inertia", "c1", "c2", "c_range", "range", "angle_interval")
+"""Settings of the search that only the swarms have."""
 SECTIONS: tuple[type[Section], ...] = (TaskSettings, DesignSettings, FitnessSettings, SolverSettings, SearchSettings)
 
 
@@ -336,7 +339,8 @@ class Study:
             for name in entries:
                 if name not in names:
                     raise SettingsError(f"unknown setting '{title}.{name}'", value=name, allowed=list(names))
-            sections[title] = dataclasses.replace(getattr(self, title), **entries)
+            meant = with_algorithm(entries, self.search.algorithm) if title == SearchSettings.title() else entries
+            sections[title] = dataclasses.replace(getattr(self, title), **meant)
         return dataclasses.replace(self, **sections)
 
     def to_dict(self) -> dict[str, dict[str, Any]]:
@@ -347,6 +351,14 @@ class Study:
     def to_toml(self, *, comments: bool = False) -> str:
         """All values as TOML, optionally with their documentation."""
         return "\n".join(section_toml(getattr(self, kind.title()), comments=comments) for kind in SECTIONS)
+
+
+def with_algorithm(entries: Mapping[str, Any], algorithm: str) -> Mapping[str, Any]:
+    """Changes to the search with the algorithm they mean: RA-PSO where they set a swarm's parameters and name none."""
+    asks_for_swarm = any(entries.get(name) is not None for name in SWARM)
+    if algorithm == "multibasin" and asks_for_swarm and entries.get("algorithm") is None:
+        return {**entries, "algorithm": "rapso"}
+    return entries
 
 
 def read_study(path: str | Path) -> Study:

@@ -73,7 +73,7 @@ def search(
         str | None,
         typer.Option("--dof", metavar="N|auto", help="Number of joints n (default 3), or auto: as many as pay."),
     ] = None,
-    algorithm: Annotated[str | None, typer.Option("--algorithm", help="rapso (default), pso or multibasin.")] = None,
+    algorithm: Annotated[str | None, typer.Option("--algorithm", help="multibasin (default), rapso or pso.")] = None,
     scenario: ScenarioOption = None,
     config: ConfigOption = None,
     holdout: Annotated[
@@ -86,12 +86,12 @@ def search(
     ] = None,
     task: TaskFlags = NO_FLAGS,
     weights: WeightsOption = None,
-    particles: Annotated[int | None, typer.Option("--particles", help="Number of particles N (default 400).")] = None,
+    particles: Annotated[int | None, typer.Option("--particles", help="Particles N of a swarm (default 400).")] = None,
     iterations: Annotated[
-        int | None, typer.Option("--iterations", help="Number of iterations M (default 200).")
+        int | None, typer.Option("--iterations", help="Iterations M of a swarm (default 200).")
     ] = None,
     budget: Annotated[
-        int | None, typer.Option("--budget", help="Candidates that multibasin evaluates (default 25000).")
+        int | None, typer.Option("--budget", help="Most candidates of multibasin (default 25000).")
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Seed of the random numbers (default 0).")] = None,
     patience: Annotated[

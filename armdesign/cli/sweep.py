@@ -55,7 +55,7 @@ def sweep(
         typer.Option("--seeds", help="How many seeds, from 0 on; or a list: 5-9, or 3,4, or 7-7 for 7 alone."),
     ] = None,
     algorithm: Annotated[
-        str | None, typer.Option("--algorithm", help="rapso, pso, multibasin, or several: pso,rapso.")
+        str | None, typer.Option("--algorithm", help="multibasin (default), rapso, pso, or several: pso,rapso.")
     ] = None,
     d: Annotated[
         str | None,
@@ -140,7 +140,8 @@ def asked_lists(
 
     search = study.search
     named = [part.strip() for part in (algorithm or "").split(",") if part.strip()]
-    algorithms = tuple(dict.fromkeys(named or [search.algorithm]))
+    meant = "rapso" if d is not None and search.algorithm == "multibasin" else search.algorithm
+    algorithms = tuple(dict.fromkeys(named or [meant]))
     if d is not None and "rapso" not in algorithms:
         raise SettingsError(
             "--d is given, but it is for rapso only", value=d, fix="Leave it out, or add rapso to --algorithm"

@@ -12,7 +12,7 @@ from armdesign.settings import SECTIONS, Study
 OPTIONS = [
     ("packaging", {"search": {"algorithm": "pso", "inertia": 0.6, "c1": 1.2, "c2": 0.9}}),
     ("packaging", {"search": {"algorithm": "multibasin", "budget": 300}}),
-    ("packaging", {"search": {"angle_interval": 1}}),
+    ("packaging", {"search": {"algorithm": "rapso", "angle_interval": 1}}),
     ("packaging", {"search": {"angle_interval": 7}}),
     ("packaging", {"search": {"range": "box"}}),
     ("packaging", {"search": {"c_range": (-0.1, 1.0)}}),

@@ -18,11 +18,29 @@ PUBLISHED = {
         "orientation_metric": "geodesic", "mount": "start", "tie_hand": True,
     },
     "search": {
-        "algorithm": "rapso", "particles": 400, "iterations": 200, "inertia": 0.8, "c1": 0.4, "c2": 0.6,
+        "particles": 400, "iterations": 200, "inertia": 0.8, "c1": 0.4, "c2": 0.6,
         "c_range": (-0.5, 0.5), "range": "valid", "angle_interval": 2, "prune": True,
     },
     "task": {"base_mode": "shoulder", "scale": 1.0},
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "algorithm"),
+    [
+        ([{"seed": 1}], "multibasin"),
+        ([{"particles": 40}], "rapso"),
+        ([{"seed": 1}, {"angle_interval": 3}], "rapso"),
+        ([{"algorithm": "pso"}, {"particles": 40}], "pso"),
+        ([{"algorithm": "multibasin", "particles": 40}], "multibasin"),
+        ([{"particles": None, "budget": 500}], "multibasin"),
+    ],
+)
+def test_what_only_a_swarm_has_asks_for_one(changes, algorithm):
+    study = Study()
+    for entries in changes:
+        study = study.replace({"search": {name: value for name, value in entries.items() if value is not None}})
+    assert study.search.algorithm == algorithm
 
 
 @pytest.mark.parametrize(("section", "name"), [(s, name) for s, entries in PUBLISHED.items() for name in entries])
