@@ -195,9 +195,9 @@ class Screen:
                 for note in prepared.notes:
                     say(note)
             from_smaller = (
-                f", {len(search.first)} of them the best arm so far with a joint more" if search.first else ""
+                f", {len(search.first)} to begin with: the best arm so far with a joint more" if search.first else ""
             )
-            say(f"{counted(n, 'joint')} ({search.algorithm}, {counted(search.particles, 'particle')}{from_smaller}):")
+            say(f"{counted(n, 'joint')} ({search.algorithm}, {search.size}{from_smaller}):")
         self.told = True
         with announce_compiling(self.quiet):
             compile_kernels(prepared.problem())

@@ -18,10 +18,10 @@ CANDIDATES = 100
 SHARES = {"pso": (0.95, 0.05), "rapso": (0.45, 0.15), "multibasin": (0.9, 0.1)}
 """Share of all candidates that follow the path, and that fail at the start; PSO gathers where arms are valid, RA-PSO
 keeps jumping, often out of the bounds at no cost. Means over searches on both example recordings, n = 3 to 6."""
-STARTED = {"multibasin": 0.25}
+STARTED = {"multibasin": 0.45}
 """Share of those on the path whose start pose is sought; the others begin from a pose that is known."""
-PRUNED = 0.8
-"""What pruning leaves of the time on the path behind the start, in the same searches."""
+PRUNED, SLOPED = 0.8, 2.0
+"""What pruning leaves of the time on the path behind the start, in the same searches; what gradients make of it."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,8 @@ def duration(unit: Unit, cost: Cost) -> float:
     search = unit.prepared.study.search
     on_path, at_start = SHARES[search.algorithm]
     start = min(cost.invalid, cost.valid)
-    path = (cost.valid - start) * (PRUNED if search.prune else 1.0)
+    pruned = PRUNED if search.prune else 1.0
+    path = (cost.valid - start) * (SLOPED if search.algorithm == "multibasin" else pruned)
     sought = STARTED.get(search.algorithm, 1.0) * start
     per_candidate = on_path * (sought + path) + at_start * cost.invalid
     return min(search.candidates * per_candidate, search.time_limit or np.inf)
