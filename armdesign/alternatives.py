@@ -1,7 +1,7 @@
 """The best arms of a search that are really different, each as a run folder of its own.
 
-A search keeps the good designs it has come upon in ``alternatives.json``; what is told apart here is their canonical
-form, so that the same arm in another sign does not count twice.
+A search keeps the good designs it has come upon in ``alternatives.json``; the same arm written down in another way, with
+an axis turned round, does not count twice.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from armdesign.basins import canonical_form
+from armdesign.basins import arm_distances
 from armdesign.errors import RunFolderError, SearchError, SettingsError
 from armdesign.evaluation import Evaluation, evaluate_design
 from armdesign.files import write_whole
@@ -50,16 +50,14 @@ def different(Phi: Array, space: DesignSpace, distance: float, most: int) -> lis
     Args:
         Phi: Designs, best first, shape (A, D).
         space: The design space.
-        distance: Smallest distance in canonical form, every entry in terms of the width of its bounds.
+        distance: Smallest distance, see arm_distances.
         most: Largest number of them.
     """
-    lower, upper = space.bounds
-    places = (canonical_form(space)(Phi) - lower) / (upper - lower)
     kept: list[int] = []
-    for k, place in enumerate(places):
+    for k, design in enumerate(Phi):
         if len(kept) == most:
             break
-        if not kept or float(np.linalg.norm(places[kept] - place, axis=1).min()) >= distance:
+        if not kept or float(arm_distances(space, design, Phi[kept]).min()) >= distance:
             kept.append(k)
     return kept
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -70,3 +71,40 @@ def canonical_form(space: DesignSpace) -> Callable[[Array], Array]:
         return chosen
 
     return canonical
+
+
+def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
+    """How different arms are, however they are written down.
+
+    A joint may be described with its axis the other way round, T_i Rx(pi), which turns the twists of its row and the
+    next by pi and the sign of d_i; and a row i >= 1 from behind, Rz(pi) T_i, which turns the signs of alpha_i and a_i.
+    The half turns go into the joint angles. The distance is the smallest over all of these.
+
+    Args:
+        space: The design space; every entry counts in terms of the width of its bounds.
+        design: Phi, shape (D,).
+        others: Phi, shape (A, D).
+
+    Returns:
+        Euclidean distances, shape (A,).
+    """
+    n = space.dof
+    one, *rest = (entries[:-1].reshape(n + 1, 3) for entries in space.full(np.vstack([design, others])))
+    rows = np.array(rest).reshape(len(others), n + 1, 3)
+    width = (space.upper - space.lower)[:-1].reshape(n + 1, 3)
+    unit = np.where(width > 0.0, width, width.max(axis=0))
+    unit = np.where(unit > 0.0, unit, 1.0)
+    yaw = (space.full(others)[:, -1] - space.full(design)[0, -1]) / max(float(space.upper[-1] - space.lower[-1]), 1.0)
+    best = np.full(len(others), np.inf)
+    for turns in product((0, 1), repeat=n):
+        turned = np.array([*turns, 0])  # of axis i; the tool is not turned
+        alpha = rows[:, :, 0] + np.pi * (turned + np.r_[0, turned[:-1]])
+        d = rows[:, :, 2] * np.where(turned == 1, -1.0, 1.0)
+        across = ((d - one[:, 2]) / unit[:, 2]) ** 2
+        ways = []
+        for side in (1.0, -1.0):
+            twist = (side * alpha - one[:, 0] + np.pi) % (2.0 * np.pi) - np.pi
+            ways.append((twist / unit[:, 0]) ** 2 + ((side * rows[:, :, 1] - one[:, 1]) / unit[:, 1]) ** 2)
+        ways[1][:, 0] = np.inf  # row 0 hangs on the base
+        best = np.minimum(best, (np.minimum(*ways) + across).sum(axis=1))
+    return np.asarray(np.sqrt(best + yaw**2))

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from armdesign.alternatives import different, read_designs, write_alternatives
-from armdesign.basins import canonical_form, length_slab
+from armdesign.basins import arm_distances, canonical_form, length_slab
 from armdesign.cli import app
 from armdesign.compute import InProcess, WorkerPool
 from armdesign.demonstration import read_recording
@@ -172,6 +172,38 @@ def test_canonical_form_of_a_canonical_form_is_itself():
     once = canonical_form(space)(Phi)
     assert np.array_equal(canonical_form(space)(once), once)
     assert np.allclose(space.lengths(once), space.lengths(Phi))
+
+
+def written_otherwise(table, turned, behind, q):
+    """The same arm with some axes turned round and some rows told from behind, and its joint angles."""
+    rows, angles = np.c_[table.alpha, table.a, table.d], q.copy()
+    for i in np.flatnonzero(turned):
+        rows[i] += [np.pi, 0.0, -2.0 * rows[i, 2]]
+        rows[i + 1, 0] -= np.pi
+        angles[i] *= -1.0
+    for i in np.flatnonzero(behind):  # half a turn before the row, and one behind it
+        rows[i, :2] *= -1.0
+        angles[i - 1] += np.pi
+        if i < len(q):
+            angles[i] -= np.pi
+    return rows, angles
+
+
+def test_the_same_arm_written_otherwise_is_no_other_arm():
+    rng, space = np.random.default_rng(4), design_space(DesignSettings(dof=4))
+    for phi, other in zip(space.sample(rng, 30), space.sample(rng, 30), strict=True):
+        table, q = space.table(phi), rng.uniform(-3, 3, 4)
+        rows, angles = written_otherwise(table, rng.random(4) < 0.5, np.r_[False, rng.random(4) < 0.5], q)
+        again = DHTable.from_rows(rows)
+        _, corners = axes_and_corners(table, q)
+        assert np.allclose(axes_and_corners(again, angles)[1], corners, atol=1e-12)
+        twin = np.r_[rows.reshape(-1), 0.0][space.free]
+        assert arm_distances(space, phi, twin[None])[0] < 1e-6
+        apart = arm_distances(space, phi, np.vstack([other, phi]))
+        assert apart[0] == pytest.approx(arm_distances(space, twin, other[None])[0], abs=1e-6)
+        assert apart[0] == pytest.approx(arm_distances(space, other, phi[None])[0], abs=1e-9)
+        assert apart[0] > 0.01
+        assert apart[1] == 0.0
 
 
 def test_slab_is_the_length():
