@@ -1,7 +1,7 @@
 """The best arms of a search that are really different, each as a run folder of its own.
 
-A search keeps the good designs it has come upon in ``alternatives.json``; the same arm written down in another way, with
-an axis turned round, does not count twice.
+A search keeps the good designs it has come upon in ``alternatives.json``; the same arm written down in another way,
+with an axis turned round, does not count twice.
 """
 
 from __future__ import annotations
