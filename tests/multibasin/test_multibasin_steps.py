@@ -144,9 +144,9 @@ def along_a_kink(start, *, learn: bool) -> float:
 
 
 def test_failed_steps_lead_along_a_kink():
-    starts = [0.05, 0.35] + [0.2, 0.5] * np.random.default_rng(0).random((12, 2))
-    assert max(along_a_kink(start, learn=True) for start in starts) < 1e-3
-    assert max(along_a_kink(start, learn=False) for start in starts) > 0.1
+    starts = [0.05, 0.35] + [0.2, 0.5] * np.random.default_rng(0).random((48, 2))
+    stuck = [sum(along_a_kink(start, learn=learn) > 0.1 for start in starts) for learn in (True, False)]
+    assert 3 * stuck[0] < stuck[1]
 
 
 def test_probes_never_leave_box_and_slab():
