@@ -21,11 +21,11 @@ DOF = 3
 
 
 def tables(plan: Plan) -> Iterator[Table]:
-    """The default search on more and more workers, and the number of candidates from which on two pay."""
+    """An RA-PSO search on more and more workers, and the number of candidates from which on two pay."""
     iterations, rounds = plan.pick((200, 2), (15, 1))
     yield Table(
         "workers",
-        f"The default search, packaging, n = {DOF}, N = 400, M = {iterations}, on W workers (best of {rounds})",
+        f"A search by RA-PSO, packaging, n = {DOF}, N = 400, M = {iterations}, on W workers (best of {rounds})",
         scaling(PACKAGING.prepared(DOF, search={"iterations": iterations}), rounds),
         [
             "ceiling: W such searches at once, one process each, over one alone; a shared machine gives less than W.",
