@@ -89,12 +89,12 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
         Euclidean distances, shape (A,).
     """
     n = space.dof
-    one, *rest = (entries[:-1].reshape(n + 1, 3) for entries in space.full(np.vstack([design, others])))
-    rows = np.array(rest).reshape(len(others), n + 1, 3)
+    entries = space.full(np.vstack([design, others]))
+    one, rows = entries[0, :-1].reshape(n + 1, 3), entries[1:, :-1].reshape(-1, n + 1, 3)
     width = (space.upper - space.lower)[:-1].reshape(n + 1, 3)
     unit = np.where(width > 0.0, width, width.max(axis=0))
     unit = np.where(unit > 0.0, unit, 1.0)
-    yaw = (space.full(others)[:, -1] - space.full(design)[0, -1]) / max(float(space.upper[-1] - space.lower[-1]), 1.0)
+    yaw = (entries[1:, -1] - entries[0, -1]) / max(float(space.upper[-1] - space.lower[-1]), 1.0)
     best = np.full(len(others), np.inf)
     for turns in product((0, 1), repeat=n):
         turned = np.array([*turns, 0])  # of axis i; the tool is not turned

@@ -136,12 +136,13 @@ def asked_lists(
     Raises:
         SettingsError: A list cannot be made out.
     """
+    from armdesign.settings import with_algorithm  # noqa: PLC0415
     from armdesign.sweep.ranges import seed_numbers, whole_numbers  # noqa: PLC0415
 
     search = study.search
     named = [part.strip() for part in (algorithm or "").split(",") if part.strip()]
-    meant = "rapso" if d is not None and search.algorithm == "multibasin" else search.algorithm
-    algorithms = tuple(dict.fromkeys(named or [meant]))
+    meant = with_algorithm({"angle_interval": d}, search.algorithm)
+    algorithms = tuple(dict.fromkeys(named or [meant.get("algorithm", search.algorithm)]))
     if d is not None and "rapso" not in algorithms:
         raise SettingsError(
             "--d is given, but it is for rapso only", value=d, fix="Leave it out, or add rapso to --algorithm"

@@ -64,6 +64,10 @@ class Archive:
         kept = [int(order[k]) for k in apart(self.canonical(U[order]), RADIUS, ROOM)]
         self.U, self.value, self.hint = U[kept], value[kept], hint[kept]
 
+    def emptied(self) -> Archive:
+        """An empty one that tells basins apart in the same way."""
+        return Archive(self.U.shape[1], self.canonical)
+
     def take(self, other: Archive) -> None:
         """Take in what another archive holds."""
         if len(other):

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from armdesign.errors import SearchError
 from armdesign.swarm import checks, generator_state, saved
-from armdesign.swarm.archive import Archive
 from armdesign.swarm.base import History, Sampler, State
 from armdesign.swarm.descents import Descents, Patience
 from armdesign.swarm.evolution import Evolution
@@ -159,7 +158,7 @@ class MultiBasin(Stages):
     @property
     def basins(self) -> tuple[Array, Array]:
         """The basins found, best first: positions (A, D) and fitness (A,); before the first one the best place."""
-        known = Archive(self.region.dimension, self._archive.canonical)
+        known = self._archive.emptied()
         known.take(self._aside)
         known.take(self._archive)
         if not len(known) and np.isfinite(self._best_value):

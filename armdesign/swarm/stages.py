@@ -61,9 +61,8 @@ class Stages:
         self.region, self.recipe = Region(box, slab), recipe
         self._draw = sample or (lambda rng, count: operators.uniform(rng, box, count))
         self._draw_anew = anew or self._draw
-        form = unit_form(self.region, canonical)
-        self._archive = Archive(self.region.dimension, form)
-        self._aside = Archive(self.region.dimension, form)  # basins of earlier beginnings
+        self._archive = Archive(self.region.dimension, unit_form(self.region, canonical))
+        self._aside = self._archive.emptied()  # basins of earlier beginnings
         self._mark, self._mark_at = np.inf, 0  # the best basin when it last gained, and the candidates told by then
         self._best, self._best_value = box.lower.copy(), np.inf
         self._stage, self._asked = SAMPLE, False
@@ -254,10 +253,10 @@ class Stages:
         needed = (self.recipe.sample + self.recipe.stall + self.recipe.finish) * self.budget
         self._aside.take(self._archive)
         if told + needed > self.budget:
-            self._archive, self._aside = self._aside, Archive(self.region.dimension, self._aside.canonical)
+            self._archive, self._aside = self._aside, self._archive.emptied()
             self._mark_at = self.budget
             return
-        self._archive = Archive(self.region.dimension, self._aside.canonical)
+        self._archive = self._archive.emptied()
         self._mark, self._mark_at = np.inf, told
         self._sample, self._stage = self._sample_by(self._draw_anew), SAMPLE
 
