@@ -5,20 +5,20 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from armdesign._version import __version__
 
 _HOMES = {
     "ArmDesignError": ("armdesign.errors", "ArmDesignError"),
     "DHTable": ("armdesign.kinematics.dh", "DHTable"),
-    "Study": ("armdesign.settings", "Study"),
+    "Study": ("armdesign.settings.sections", "Study"),
     "arm_model": ("armdesign.kinematics.models", "arm_model"),
-    "evaluate_design": ("armdesign.evaluation", "evaluate_design"),
-    "prepare": ("armdesign.study", "prepare"),
+    "evaluate_design": ("armdesign.search.evaluation", "evaluate_design"),
+    "prepare": ("armdesign.search.prepare", "prepare"),
     "read_design": ("armdesign.kinematics.dh_files", "read_design"),
     "read_recording": ("armdesign.demonstration", "read_recording"),
-    "read_study": ("armdesign.settings", "read_study"),
-    "search_arm": ("armdesign.search", "search"),
-    "write_search": ("armdesign.runfolder", "write_search"),
+    "read_study": ("armdesign.settings.sections", "read_study"),
+    "search_arm": ("armdesign.search.search", "search"),
+    "write_search": ("armdesign.runs.folder", "write_search"),
 }
 __all__ = [
     "ArmDesignError",
@@ -38,14 +38,14 @@ __all__ = [
 if TYPE_CHECKING:
     from armdesign.demonstration import read_recording
     from armdesign.errors import ArmDesignError
-    from armdesign.evaluation import evaluate_design
     from armdesign.kinematics.dh import DHTable
     from armdesign.kinematics.dh_files import read_design
     from armdesign.kinematics.models import arm_model
-    from armdesign.runfolder import write_search
-    from armdesign.search import search as search_arm
-    from armdesign.settings import Study, read_study
-    from armdesign.study import prepare
+    from armdesign.runs.folder import write_search
+    from armdesign.search.evaluation import evaluate_design
+    from armdesign.search.prepare import prepare
+    from armdesign.search.search import search as search_arm
+    from armdesign.settings.sections import Study, read_study
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 (any public name)

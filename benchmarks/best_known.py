@@ -9,10 +9,10 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from armdesign.evaluation import evaluate_design
-from armdesign.finished import FinishedRun, read_finished
-from armdesign.runs import read_runs
-from armdesign.studies.best_known import Best, better_of, fingerprint, read_best, write_best
+from armdesign.experiments.studies.record import Best, better_of, fingerprint, read_best, write_best
+from armdesign.runs.listing import read_runs
+from armdesign.runs.reading import FinishedRun, read_finished
+from armdesign.search.evaluation import evaluate_design
 
 
 def entry_of(run: FinishedRun) -> Best:

@@ -11,7 +11,7 @@ from plan import Job, Plan, designs
 from tables import Row, Table
 from walks import Starts, Walked, pace, quickest, seek_starts, walk_path, walked
 
-from armdesign.fitness.evaluator import BlockEvaluator, compile_kernels
+from armdesign.fitness.block import BlockEvaluator, compile_kernels
 from armdesign.fitness.problem import Problem
 
 Array = NDArray[np.float64]

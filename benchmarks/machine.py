@@ -13,8 +13,8 @@ import numba
 import numpy as np
 import pinocchio
 
-from armdesign import __version__
-from armdesign.compute.processes import available_cores
+from armdesign._version import __version__
+from armdesign.search.backends.processes import available_cores
 
 
 def machine() -> dict[str, str | int]:

@@ -9,10 +9,10 @@ from pathlib import Path
 from plan import PACKAGING, Plan, tiled
 from tables import Row, Table
 
-from armdesign.compute import WorkerPool
-from armdesign.compute.processes import available_cores
-from armdesign.search import Search
-from armdesign.study import Prepared
+from armdesign.search.backends import WorkerPool
+from armdesign.search.backends.processes import available_cores
+from armdesign.search.prepare import Prepared
+from armdesign.search.search import Search
 
 MEGABYTE = 1e6
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armdesign.demonstration import read_recording
-from armdesign.settings import Study
-from armdesign.study import Prepared, prepare
+from armdesign.search.prepare import Prepared, prepare
+from armdesign.settings.sections import Study
 
 T = TypeVar("T")
 C = TypeVar("C")

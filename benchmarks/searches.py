@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from plan import Job, Plan, designs
 from tables import Row, Table
 
-from armdesign.compute import InProcess
-from armdesign.fitness.evaluator import Scores
+from armdesign.fitness.block import Scores
 from armdesign.fitness.robot import Rejections
-from armdesign.running import carry_out
-from armdesign.search import SearchResult
-from armdesign.study import Prepared
+from armdesign.runs.resumable import carry_out
+from armdesign.search.backends import InProcess
+from armdesign.search.prepare import Prepared
+from armdesign.search.search import SearchResult
 
 Array = NDArray[np.float64]
 DOF = 3

@@ -11,10 +11,10 @@ from plan import PACKAGING, Plan, designs, tiled, with_points
 from tables import Row, Table
 from walks import Starts, Walked, pace, quickest, seek_starts, walk_path
 
-from armdesign.compute import InProcess
-from armdesign.fitness.evaluator import compile_kernels
+from armdesign.fitness.block import compile_kernels
 from armdesign.fitness.problem import Problem
-from armdesign.study import Prepared
+from armdesign.search.backends import InProcess
+from armdesign.search.prepare import Prepared
 
 Array = NDArray[np.float64]
 DOF, DESIGNS, ARMS = 4, 120, 48

@@ -17,10 +17,10 @@ from plan import PACKAGING, WELDING, Job, Plan, designs
 from tables import Row, Table
 from walks import first_frame
 
-from armdesign.compute.processes import available_cores
-from armdesign.fitness.evaluator import BlockEvaluator, Scores
-from armdesign.fitness.starts import SAME_POSE
-from armdesign.study import Prepared
+from armdesign.fitness.block import BlockEvaluator, Scores
+from armdesign.fitness.kernels.starts import SAME_POSE
+from armdesign.search.backends.processes import available_cores
+from armdesign.search.prepare import Prepared
 
 Array = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from armdesign.fitness.evaluator import BlockEvaluator, Scores
-from armdesign.fitness.flow import Batch, Flow
-from armdesign.fitness.lanes import Lanes
+from armdesign.fitness.batch import Batch, Flow
+from armdesign.fitness.block import BlockEvaluator, Scores
+from armdesign.fitness.kernels.solver_state import GAUSS, NEWTON, OPEN, SAMPLE, SMALLEST_DAMPING
 from armdesign.fitness.problem import Problem
-from armdesign.fitness.walk import GAUSS, NEWTON, OPEN, SAMPLE, SMALLEST_DAMPING
+from armdesign.fitness.slots import Lanes
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ import numpy as np
 from plan import PACKAGING, Plan, designs
 from tables import Row, Table
 
-from armdesign.compute import Backend, InProcess, WorkerPool
-from armdesign.compute.processes import available_cores
-from armdesign.search import Search
-from armdesign.study import Prepared
+from armdesign.search.backends import Backend, InProcess, WorkerPool
+from armdesign.search.backends.processes import available_cores
+from armdesign.search.prepare import Prepared
+from armdesign.search.search import Search
 
 DOF = 3
 

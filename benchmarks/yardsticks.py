@@ -16,11 +16,11 @@ from plan import PACKAGING, Job, Plan, designs
 from tables import Row, Table
 from walks import PathWalker, pace, seek_starts
 
-from armdesign.fitness.evaluator import compile_kernels
+from armdesign.fitness.block import compile_kernels
 from armdesign.fitness.pose import PoseSolver
 from armdesign.fitness.problem import Problem
 from armdesign.kinematics.dh import DHTable
-from armdesign.study import Prepared
+from armdesign.search.prepare import Prepared
 
 Array = NDArray[np.float64]
 AGENTS, ITERATIONS, STARTS = 100, 200, 64

@@ -6,18 +6,18 @@ from typing import Annotated
 
 import typer
 
-from armdesign import __version__
-from armdesign.cli.alternatives import alternatives
-from armdesign.cli.compare import compare
-from armdesign.cli.evaluate import evaluate
-from armdesign.cli.export import export
-from armdesign.cli.preview import preview
-from armdesign.cli.recording import app as recording
-from armdesign.cli.report import report
-from armdesign.cli.runs import runs
-from armdesign.cli.search import search
-from armdesign.cli.study import app as study
-from armdesign.cli.sweep import sweep
+from armdesign._version import __version__
+from armdesign.cli.alternatives_command import alternatives
+from armdesign.cli.compare_command import compare
+from armdesign.cli.evaluate_command import evaluate
+from armdesign.cli.export_command import export
+from armdesign.cli.preview_command import preview
+from armdesign.cli.recording_command import app as recording
+from armdesign.cli.report_command import report
+from armdesign.cli.runs_command import runs
+from armdesign.cli.search_command import search
+from armdesign.cli.study_command import app as study
+from armdesign.cli.sweep_command import sweep
 
 app = typer.Typer(
     name="armdesign",

@@ -21,10 +21,10 @@ from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
 if TYPE_CHECKING:
     from distributed import Client
 
-    from armdesign.compute import Backend
-    from armdesign.search import Progress
-    from armdesign.settings import Study
-    from armdesign.study import Prepared
+    from armdesign.search.backends import Backend
+    from armdesign.search.prepare import Prepared
+    from armdesign.search.search import Progress
+    from armdesign.settings.sections import Study
 
 Arguments = ParamSpec("Arguments")
 Outcome = TypeVar("Outcome")
@@ -76,7 +76,7 @@ def one_sentence_errors(command: Callable[Arguments, Outcome]) -> Callable[Argum
 
 def read_settings(config: Path | None, changes: dict[str, dict[str, Any]]) -> Study:
     """Settings of the file, with the flags that were given over them."""
-    from armdesign.settings import Study, read_study  # noqa: PLC0415
+    from armdesign.settings.sections import Study, read_study  # noqa: PLC0415
 
     study = Study() if config is None else read_study(config)
     given = {
@@ -290,7 +290,7 @@ def check_cluster(cluster: str | None) -> None:
         SearchError: No scheduler answers at the address.
     """
     if cluster is not None:
-        from armdesign.compute.dask_connection import check_address  # noqa: PLC0415
+        from armdesign.search.backends.dask_connection import check_address  # noqa: PLC0415
 
         check_address(cluster)
 
@@ -315,8 +315,8 @@ def open_backend(
     Raises:
         SettingsError: A number of workers below 1, or workers and a cluster at once.
     """
-    from armdesign.compute import InProcess, WorkerPool  # noqa: PLC0415
-    from armdesign.compute.processes import available_cores  # noqa: PLC0415
+    from armdesign.search.backends import InProcess, WorkerPool  # noqa: PLC0415
+    from armdesign.search.backends.processes import available_cores  # noqa: PLC0415
 
     check_workers(workers, cluster)
     if cluster is not None:
@@ -331,7 +331,7 @@ def open_backend(
 def open_cluster(prepared: Prepared, address: str) -> Iterator[Backend]:
     """The workers of a Dask scheduler as a backend; see ``cluster_client``."""
     with cluster_client(address) as client:
-        from armdesign.compute.dask_cluster import DaskCluster  # noqa: PLC0415
+        from armdesign.search.backends.dask_cluster import DaskCluster  # noqa: PLC0415
 
         with DaskCluster(client, prepared, say=say) as backend:
             yield backend
@@ -346,7 +346,7 @@ def cluster_client(address: str) -> Iterator[Client]:
         SettingsError: The address is none.
         SearchError: No scheduler answers there, or its workers run another version.
     """
-    from armdesign.compute.dask_connection import connect  # noqa: PLC0415
+    from armdesign.search.backends.dask_connection import connect  # noqa: PLC0415
 
     for name in ("distributed", "distributed.client"):  # what goes wrong comes as a sentence
         logging.getLogger(name).setLevel(logging.CRITICAL)

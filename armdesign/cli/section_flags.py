@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar
 
 import typer
 
-from armdesign.parameters import Number, Section, Switch
+from armdesign.settings.kinds import Number, Section, Switch
 
 Outcome = TypeVar("Outcome")
 

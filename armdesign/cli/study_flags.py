@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from armdesign.cli.common import read_settings
-from armdesign.cli.reading import open_recording
+from armdesign.cli.recordings_asked import open_recording
 from armdesign.errors import ArmDesignError, SettingsError
 
 if TYPE_CHECKING:
     from armdesign.demonstration import Recording
-    from armdesign.settings import Study
-    from armdesign.studies import Asked
-    from armdesign.sweep.plan import Tasks
+    from armdesign.experiments.studies import Asked
+    from armdesign.experiments.sweep.sweep_plan import Tasks
+    from armdesign.settings.sections import Study
 
 MOST_JOINTS = 10
 TASK_FLAGS = ("--base", "--points", "--weights", "--units", "--scale")
@@ -88,7 +88,7 @@ def asked_for(name: str, flags: Flags) -> tuple[Asked, Tasks]:
         RecordingError: A recording cannot be read.
         TaskError: A recording does not give the task that is asked for.
     """
-    from armdesign.studies import Asked, study_module  # noqa: PLC0415
+    from armdesign.experiments.studies import Asked, study_module  # noqa: PLC0415
 
     usual = study_module(name).defaults(flags.quick)
     reps, seed = usual.reps if flags.reps is None else flags.reps, flags.seed or 0
@@ -115,7 +115,7 @@ def joints(text: str | None) -> tuple[int, ...] | None:
     Raises:
         SettingsError: They cannot be made out, or are out of range.
     """
-    from armdesign.sweep.ranges import whole_numbers  # noqa: PLC0415
+    from armdesign.experiments.sweep.ranges import whole_numbers  # noqa: PLC0415
 
     if text is None:
         return None
@@ -146,9 +146,9 @@ def read_tasks(name: str, flags: Flags, search: Mapping[str, Any], dof: Sequence
     Raises:
         SettingsError: Two tasks have one name, or settings cannot be.
     """
-    from armdesign.studies.examples import EXAMPLES  # noqa: PLC0415
-    from armdesign.study import prepare  # noqa: PLC0415
-    from armdesign.sweep.plan import check_stems  # noqa: PLC0415
+    from armdesign.experiments.studies.study_examples import EXAMPLES  # noqa: PLC0415
+    from armdesign.experiments.sweep.sweep_plan import check_stems  # noqa: PLC0415
+    from armdesign.search.prepare import prepare  # noqa: PLC0415
 
     study = read_settings(flags.config, {})
     named = list(flags.tasks or ())
@@ -197,8 +197,8 @@ def settings_instead(word: str, flags: Sequence[str]) -> str:
 
 def open_task(name: str, word: str, study: Study, scenario: str | None) -> tuple[str, Recording, Study]:
     """The key, the recording and the settings of one task."""
-    from armdesign.settings import read_study  # noqa: PLC0415
-    from armdesign.studies.examples import EXAMPLES, example_recording  # noqa: PLC0415
+    from armdesign.experiments.studies.study_examples import EXAMPLES, example_recording  # noqa: PLC0415
+    from armdesign.settings.sections import read_study  # noqa: PLC0415
 
     command = f"study {name}"
     if word in EXAMPLES:

@@ -11,8 +11,8 @@ import typer
 from armdesign.cli.common import StatusLine, clock
 
 if TYPE_CHECKING:
-    from armdesign.search import Progress
-    from armdesign.sweep import Standing
+    from armdesign.experiments.sweep import Standing
+    from armdesign.search.search import Progress
 
 EVERY = 1.0
 """Shortest time between two changes of the line [s]."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from armdesign.evaluation import Evaluation
+from armdesign.errors import counted, short_names
 from armdesign.kinematics.dh import DHTable
-from armdesign.study import Prepared
-from armdesign.wording import counted, short_names
+from armdesign.search.evaluation import Evaluation
+from armdesign.search.prepare import Prepared
 
 
 def design_table(table: DHTable) -> str:

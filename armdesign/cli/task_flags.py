@@ -122,7 +122,7 @@ def takes_task_flags(command: Callable[..., Outcome]) -> Callable[..., Outcome]:
 
 def names(text: str) -> list[str]:
     """A comma-separated list of points; commas in quotation marks belong to a name."""
-    from armdesign.demonstration.expressions import split_list  # noqa: PLC0415 (NumPy)
+    from armdesign.demonstration.points.expressions import split_list  # noqa: PLC0415 (NumPy)
 
     return split_list(text)
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from armdesign.demonstration.gaps import seconds
-from armdesign.demonstration.recording import Array, Recording
-from armdesign.demonstration.take import Step
+from armdesign._types import Array
+from armdesign.demonstration.cleaning.gaps import seconds
+from armdesign.demonstration.recording import Recording, Step
 from armdesign.errors import TaskError
 
 _STILL = 0.01  # [m] a base that moves less than this counts as standing

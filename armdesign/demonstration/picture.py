@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from armdesign.demonstration.definitions import Defined, define
-from armdesign.demonstration.expressions import parse
-from armdesign.demonstration.gaps import find_gaps
-from armdesign.demonstration.guess import guess_arm
-from armdesign.demonstration.recording import Array, Recording
-from armdesign.demonstration.standard import is_mirrored
+from armdesign._types import Array
+from armdesign.demonstration.cleaning.gaps import find_gaps
+from armdesign.demonstration.points.definitions import Defined, define
+from armdesign.demonstration.points.expressions import parse
+from armdesign.demonstration.points.guess import guess_arm
+from armdesign.demonstration.points.standard import is_mirrored
+from armdesign.demonstration.recording import Recording
 from armdesign.errors import SettingsError
 
 if TYPE_CHECKING:

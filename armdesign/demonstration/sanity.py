@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from armdesign.demonstration.gaps import seconds
-from armdesign.demonstration.recording import Array, Recording
-from armdesign.demonstration.take import Step
+from armdesign._types import Array
+from armdesign.demonstration.cleaning.gaps import seconds
+from armdesign.demonstration.recording import Recording, Step
 
 JOINTS = ("shoulder", "elbow", "wrist", "hand")
 HUMAN = {

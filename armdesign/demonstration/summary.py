@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from armdesign.demonstration.definitions import define
-from armdesign.demonstration.expressions import parse
-from armdesign.demonstration.gaps import find_gaps, seconds
-from armdesign.demonstration.guess import Arm, Guess, guess_arm
-from armdesign.demonstration.recording import Array, Recording
-from armdesign.demonstration.repeats import find_repeats
-from armdesign.demonstration.standard import is_mirrored
+from armdesign._types import Array
+from armdesign.demonstration.cleaning.gaps import find_gaps, seconds
+from armdesign.demonstration.cleaning.repeats import find_repeats
+from armdesign.demonstration.points.definitions import define
+from armdesign.demonstration.points.expressions import parse
+from armdesign.demonstration.points.guess import Arm, Guess, guess_arm
+from armdesign.demonstration.points.standard import is_mirrored
+from armdesign.demonstration.recording import Recording
 
 _WIDTH = 110
 _HOLE = 1.5  # a step in time this many times the median is told

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armdesign.demonstration.cleaning import Cleaning, Off, clean, crop
-from armdesign.demonstration.cuts import Stretch
+from armdesign._types import Array
+from armdesign.demonstration.cleaning.cleaning import Cleaning, Off, clean, crop
+from armdesign.demonstration.cleaning.cuts import Stretch
+from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.findings import base_steps, check_arm_length, points_step, recording_step, task_step
-from armdesign.demonstration.quaternions import rotation_matrices
-from armdesign.demonstration.recording import MIN_FRAMES, Array, Recording, first_bad_step, median_step
+from armdesign.demonstration.points.selection import Chosen, resolve
+from armdesign.demonstration.points.standard import is_mirrored
+from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step, first_bad_step, median_step
 from armdesign.demonstration.sanity import sanity_steps, side_steps
-from armdesign.demonstration.selection import Chosen, resolve
-from armdesign.demonstration.standard import is_mirrored
-from armdesign.demonstration.take import Step
 from armdesign.errors import TaskError
 
 _UNIT = 1e-3  # norms of quaternions may differ from 1 by a few printed digits

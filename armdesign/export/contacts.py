@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.export.solids import Cylinder, LinkBody
-from armdesign.kinematics.dh import Array, DHTable
+from armdesign.kinematics.dh import DHTable
 
 Pair = tuple[int, int]
 """Two links: 0 is base_link, i is link_i."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from armdesign.errors import SettingsError
-from armdesign.export.text import number
+from armdesign.export.xml_text import number
 from armdesign.kinematics.dh import DHTable
 
 CONVENTIONS = ("modified", "classic")

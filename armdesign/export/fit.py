@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armdesign._types import Array
+from armdesign.errors import counted
 from armdesign.export.contacts import CollisionScene, Pair
 from armdesign.export.options import AUTO, SIDES, BodyOptions
 from armdesign.export.solids import BodyFit, link_bodies
-from armdesign.kinematics.dh import Array, DHTable
-from armdesign.wording import counted
+from armdesign.kinematics.dh import DHTable
 
 MOST_FRAMES = 2000
 """Longer motions are thinned to about so many frames."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.export.dh_text import dh_csv, dh_toml
 from armdesign.export.mjcf import robot_mjcf
-from armdesign.export.robot import Robot
+from armdesign.export.robot_file import Robot
 from armdesign.export.sdf import robot_sdf
 from armdesign.export.urdf import robot_urdf
 from armdesign.export.xacro import robot_xacro, robot_xacro_macro

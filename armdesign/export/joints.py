@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armdesign._types import Array
 from armdesign.errors import DesignError
-from armdesign.kinematics.dh import Array
 
 DEFAULT_RANGE = float(np.pi)
 """Joints without limits turn this far either way [rad]."""

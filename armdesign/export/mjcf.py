@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.export.fit import meet
-from armdesign.export.limits import GRAVITY, dynamic_model
+from armdesign.export.joint_load import GRAVITY, dynamic_model
 from armdesign.export.parts import link_name, robot_parts
-from armdesign.export.robot import Robot
+from armdesign.export.robot_file import Robot
 from armdesign.export.templates import render
-from armdesign.export.text import number, numbers
-from armdesign.kinematics.dh import Array
+from armdesign.export.xml_text import number, numbers
 
 TEMPLATE = "arm.mjcf.j2"
 MOST_SITES = 60

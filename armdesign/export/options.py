@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from armdesign.errors import SettingsError
-from armdesign.parameters import Choice, Number, Section, Switch, Text, parameter
+from armdesign.settings.kinds import Choice, Number, Section, Switch, Text, parameter
 
 DEFAULT_NAME = "arm"
 LIGHTEST = 1e-6

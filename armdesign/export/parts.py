@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.export.joints import JointLimits
-from armdesign.export.robot import Robot
+from armdesign.export.robot_file import Robot
 from armdesign.export.solids import Cylinder, Inertial, LinkBody, tool_inertial
-from armdesign.export.text import number, numbers, quaternion, rpy
-from armdesign.kinematics.dh import Array
+from armdesign.export.xml_text import number, numbers, quaternion, rpy
 
 BASE_LINK = "base_link"
 TOOL_LINK = "tool0"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from armdesign.export.parts import robot_parts
-from armdesign.export.robot import Robot
+from armdesign.export.robot_file import Robot
 from armdesign.export.templates import render
-from armdesign.export.text import number
+from armdesign.export.xml_text import number
 
 TEMPLATE = "arm.sdf.j2"
 

@@ -21,9 +21,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.errors import DesignError
 from armdesign.export.options import BodyOptions
-from armdesign.kinematics.dh import Array, DHTable, rot_x, translation
+from armdesign.kinematics.dh import DHTable, rot_x, translation
 
 __all__ = [
     "SHORTEST",

@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 from armdesign.export.joints import joint_limits
 from armdesign.export.options import DEFAULT_NAME, BodyOptions, RobotOptions, TagOptions
 from armdesign.export.parts import MATERIALS, WORLD, bare_link, joint_part, robot_parts
-from armdesign.export.robot import Robot, make_robot
+from armdesign.export.robot_file import Robot, make_robot
 from armdesign.export.templates import render
-from armdesign.export.text import number, safe_name
+from armdesign.export.xml_text import number, safe_name
 from armdesign.kinematics.dh import DHTable
 
 __all__ = ["HARDWARE", "MATERIALS", "robot_urdf", "tag_parts", "urdf_text"]

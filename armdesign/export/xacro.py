@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from armdesign.export.parts import WORLD, robot_parts
-from armdesign.export.robot import Robot
+from armdesign.export.robot_file import Robot
 from armdesign.export.templates import render
 from armdesign.export.urdf import tag_parts
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings import DesignSettings
+from armdesign.settings.sections import DesignSettings
 
-Array = NDArray[np.float64]
 COLUMNS = ("alpha", "a", "d")
 SAMPLE_BATCH, SAMPLE_BATCHES = 4096, 250
 

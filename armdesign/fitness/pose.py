@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError, TaskError
-from armdesign.fitness.evaluator import BlockEvaluator, as_rows, batch_of
+from armdesign.fitness.block import BlockEvaluator, as_rows, batch_of
+from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY
 from armdesign.fitness.problem import Problem, make_problem
-from armdesign.fitness.walk import MOUNT_IDENTITY
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings import FitnessSettings, SolverSettings
-
-Array = NDArray[np.float64]
+from armdesign.settings.sections import FitnessSettings, SolverSettings
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from armdesign._types import Array
 from armdesign.errors import SettingsError, TaskError
-from armdesign.fitness.association import MAX_POINTS
-from armdesign.fitness.orientation import METRICS
-from armdesign.fitness.walk import MOUNT_IDENTITY, MOUNT_START, PROBLEM
-from armdesign.settings import FitnessSettings, SolverSettings
+from armdesign.fitness.kernels.association import MAX_POINTS
+from armdesign.fitness.kernels.orientation import METRICS
+from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY, MOUNT_START, PROBLEM
+from armdesign.settings.sections import FitnessSettings, SolverSettings
 
-Array = NDArray[np.float64]
 DRAWN_HAND = 10.0  # weight of the hand while starts are compared, high enough to lead it to its point
 HELD_HAND = 1000.0  # weight of the hand while the start is solved, so that it ends on its point
 SCENARIOS = {"packaging": (0.0, (1 / 6, 1 / 3, 1 / 2)), "welding": (0.2, (0.0, 0.1, 0.7))}

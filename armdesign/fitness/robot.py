@@ -10,14 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from armdesign._types import Array
 from armdesign.errors import DesignError
+from armdesign.fitness.batch import Batch
+from armdesign.fitness.block import BlockEvaluator, Scores
 from armdesign.fitness.constraints import DesignSpace
-from armdesign.fitness.evaluator import BlockEvaluator, Scores
-from armdesign.fitness.flow import Batch
+from armdesign.fitness.kernels.sensitivity import Sensitivity
 from armdesign.fitness.problem import Problem
-from armdesign.fitness.sensitivity import Sensitivity
-
-Array = NDArray[np.float64]
 
 
 class Generation(NamedTuple):

@@ -11,11 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from armdesign._types import Array
 from armdesign.errors import DesignError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

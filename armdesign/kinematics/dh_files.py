@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
-import sys
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,6 @@ import numpy as np
 
 from armdesign.errors import DesignError
 from armdesign.kinematics.dh import DHTable
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 CONVENTIONS = ("modified", "classic")
 COLUMNS = ("alpha", "a", "d", "theta")

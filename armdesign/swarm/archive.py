@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.swarm import saved
-from armdesign.swarm.space import Array
 
 RADIUS = 0.15
 """Places nearer than this in canonical unit coordinates are one basin."""

@@ -11,9 +11,10 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from armdesign._types import Array
 from armdesign.errors import SearchError, SettingsError
 from armdesign.swarm import checks, generator_state, operators, saved
-from armdesign.swarm.space import Array, Box, Mask
+from armdesign.swarm.space import Box, Mask
 
 Sampler = Callable[[np.random.Generator, int], Array]
 """Draws `count` positions, shape (count, D), from a generator."""

@@ -7,8 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armdesign._types import Array
 from armdesign.errors import SearchError, SettingsError
-from armdesign.swarm.space import Array, Box, Mask
+from armdesign.swarm.space import Box, Mask
 
 ROUNDING = 1e-9
 

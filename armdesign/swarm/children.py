@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.swarm.region import Region
-from armdesign.swarm.space import Array
 
 SPREADS = (0.03, 0.06, 0.12)
 SHORT, SHORTER = 0.5, 0.3

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armdesign._types import Array
 from armdesign.errors import SearchError
 from armdesign.swarm import checks
-from armdesign.swarm.space import Array
 
 TOLERANCE = 0.01
 

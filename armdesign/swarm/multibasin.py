@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armdesign._types import Array
 from armdesign.errors import SearchError
 from armdesign.swarm import checks, generator_state, saved
 from armdesign.swarm.base import History, Sampler, State
@@ -19,7 +20,7 @@ from armdesign.swarm.descents import Descents, Patience
 from armdesign.swarm.evolution import Evolution
 from armdesign.swarm.recipe import Recipe
 from armdesign.swarm.region import Slab
-from armdesign.swarm.space import Array, Box
+from armdesign.swarm.space import Box
 from armdesign.swarm.stages import OVER, SLOPE, STEP, Stages
 
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from armdesign.swarm.space import Array, Box, Mask
+from armdesign._types import Array
+from armdesign.swarm.space import Box, Mask
 
 
 def uniform(rng: np.random.Generator, box: Box, count: int) -> Array:

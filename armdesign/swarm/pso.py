@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.swarm import checks, operators
 from armdesign.swarm.base import Sampler, Swarm
-from armdesign.swarm.space import Array, Box
+from armdesign.swarm.space import Box
 
 
 class PSO(Swarm):

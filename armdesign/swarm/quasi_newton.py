@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.swarm.region import Region, project
-from armdesign.swarm.space import Array
 
 ROUNDS = 80
 DAMPED = 0.2

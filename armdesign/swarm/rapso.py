@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.errors import SettingsError
 from armdesign.swarm import checks, operators
 from armdesign.swarm.base import Sampler
 from armdesign.swarm.pso import PSO
-from armdesign.swarm.space import Array, Box
+from armdesign.swarm.space import Box
 
 RANGES = ("valid", "box")
 

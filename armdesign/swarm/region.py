@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.errors import SettingsError
 from armdesign.swarm import checks
-from armdesign.swarm.space import Array, Box
+from armdesign.swarm.space import Box
 
 ROUNDING = 1e-12
 """By how much a point is drawn inside the slab that was outside, so that rounding leaves it there."""

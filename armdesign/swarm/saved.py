@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.errors import SearchError
 from armdesign.swarm import checks
-from armdesign.swarm.space import Array, Mask
+from armdesign.swarm.space import Mask
 
 FIX = "Start the search anew, or restore the saved state"
 

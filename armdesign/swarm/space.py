@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from armdesign._types import Array
 from armdesign.errors import SettingsError
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 

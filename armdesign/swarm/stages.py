@@ -20,6 +20,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.errors import SearchError
 from armdesign.swarm import checks, operators, saved
 from armdesign.swarm.archive import Archive, Canonical, apart
@@ -29,7 +30,7 @@ from armdesign.swarm.descents import STEEPEST, Descents, Patience
 from armdesign.swarm.evolution import Evolution
 from armdesign.swarm.recipe import Recipe
 from armdesign.swarm.region import Region, Slab
-from armdesign.swarm.space import Array, Box
+from armdesign.swarm.space import Box
 
 SAMPLE, SLOPE, PROBE, RETRY, STEP, CHECK, SCREEN, EVOLVE, OVER = (
     "sample", "slope", "probe", "retry", "step", "check", "screen", "evolve", "over",

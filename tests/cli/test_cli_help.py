@@ -3,7 +3,7 @@ import re
 
 import pytest
 
-from armdesign import __version__
+from armdesign._version import __version__
 from armdesign.cli import app
 
 COMMANDS = ("search", "evaluate")

@@ -6,17 +6,19 @@ import time
 
 import pytest
 
-from armdesign.lock import locked
-from armdesign.runs import natural, read_run
+from armdesign.runs.listing import natural, read_run
+from armdesign.runs.lock import locked
 
 
 @pytest.fixture(scope="module")
 def begun(run, packaging, packaged, tmp_path_factory):
     """A run folder with settings, a saved state of three iterations and no result, as a killed search leaves it."""
-    from armdesign import Study, checkpoint, prepare, read_recording, running  # noqa: PLC0415
-    from armdesign.compute import InProcess  # noqa: PLC0415
-    from armdesign.running import open_run, start_run  # noqa: PLC0415
-    from armdesign.search import Search  # noqa: PLC0415
+    from armdesign import Study, prepare, read_recording  # noqa: PLC0415
+    from armdesign.runs import checkpoint  # noqa: PLC0415
+    from armdesign.runs import resumable as running  # noqa: PLC0415
+    from armdesign.runs.resumable import open_run, start_run  # noqa: PLC0415
+    from armdesign.search.backends import InProcess  # noqa: PLC0415
+    from armdesign.search.search import Search  # noqa: PLC0415
 
     folder = tmp_path_factory.mktemp("begun") / "run"
     folder.mkdir()

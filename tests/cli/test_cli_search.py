@@ -2,18 +2,13 @@
 
 import json
 import re
-import sys
+import tomllib
 from fractions import Fraction
 
 import pytest
 
-from armdesign.runfolder import VIEWS
-from armdesign.search import Search
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from armdesign.runs.folder import VIEWS
+from armdesign.search.search import Search
 
 
 @pytest.fixture

@@ -2,18 +2,13 @@
 
 import json
 import re
-import sys
+import tomllib
 
 import numpy as np
 import pytest
 
 from armdesign.demonstration import Recording, read_recording, write_plain_csv
-from armdesign.search import Search
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from armdesign.search.search import Search
 
 FLAGS = ("--dof", "4", "--particles", "10", "--iterations", "3", "--no-report")
 

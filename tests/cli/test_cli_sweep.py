@@ -12,8 +12,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from armdesign.lock import holder_of
-from armdesign.sweep import FuturesCrew, read_sweep, run_sweep
+from armdesign.experiments.sweep import FuturesCrew, read_sweep, run_sweep
+from armdesign.runs.lock import holder_of
 
 TINY = ("--particles", 8, "--iterations", 3)
 COMMAND = "from armdesign.cli import main; main()"
@@ -133,8 +133,8 @@ def test_dry_run_of_a_sweep_that_is_there_leaves_it_alone(run, done, packaging, 
 
 def test_dry_run_knows_more_candidates_and_pso_as_longer(packaging):
     from armdesign import Study, prepare, read_recording  # noqa: PLC0415
-    from armdesign.sweep.estimate import Cost, Estimate, duration  # noqa: PLC0415
-    from armdesign.sweep.plan import unit_for  # noqa: PLC0415
+    from armdesign.experiments.sweep.estimate import Cost, Estimate, duration  # noqa: PLC0415
+    from armdesign.experiments.sweep.sweep_plan import unit_for  # noqa: PLC0415
 
     def time_of(algorithm="rapso", **search):
         study = Study().replace({"search": search})
@@ -152,8 +152,8 @@ def test_dry_run_knows_more_candidates_and_pso_as_longer(packaging):
 
 def test_line_in_a_terminal_changes_once_a_second_and_is_gone_at_the_end(monkeypatch):
     from armdesign.cli.sweep_progress import SweepLine  # noqa: PLC0415
-    from armdesign.search import Progress  # noqa: PLC0415
-    from armdesign.sweep import Outcome, Standing  # noqa: PLC0415
+    from armdesign.experiments.sweep import Outcome, Standing  # noqa: PLC0415
+    from armdesign.search.search import Progress  # noqa: PLC0415
 
     stream = io.StringIO()
     monkeypatch.setattr(stream, "isatty", lambda: True)

@@ -2,7 +2,7 @@
 
 import json
 import re
-import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +11,8 @@ import pytest
 from armdesign.cli.common import ProgressLine
 from armdesign.cli.sweep_progress import SweepLine
 from armdesign.cli.task_flags import TaskFlags
-from armdesign.search import Progress
-from armdesign.settings import TaskSettings
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from armdesign.search.search import Progress
+from armdesign.settings.sections import TaskSettings
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 BOX = ("--base", "ACRO_tip", "--points", "elbow=EPICl+EPICm,wrist=STYLr+STYLu,hand=INDEX+LASTC+MEDH+LATH")

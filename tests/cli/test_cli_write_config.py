@@ -1,11 +1,6 @@
-import sys
+import tomllib
 
-from armdesign.settings import SECTIONS, Study, read_study
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from armdesign.settings.sections import SECTIONS, Study, read_study
 
 
 def printed(run, *flags):

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.demonstration import csv_cells
-from armdesign.demonstration.csv_cells import (
+from armdesign.demonstration.files import csv_cells
+from armdesign.demonstration.files.csv_cells import (
     MISSING,
     Dialect,
     Place,

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from armdesign import Study
-from armdesign.conversion import convert, write_conversion
 from armdesign.demonstration import About, Cleaning, Recording, build_task, read_recording, read_recordings
-from armdesign.demonstration.cleaning import clean
-from armdesign.demonstration.quaternions import product, rotation_matrices
+from armdesign.demonstration.cleaning.cleaning import clean
+from armdesign.demonstration.convert import convert, write_conversion
+from armdesign.demonstration.files.quaternions import product, rotation_matrices
 from armdesign.errors import RecordingError
-from armdesign.settings import TaskSettings
-from armdesign.study import prepare
+from armdesign.search.prepare import prepare
+from armdesign.settings.sections import TaskSettings
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 CAPTURED = About(format="C3D", captured=True)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import Recording
-from armdesign.demonstration.cleaning import (
+from armdesign.demonstration.cleaning.cleaning import (
     Cleaning,
     clean,
     crop,

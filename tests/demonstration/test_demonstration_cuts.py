@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import Cleaning, Recording
-from armdesign.demonstration.cleaning import clean
-from armdesign.demonstration.cuts import cut_out, moved_up
+from armdesign.demonstration.cleaning.cleaning import clean
+from armdesign.demonstration.cleaning.cuts import cut_out, moved_up
 from armdesign.errors import RecordingError, SettingsError
 
 TIME = np.arange(601) / 100 + 1.0

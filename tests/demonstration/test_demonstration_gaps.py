@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import Recording
-from armdesign.demonstration.cleaning import fill_gaps
-from armdesign.demonstration.gaps import seconds
+from armdesign.demonstration.cleaning.cleaning import fill_gaps
+from armdesign.demonstration.cleaning.gaps import seconds
 from armdesign.errors import RecordingError, SettingsError
 
 TIME = np.arange(101) / 100

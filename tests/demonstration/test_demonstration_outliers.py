@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import About, Recording
-from armdesign.demonstration.outliers import FLOOR, find_outliers, take_out_outliers
-from armdesign.demonstration.quaternions import rotation_matrices
+from armdesign.demonstration.cleaning.outliers import FLOOR, find_outliers, take_out_outliers
+from armdesign.demonstration.files.quaternions import rotation_matrices
 
 RATES = (50.0, 100.0, 200.0)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import Recording, read_plain_csv, write_plain_csv
-from armdesign.demonstration import plain_csv as plain_csv_module
+from armdesign.demonstration.files import plain_csv as plain_csv_module
 from armdesign.errors import RecordingError
 
 HEADER = "time,elbow_x,elbow_y,elbow_z,left_hand_x,left_hand_y,left_hand_z"

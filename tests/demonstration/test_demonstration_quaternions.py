@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from armdesign.demonstration.quaternions import rotation_matrices, slerp, unit_continuous
+from armdesign.demonstration.files.quaternions import rotation_matrices, slerp, unit_continuous
 
 
 def unit(rng, count):

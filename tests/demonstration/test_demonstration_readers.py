@@ -5,9 +5,10 @@ import sys
 import numpy as np
 import pytest
 
-from armdesign.demonstration import formats, read_plain_csv, read_recording, read_recordings, read_take
-from armdesign.demonstration.formats import Format
-from armdesign.demonstration.take import Take
+from armdesign.demonstration import read_plain_csv, read_recording, read_recordings, read_take
+from armdesign.demonstration.files import formats
+from armdesign.demonstration.files.formats import Format
+from armdesign.demonstration.recording import Take
 from armdesign.errors import ArmDesignError, RecordingError
 
 TEXT = "time,hand_x,hand_y,hand_z\n0,0,0,1\n1,0,0,2\n2,0,0,3\n"

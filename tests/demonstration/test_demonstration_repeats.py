@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import About, Cleaning, Recording
-from armdesign.demonstration.cleaning import clean
-from armdesign.demonstration.repeats import find_repeats, refill_repeats, stale_frames
+from armdesign.demonstration.cleaning.cleaning import clean
+from armdesign.demonstration.cleaning.repeats import find_repeats, refill_repeats, stale_frames
 
 TIME = np.arange(201) / 100
 LINE = np.outer(TIME, [1.0, -2.0, 0.5]) + 0.3

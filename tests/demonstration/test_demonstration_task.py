@@ -12,8 +12,8 @@ from armdesign.demonstration import (
     task_recording,
     write_plain_csv,
 )
+from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.findings import arm_length
-from armdesign.demonstration.quaternions import rotation_matrices
 from armdesign.errors import ArmDesignError, RecordingError, TaskError
 
 FRAMES = 60

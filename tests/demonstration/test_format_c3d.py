@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from c3d_bytes import DEC, INTEL, MIPS, c3d_bytes
 
-from armdesign.demonstration.formats import c3d, c3d_child
-from armdesign.demonstration.quaternions import rotation_matrices
-from armdesign.demonstration.readers import read_recording
+from armdesign.demonstration.files.formats import c3d, c3d_child
+from armdesign.demonstration.files.quaternions import rotation_matrices
+from armdesign.demonstration.files.readers import read_recording
 from armdesign.errors import RecordingError
 
 REAL = Path(__file__).resolve().parents[3] / "shared" / "recordings" / "pyomeca"

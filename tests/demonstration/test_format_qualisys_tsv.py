@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from armdesign.demonstration.formats import FORMATS, qualisys_tsv
-from armdesign.demonstration.quaternions import rotation_matrices
+from armdesign.demonstration.files.formats import FORMATS, qualisys_tsv
+from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.errors import RecordingError
 
 NAMES = ("shoulder", "elbow_r", "hand")

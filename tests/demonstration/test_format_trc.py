@@ -3,8 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.demonstration.formats import FORMATS, trc
-from armdesign.demonstration.formats.marker_columns import clean_name
+from armdesign.demonstration.files.formats import FORMATS, trc
+from armdesign.demonstration.files.formats.marker_columns import clean_name
 from armdesign.errors import RecordingError
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"

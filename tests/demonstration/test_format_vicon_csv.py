@@ -3,8 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.demonstration import csv_cells
-from armdesign.demonstration.formats import FORMATS, vicon_csv
+from armdesign.demonstration.files import csv_cells
+from armdesign.demonstration.files.formats import FORMATS, vicon_csv
 from armdesign.errors import RecordingError
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"

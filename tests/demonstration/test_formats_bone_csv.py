@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.demonstration.formats import bone_csv
+from armdesign.demonstration.files.formats import bone_csv
 from armdesign.errors import RecordingError, SettingsError
 
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "recordings" / "kth_handover"

@@ -8,7 +8,7 @@ from bvh_files import CMU, Joint, bvh_text, joints, motion, person, places
 from scipy.spatial.transform import Rotation
 
 from armdesign.demonstration import read_recording
-from armdesign.demonstration.formats import bvh
+from armdesign.demonstration.files.formats import bvh
 from armdesign.errors import RecordingError
 
 

@@ -8,7 +8,7 @@ import pytest
 from motive_files import Item, arm, markers, motive_text
 from scipy.spatial.transform import Rotation
 
-from armdesign.demonstration.formats import motive_csv
+from armdesign.demonstration.files.formats import motive_csv
 from armdesign.errors import RecordingError
 
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "recordings"

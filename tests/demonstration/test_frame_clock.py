@@ -3,8 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.demonstration.csv_cells import Rows
-from armdesign.demonstration.formats.frame_clock import frame_clock, read_rate
+from armdesign.demonstration.files.csv_cells import Rows
+from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
 from armdesign.errors import RecordingError
 
 

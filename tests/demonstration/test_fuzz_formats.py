@@ -15,10 +15,10 @@ import pytest
 from mutations import BINARY, TEXT, mutated
 from recording_seeds import FRAMES, seeds
 
-from armdesign.demonstration.formats.c3d_layout import read_layout
-from armdesign.demonstration.legible import legible
-from armdesign.demonstration.readers import read_recordings, read_take
-from armdesign.demonstration.standard import to_recording
+from armdesign.demonstration.files.formats.c3d_layout import read_layout
+from armdesign.demonstration.files.legible import legible
+from armdesign.demonstration.files.readers import read_recordings, read_take
+from armdesign.demonstration.points.standard import to_recording
 from armdesign.errors import ArmDesignError
 
 SEEDS = seeds()

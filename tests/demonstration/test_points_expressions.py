@@ -2,7 +2,7 @@
 
 import pytest
 
-from armdesign.demonstration.expressions import find_name, nearest, parse, quoted, split_list, unquoted
+from armdesign.demonstration.points.expressions import find_name, nearest, parse, quoted, split_list, unquoted
 from armdesign.errors import TaskError
 
 KNOWN = ("Anna:ACRO", "Anna:EPICl", "Anna:EPICm", "box:corner", "a+b", "*110", "x=y", "R.Wrist", "giver_RHand", "c, d")

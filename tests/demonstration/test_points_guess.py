@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armdesign.demonstration.expressions import parse
-from armdesign.demonstration.guess import find_arms, guess_arm
+from armdesign.demonstration.points.expressions import parse
+from armdesign.demonstration.points.guess import find_arms, guess_arm
 
 SCHEMES = {
     "Plug-in Gait": (

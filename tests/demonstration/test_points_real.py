@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import build_task, read_recording, read_recordings, resolve
+from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.picture import draw_recording
-from armdesign.demonstration.quaternions import rotation_matrices
 from armdesign.demonstration.summary import summarise, summary_text
 from armdesign.errors import TaskError
 

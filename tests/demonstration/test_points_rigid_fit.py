@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armdesign.demonstration.quaternions import rotation_matrices
-from armdesign.demonstration.rigid_fit import fit_rigid
+from armdesign.demonstration.files.quaternions import rotation_matrices
+from armdesign.demonstration.points.rigid_fit import fit_rigid
 from armdesign.errors import TaskError
 
 RNG = np.random.default_rng(7)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import Recording, resolve
-from armdesign.demonstration.quaternions import rotation_matrices
+from armdesign.demonstration.files.quaternions import rotation_matrices
+from armdesign.demonstration.points.standard import mirrored
 from armdesign.demonstration.recording import About
-from armdesign.demonstration.standard import mirrored
 from armdesign.errors import TaskError
 
 RNG = np.random.default_rng(11)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from armdesign.demonstration.quaternions import from_matrices, product, rotation_matrices
-from armdesign.demonstration.size import CMU
-from armdesign.demonstration.standard import is_mirrored, mirrored, to_recording, unit_factor
-from armdesign.demonstration.take import Step, Take
+from armdesign.demonstration.files.quaternions import from_matrices, product, rotation_matrices
+from armdesign.demonstration.points.size import CMU
+from armdesign.demonstration.points.standard import is_mirrored, mirrored, to_recording, unit_factor
+from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError, SettingsError
 
 RNG = np.random.default_rng(3)

@@ -7,9 +7,8 @@ import pytest
 
 from armdesign.demonstration import Recording
 from armdesign.demonstration.picture import check_kind, draw_recording
-from armdesign.demonstration.recording import About
+from armdesign.demonstration.recording import About, Step
 from armdesign.demonstration.summary import summarise, summary_text
-from armdesign.demonstration.take import Step
 from armdesign.errors import SettingsError
 
 FRAMES = 21

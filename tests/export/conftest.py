@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from armdesign.cli import app
-from armdesign.finished import read_finished
+from armdesign.runs.reading import read_finished
 
 ROOT = Path(__file__).resolve().parents[2]
 ARMS = {

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from armdesign.export.joints import joint_limits
-from armdesign.export.robot import make_robot
+from armdesign.export.robot_file import make_robot
 from armdesign.kinematics.dh import DHTable
 
 CHECK_URDF = shutil.which("check_urdf") or shutil.which(str(Path(sys.executable).with_name("check_urdf")))

@@ -12,7 +12,7 @@ import pytest
 
 from armdesign.export.formats import FORMATS, robot_files
 from armdesign.export.options import BodyOptions, LimitOptions, SimulationOptions, TagOptions
-from armdesign.export.robot import finished_robot
+from armdesign.export.robot_file import finished_robot
 from armdesign.kinematics.dh_files import read_design
 
 ALL = ",".join(FORMATS)

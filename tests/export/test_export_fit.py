@@ -13,7 +13,7 @@ from armdesign.export.contacts import CollisionScene
 from armdesign.export.fit import fit_body, free_side, meet
 from armdesign.export.joints import joint_limits
 from armdesign.export.options import SIDES, BodyOptions, RobotOptions, TagOptions
-from armdesign.export.robot import make_robot
+from armdesign.export.robot_file import make_robot
 from armdesign.export.solids import BodyFit, link_bodies
 from armdesign.export.urdf import robot_urdf
 from armdesign.kinematics.dh import DHTable

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from armdesign.errors import DesignError, SettingsError
-from armdesign.export.limits import joint_torques, smooth_motion, trajectory_limits
+from armdesign.export.joint_load import joint_torques, smooth_motion, trajectory_limits
 from armdesign.export.solids import BodyOptions, link_bodies
 from armdesign.export.urdf import urdf_text
 from armdesign.kinematics.dh import DHTable

@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 from export_designs import random_robot
 
-from armdesign.export.limits import dynamic_model
+from armdesign.export.joint_load import dynamic_model
 from armdesign.export.mjcf import MOST_SITES, gains, robot_mjcf
 from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions
 

@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from armdesign.errors import DesignError
 from armdesign.export.joints import joint_limits
 from armdesign.export.solids import BodyOptions, link_bodies
-from armdesign.export.text import rpy, safe_name
 from armdesign.export.urdf import urdf_text
+from armdesign.export.xml_text import rpy, safe_name
 from armdesign.kinematics.dh import DHTable, rot_x, rot_z
 
 DESIGNS = [(n, seed) for n in range(1, 9) for seed in range(6)]

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from armdesign.compilation import entry, source_stamp
-from armdesign.fitness.area import frame_area
-from armdesign.fitness.association import MATCH
-from armdesign.fitness.evaluator import as_rows
-from armdesign.fitness.orientation import ATTITUDE, METRICS
-from armdesign.fitness.temporal import FRAME, MOTION, differentiate_frame, evaluate_frame
+from armdesign.fitness.block import as_rows
+from armdesign.fitness.kernels.area import frame_area
+from armdesign.fitness.kernels.association import MATCH
+from armdesign.fitness.kernels.orientation import ATTITUDE, METRICS
+from armdesign.fitness.kernels.temporal import FRAME, MOTION, differentiate_frame, evaluate_frame
+from armdesign.kinematics.compilation import entry, source_stamp
+from armdesign.kinematics.kernels.skeleton import CHAIN, hang_arm, update_skeleton
 from armdesign.kinematics.models import ArmBlock
-from armdesign.kinematics.skeleton import CHAIN, hang_arm, update_skeleton
 
 
 @entry

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from armdesign.demonstration import build_task, read_recording
 from armdesign.fitness.problem import make_problem
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings import FitnessSettings, SolverSettings
+from armdesign.settings.sections import FitnessSettings, SolverSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared"

@@ -8,7 +8,7 @@ import pytest
 from armdesign.errors import DesignError, SettingsError
 from armdesign.fitness.constraints import design_space, joint_limits
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings import DesignSettings
+from armdesign.settings.sections import DesignSettings
 
 SIZES = range(1, 11)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armdesign.fitness.starts import SAME_POSE, keep_finalist
-from armdesign.fitness.walk import WALK
+from armdesign.fitness.kernels.solver_state import WALK
+from armdesign.fitness.kernels.starts import SAME_POSE, keep_finalist
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import plain_reference
 import pytest
 from scenes import SHARED, full_turn, problem_for
 
-from armdesign.fitness.evaluator import BlockEvaluator
+from armdesign.fitness.block import BlockEvaluator
 from armdesign.kinematics.dh import DHTable
 
 FILES = sorted((SHARED / "golden").glob("*.json"))

@@ -9,11 +9,11 @@ from scenes import PACKAGING, WELDING, full_turn, problem_for, random_table, rea
 from scipy.spatial.transform import Rotation
 
 from armdesign.errors import SearchError
-from armdesign.evaluation import evaluate_on
+from armdesign.fitness.block import BlockEvaluator
 from armdesign.fitness.constraints import design_space
-from armdesign.fitness.evaluator import BlockEvaluator
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings import DesignSettings, SolverSettings
+from armdesign.search.evaluation import evaluate_on
+from armdesign.settings.sections import DesignSettings, SolverSettings
 
 METRICS = ("geodesic", "euler", "axis")
 EXACT = SolverSettings(tolerance=1e-10, floor=1e-13, max_steps=500)  # so that rounding ends no frame a step sooner

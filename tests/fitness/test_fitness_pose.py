@@ -14,7 +14,7 @@ from scipy.optimize import differential_evolution
 from armdesign.errors import DesignError, SettingsError, TaskError
 from armdesign.fitness.constraints import design_space
 from armdesign.fitness.pose import PoseSolver, best_pose
-from armdesign.settings import DesignSettings
+from armdesign.settings.sections import DesignSettings
 
 NEAR = 1e-5  # 0.01 mm
 CASES = {"packaging": (PACKAGING, 0.0), "welding": (WELDING, 0.2)}

@@ -9,7 +9,7 @@ from scipy.stats import qmc
 
 from armdesign.errors import SettingsError, TaskError
 from armdesign.fitness.problem import make_problem, resolve_weights, start_poses
-from armdesign.settings import FitnessSettings, SolverSettings
+from armdesign.settings.sections import FitnessSettings, SolverSettings
 
 SIZES = range(1, 11)
 UNIT = np.array([0.0, 1.0])

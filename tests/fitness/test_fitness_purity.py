@@ -12,11 +12,11 @@ import pytest
 from scenes import PACKAGING, ROOT, WELDING, problem_for, recorded
 
 from armdesign.errors import DesignError
-from armdesign.evaluation import evaluate_on
+from armdesign.fitness.block import BlockEvaluator
 from armdesign.fitness.constraints import design_space
-from armdesign.fitness.evaluator import BlockEvaluator
 from armdesign.fitness.robot import Rejections, RobotFitness
-from armdesign.settings import DesignSettings
+from armdesign.search.evaluation import evaluate_on
+from armdesign.settings.sections import DesignSettings
 
 COLUMNS = ("fitness", "path_fitness", "area", "valid", "start_error", "steps", "accepted", "frames")
 TASKS = {"packaging": (4, PACKAGING, 0.0), "welding": (5, WELDING, 0.2)}

@@ -7,10 +7,10 @@ import plain_reference
 import pytest
 from scenes import PACKAGING, WELDING, problem_for, recorded, rows_of
 
-from armdesign.evaluation import evaluate_on
 from armdesign.fitness.constraints import design_space
 from armdesign.fitness.robot import RobotFitness
-from armdesign.settings import DesignSettings
+from armdesign.search.evaluation import evaluate_on
+from armdesign.settings.sections import DesignSettings
 
 TASKS = {  # recording: joints, weights, w_0, every so many frames
     "packaging": (4, PACKAGING, 0.0, 1),

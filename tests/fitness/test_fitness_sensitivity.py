@@ -7,9 +7,9 @@ import pytest
 from scenes import PACKAGING, WELDING, problem_for, recorded
 
 from armdesign.fitness.constraints import design_space
+from armdesign.fitness.kernels.sensitivity import Sensitivity
 from armdesign.fitness.robot import RobotFitness
-from armdesign.fitness.sensitivity import Sensitivity
-from armdesign.settings import DesignSettings, SolverSettings
+from armdesign.settings.sections import DesignSettings, SolverSettings
 
 EXACT = SolverSettings(tolerance=1e-14, floor=0.0, max_steps=400)
 FINE = 0.001  # pieces of the area [m]; their number jumps, and with it E, the less the finer they are

@@ -8,10 +8,10 @@ from scenes import PACKAGING, WELDING, problem_for, recorded
 from scipy.spatial.transform import Rotation
 
 from armdesign.errors import DesignError
+from armdesign.fitness.block import BlockEvaluator
 from armdesign.fitness.constraints import design_space
-from armdesign.fitness.evaluator import BlockEvaluator
 from armdesign.fitness.robot import RobotFitness
-from armdesign.settings import DesignSettings
+from armdesign.settings.sections import DesignSettings
 
 TASKS = {"packaging": (3, PACKAGING, 0.0, 60), "welding": (4, WELDING, 0.2, 40)}
 every_task = pytest.mark.parametrize("name", TASKS)

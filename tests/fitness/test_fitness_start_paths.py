@@ -8,16 +8,16 @@ from scenes import PACKAGING, RECORDINGS, WELDING, problem_for, recorded
 
 from armdesign.demonstration import read_recording
 from armdesign.errors import SearchError
-from armdesign.evaluation import evaluate_on
+from armdesign.fitness.block import BlockEvaluator
 from armdesign.fitness.constraints import design_space
-from armdesign.fitness.evaluator import BlockEvaluator
+from armdesign.fitness.kernels.solver_state import WALK
+from armdesign.fitness.kernels.starts import SAME_POSE, TIE, keep_reaching
 from armdesign.fitness.problem import start_effort
 from armdesign.fitness.robot import RobotFitness
-from armdesign.fitness.starts import SAME_POSE, TIE, keep_reaching
-from armdesign.fitness.walk import WALK
-from armdesign.search import search
-from armdesign.settings import DesignSettings, SolverSettings, Study
-from armdesign.study import prepare
+from armdesign.search.evaluation import evaluate_on
+from armdesign.search.prepare import prepare
+from armdesign.search.search import search
+from armdesign.settings.sections import DesignSettings, SolverSettings, Study
 
 TASKS = {"packaging": (3, PACKAGING, 0.0, 60), "welding": (4, WELDING, 0.2, 40)}
 every_task = pytest.mark.parametrize("name", TASKS)

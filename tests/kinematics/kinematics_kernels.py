@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from armdesign.compilation import entry, source_stamp
-from armdesign.kinematics.dls import STEP, propose
+from armdesign.kinematics.compilation import entry, source_stamp
+from armdesign.kinematics.kernels.dls import STEP, propose
+from armdesign.kinematics.kernels.skeleton import CHAIN, MAX_DOF, hang_arm, update_skeleton
 from armdesign.kinematics.models import ArmBlock
-from armdesign.kinematics.skeleton import CHAIN, MAX_DOF, hang_arm, update_skeleton
 
 
 @entry

@@ -1,0 +1,249 @@
+"""``armdesign search --dof auto``: how many joints a task needs, with the arm that has them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from armdesign.cli.common import (
+    INTERRUPTED,
+    ProgressLine,
+    announce_compiling,
+    check_cluster,
+    check_workers,
+    clock,
+    open_backend,
+    say,
+    tell_at_once,
+)
+from armdesign.errors import RunFolderError, SettingsError, counted, resume_command
+
+if TYPE_CHECKING:
+    from armdesign.experiments.auto_dof.choose_dof import Outcome
+    from armdesign.experiments.auto_dof.dof_records import Found
+    from armdesign.search.backends import Backend
+    from armdesign.search.prepare import Prepared
+    from armdesign.search.search import Progress
+
+
+def search_auto(
+    *,
+    prepare_for: Callable[[int], Prepared],
+    source: Path,
+    out: Path | None,
+    workers: int | None,
+    cluster: str | None,
+    report: bool,
+    overwrite: bool,
+    quiet: bool,
+    within: float | None = None,
+    enough: float | None = None,
+) -> None:
+    """Search 2, 3, ... joints until more do not pay.
+
+    Args:
+        prepare_for: Gives the task prepared for a number of joints.
+        source: What the folder is named after.
+        out: The folder to write; by default runs/NAME-ALGORITHM-auto-seedS.
+        workers: Worker processes; None for as many as pay.
+        cluster: Dask scheduler whose workers evaluate.
+        report: Whether the chosen arm gets its preview and report.
+        overwrite: Whether what the folder holds is given up.
+        quiet: Neither progress nor tables.
+        within: How much a path fitness may be larger and still count as equal [%].
+        enough: Path fitness below which a better one means nothing [mm].
+    """
+    from armdesign.experiments.auto_dof.choose_dof import start_auto  # noqa: PLC0415
+    from armdesign.experiments.auto_dof.dof_rule import rule_of  # noqa: PLC0415
+
+    rule = rule_of(within, enough)
+    check_workers(workers, cluster)
+    check_cluster(cluster)
+    tasks = prepared_tasks(prepare_for)
+    folder = claimed(folder_for(source, next(iter(tasks.values()))) if out is None else out, overwrite=overwrite)
+    start_auto(folder, tasks, rule)
+    carry_on(folder, workers, cluster, report=report, quiet=quiet)
+
+
+def resume_auto(folder: Path, *, workers: int | None, cluster: str | None, report: bool, quiet: bool) -> None:
+    """Go on with the search for the number of joints where it stopped."""
+    from armdesign.experiments.auto_dof.dof_records import chosen  # noqa: PLC0415
+
+    if chosen(folder):
+        say(f"{folder} is finished; nothing to resume.")
+        return
+    carry_on(folder, workers, cluster, report=report, quiet=quiet)
+
+
+def prepared_tasks(prepare_for: Callable[[int], Prepared]) -> dict[int, Prepared]:
+    """The task for every number of joints to choose from.
+
+    Raises:
+        SettingsError: Settings that fit one number of joints only.
+    """
+    from armdesign.experiments.auto_dof.dof_rule import JOINTS  # noqa: PLC0415
+
+    fewest, most = prepare_for(JOINTS[1]).study.design.auto_dof or JOINTS
+    tasks = {}
+    for n in range(fewest, most + 1):
+        tasks[n] = prepare_for(n)
+        try:
+            tasks[n].space()
+            tasks[n].problem()
+        except SettingsError as error:
+            fix = "Settings that name single joints go with a --dof of that number, or with a narrower design.auto_dof"
+            raise SettingsError(
+                f"--dof auto, with {counted(n, 'joint')}: {error}", value=error.value, fix=fix
+            ) from error
+    return tasks
+
+
+def folder_for(source: Path, prepared: Prepared) -> Path:
+    """A free name under runs/."""
+    from armdesign.experiments.auto_dof.dof_records import holds_auto  # noqa: PLC0415
+    from armdesign.runs.folder import holds_run  # noqa: PLC0415
+
+    search = prepared.study.search
+    name = f"{source.stem}-{search.algorithm}-auto-seed{search.seed}"
+    folder, k = Path("runs") / name, 2
+    while holds_run(folder) or holds_auto(folder):
+        folder, k = Path("runs") / f"{name}-{k}", k + 1
+    return folder
+
+
+def claimed(folder: Path, *, overwrite: bool) -> Path:
+    """Make the folder before the work begins.
+
+    Raises:
+        RunFolderError: It holds something already, or cannot be written.
+    """
+    from armdesign.experiments.auto_dof.dof_records import chosen, holds_auto  # noqa: PLC0415
+    from armdesign.runs.folder import claim_folder  # noqa: PLC0415
+
+    if holds_auto(folder) and not overwrite:
+        unfinished = "" if chosen(folder) else f", go on with it by --resume {folder}"
+        raise RunFolderError(
+            f"{folder} already holds a search for the number of joints", value=str(folder),
+            fix=f"Name another with --out{unfinished}, or add --overwrite",
+        )  # fmt: skip
+    return claim_folder(folder, overwrite=overwrite)
+
+
+def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: bool, quiet: bool) -> None:
+    """Search in the folder, saying what is done and why it ends."""
+    from armdesign.experiments.auto_dof.choose_dof import Watch, carry_out_auto  # noqa: PLC0415
+    from armdesign.views import writing as views  # noqa: PLC0415
+
+    check_workers(workers, cluster)
+    check_cluster(cluster)
+
+    def hire(prepared: Prepared) -> AbstractContextManager[Backend]:
+        return open_backend(prepared, workers, cluster)
+
+    go_on = f"Go on with: {resume_command('search', folder, cluster)}"
+    try:
+        with Screen(quiet) as screen:
+            watch = Watch(screen.begin, screen.progress, screen.end, on_interrupt, say)
+            outcome = carry_out_auto(folder, hire, watch)
+    except KeyboardInterrupt:
+        typer.echo(f"\n{go_on}", err=True)
+        raise
+    if outcome.interrupted:
+        say(f"Interrupted. {go_on}")
+        raise typer.Exit(INTERRUPTED)
+    more = views.write_views(folder) if report else ()
+    if not quiet:
+        typer.echo(closing(outcome, more))
+
+
+def on_interrupt() -> None:
+    """What Ctrl-C is answered with."""
+    tell_at_once("Stopping after this iteration; once more stops at once.")
+
+
+class Screen:
+    """What is shown of the searches, one after the other."""
+
+    def __init__(self, quiet: bool) -> None:
+        """Nothing shown yet."""
+        self.quiet = quiet
+        self.told = False
+        self.line = ProgressLine()
+
+    def __enter__(self) -> Screen:
+        """Nothing to do."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """End a line that was begun."""
+        self.line.__exit__(*error)
+
+    def begin(self, n: int, prepared: Prepared) -> None:
+        """A search begins, or goes on."""
+        from armdesign.fitness.block import compile_kernels  # noqa: PLC0415
+
+        self.line.__exit__()
+        self.line = ProgressLine()
+        search = prepared.study.search
+        if not self.quiet:
+            if not self.told:
+                for note in prepared.notes:
+                    say(note)
+            from_smaller = (
+                f", {len(search.first)} to begin with: the best arm so far with a joint more" if search.first else ""
+            )
+            say(f"{counted(n, 'joint')} ({search.algorithm}, {search.size}{from_smaller}):")
+        self.told = True
+        with announce_compiling(self.quiet):
+            compile_kernels(prepared.problem())
+
+    def progress(self, progress: Progress) -> None:
+        """An iteration is done."""
+        if not self.quiet:
+            self.line(progress)
+
+    def end(self, found: Found) -> None:
+        """A search has ended."""
+        self.line.__exit__()
+        if not self.quiet and not found.valid:
+            say(f"No arm of {counted(found.dof, 'joint')}: {found.reason}")
+
+
+def closing(outcome: Outcome, more: tuple[str, ...]) -> str:
+    """What every number of joints gives, why one was chosen, and its arm."""
+    from armdesign.cli.tables import evaluation_table  # noqa: PLC0415
+    from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE  # noqa: PLC0415
+    from armdesign.runs.alternatives import FILE  # noqa: PLC0415
+    from armdesign.runs.folder import TASK_JSON  # noqa: PLC0415
+    from armdesign.runs.reading import read_finished  # noqa: PLC0415
+
+    run = read_finished(outcome.folder)
+    names = ("study.toml", "task.csv", TASK_JSON, "history.csv", FILE, "trajectory.csv", "arm.urdf", "result.json")
+    files = [name for name in names if (outcome.folder / name).exists()]
+    lines = [
+        found_table(outcome),
+        outcome.explanation,
+        evaluation_table(run.evaluation, run.prepared),
+        f"Written in {outcome.folder}, every search in a folder nN of its own:",
+        *(f"  {name}" for name in (AUTO, TABLE, PICTURE, *files, *more)),
+    ]
+    return "\n".join(lines)
+
+
+def found_table(outcome: Outcome) -> str:
+    """Joints, fitness in its parts, mean error of the hand, length and time of each search."""
+    lines = ["  joints     f [mm]     E [mm]      r [m]  hand [mm]      L [m]    time"]
+    for found in outcome.found:
+        mark = "*" if outcome.verdict is not None and found.dof == outcome.verdict.dof else " "
+        figures = (
+            f"{1e3 * found.path_fitness:10.2f} {1e3 * found.area:10.2f} {found.fitness:10.4f} "
+            f"{1e3 * found.hand_error:10.2f} {found.length:10.4f} {clock(found.wall_time):>7}"
+            if found.valid
+            else "  no valid arm"
+        )
+        lines.append(f"{mark} {found.dof:6d} {figures}")
+    return "\n".join(lines)

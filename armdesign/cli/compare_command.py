@@ -1,0 +1,261 @@
+"""``armdesign compare``: designs and ready-made arms on the same task."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from armdesign.cli.common import (
+    ConfigOption,
+    QuietOption,
+    ScenarioOption,
+    StatusLine,
+    WeightsOption,
+    announce_compiling,
+    clock,
+    one_sentence_errors,
+    read_settings,
+    refuse_existing,
+    say,
+)
+from armdesign.cli.recordings_asked import open_recording
+from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
+from armdesign.errors import RunFolderError, SettingsError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from armdesign.experiments.compare.arms import Entrant
+    from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch
+    from armdesign.experiments.compare.comparison import Compared
+    from armdesign.search.prepare import Prepared
+    from armdesign.settings.sections import Study
+
+
+@one_sentence_errors
+@takes_task_flags
+def compare(
+    arms: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="RUN|ARM ...",
+            help="Run folders, DH tables, names of ready-made arms such as ur5 or panda, or paths of URDFs.",
+        ),
+    ] = None,
+    recording: Annotated[
+        Path | None,
+        typer.Option("--task", help="The demonstration, or a run folder for its task; default: the first run's task."),
+    ] = None,
+    tool: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tool", metavar="[ARM=]LINK", help="Link of a URDF whose origin is the tool; default: the last."
+        ),
+    ] = None,
+    evaluations: Annotated[int, typer.Option("--evaluations", help="Base poses tried for each ready-made arm.")] = 1000,
+    box: Annotated[
+        float, typer.Option("--box", help="How far from the shoulder a base may stand along each axis [m].")
+    ] = 0.5,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the search for base poses.")] = 0,
+    payload: Annotated[float, typer.Option("--payload", help="Mass carried at the tool, for the torques [kg].")] = 0.0,
+    scenario: ScenarioOption = None,
+    config: ConfigOption = None,
+    task: TaskFlags = NO_FLAGS,
+    weights: WeightsOption = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Also write everything as JSON.")] = None,
+    csv_file: Annotated[Path | None, typer.Option("--csv", help="Also write the table as CSV.")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")] = False,
+    quiet: QuietOption = False,
+    catalogue: Annotated[bool, typer.Option("--list", help="List the ready-made arms that are there and end.")] = False,
+) -> None:
+    """Put designs and ready-made arms to the same task, by the same fitness.
+
+    A design's base stands at the shoulder. Of a ready-made arm the base is sought in a box around it, with its turn;
+    its skeleton is the polyline through its joint origins to the tool. The settings are those of --config, else those
+    of the first run, else the published ones.
+    """
+    if catalogue:
+        typer.echo(catalogue_text())
+        return
+    from armdesign.experiments.compare.arms import open_entrants  # noqa: PLC0415
+    from armdesign.experiments.compare.base_pose import BaseSearch  # noqa: PLC0415
+    from armdesign.experiments.compare.comparison_table import comparison_notes, comparison_table  # noqa: PLC0415
+
+    how = BaseSearch(evaluations, box, seed)
+    if not 0.0 <= payload <= 1e4:
+        raise SettingsError(f"--payload is {payload:g} kg", value=payload, allowed="0 to 10000 kg")
+    check_outputs(json_file, csv_file, overwrite=overwrite)
+    changes = task.changes()
+    folder = task_folder(recording, arms or []) if recording is not None or config is None else None
+    if folder is None:
+        study = first_study(arms or []) if config is None else read_settings(config, {})
+        entrants = open_entrants(arms or [], study, tool or ())
+        prepared = task_of_recording(recording, study.replace({"task": changes}), scenario, weights, entrants)
+    else:
+        given = [
+            name for name, value in (("--scenario", scenario), ("--config", config), ("--weights", weights)) if value
+        ]
+        prepared = task_of_run(folder, [*given, *(f"--{name.replace('_', '-')}" for name in changes)])
+        entrants = open_entrants(arms or [], prepared.study, tool or ())
+    if not quiet:
+        for note in prepared.notes if folder is None else ():
+            say(note)
+    rows = compared(entrants, prepared, how, payload, quiet=quiet)
+    source = str(recording if recording is not None else folder or prepared.study.task.recording)
+    write_outputs(json_file, csv_file, rows, prepared, payload, how, source)
+    if not quiet:
+        typer.echo(comparison_table(rows))
+        typer.echo("\n".join(comparison_notes(rows, payload, how)))
+
+
+def catalogue_text() -> str:
+    """The ready-made arms that are there."""
+    from armdesign.experiments.compare.ready_made import ready_made_arms  # noqa: PLC0415
+
+    known = ready_made_arms().values()
+    return "\n".join(f"{arm.name:<8} {arm.title}" for arm in known) or "example-robot-data is not installed."
+
+
+def task_folder(recording: Path | None, arms: Sequence[str]) -> Path | None:
+    """The run folder whose own task is meant; None where a recording is."""
+    if recording is None:
+        folders = [Path(arm) for arm in arms if (Path(arm) / "study.toml").is_file()]
+        if not folders:
+            return None
+        return folders[0]
+    if recording.is_dir():
+        return recording
+    beside = recording.parent
+    whole = all((beside / name).is_file() for name in ("study.toml", "task.json"))
+    return beside if recording.name == "task.csv" and whole else None
+
+
+def task_of_run(folder: Path, given: Sequence[str]) -> Prepared:
+    """A run's own task with its own settings.
+
+    Raises:
+        SettingsError: Flags are given that would make another task of it.
+        RunFolderError: The folder holds no run.
+    """
+    from armdesign.runs.resumable import open_run  # noqa: PLC0415
+
+    if given:
+        raise SettingsError(
+            f"the task is that of the run {folder}, with its settings; {', '.join(given)} would not be used",
+            value=list(given), fix="Leave them out, or give a recording with --task",
+        )  # fmt: skip
+    return open_run(folder)
+
+
+def first_study(arms: Sequence[str]) -> Study:
+    """The settings that the first of the runs carries, else the published ones.
+
+    Raises:
+        SettingsError: They are not valid.
+    """
+    from armdesign.experiments.compare.arms import settings_in, study_in  # noqa: PLC0415
+    from armdesign.settings.sections import Study  # noqa: PLC0415
+
+    for arm in arms:
+        if (carried := settings_in(Path(arm))) is not None:
+            return study_in(Path(arm), carried)
+    return Study()
+
+
+def task_of_recording(
+    recording: Path | None, study: Study, scenario: str | None, weights: str | None, entrants: Sequence[Entrant]
+) -> Prepared:
+    """The task of a recording, for arms of so many joints and such a length at most.
+
+    Raises:
+        SettingsError: There is no recording.
+    """
+    from armdesign.experiments.compare.comparison import with_joints  # noqa: PLC0415
+    from armdesign.search.prepare import prepare  # noqa: PLC0415
+
+    if recording is None and study.task.recording is None and not study.task.files:
+        raise SettingsError("no task is given", fix="Name a recording or a run folder with --task")
+    study = with_joints(study, max(entrant.dof for entrant in entrants))
+    _, demonstration, study = open_recording(recording, study, scenario, weights, "compare ARM --task")
+    return prepare(demonstration, study, longest=max(entrant.length for entrant in entrants))
+
+
+def check_outputs(json_file: Path | None, csv_file: Path | None, *, overwrite: bool) -> None:
+    """Turn away outputs that cannot be written, before any work is done.
+
+    Raises:
+        RunFolderError: One is a folder, is there already or has no folder, or both are the same.
+    """
+    for target in (json_file, csv_file):
+        if target is None:
+            continue
+        if target.is_dir():
+            raise RunFolderError(f"the output {target} is a folder", value=str(target), fix="Give the name of a file")
+        if not target.parent.is_dir():
+            raise RunFolderError(f"there is no folder {target.parent} for the output {target.name}", value=str(target))
+        refuse_existing(target, overwrite=overwrite)
+    if json_file is not None and json_file == csv_file:
+        raise RunFolderError(f"--json and --csv are both {json_file}", value=str(json_file), fix="Name two files")
+
+
+def compared(
+    entrants: Sequence[Entrant], prepared: Prepared, how: BaseSearch, payload: float, *, quiet: bool
+) -> list[Compared]:
+    """Put each of them to the task."""
+    from armdesign.experiments.compare.comparison import Design, compare_design, compare_ready_made, some_problem  # noqa: PLC0415
+    from armdesign.fitness.block import compile_kernels  # noqa: PLC0415
+
+    with announce_compiling(quiet):
+        compile_kernels(some_problem(prepared))
+    rows = []
+    for entrant in entrants:
+        if isinstance(entrant, Design):
+            rows.append(compare_design(entrant, prepared, payload))
+            continue
+        with BaseLine(entrant.name, quiet=quiet) as line:
+            rows.append(compare_ready_made(entrant, prepared, how, payload, line))
+    return rows
+
+
+def write_outputs(
+    json_file: Path | None,
+    csv_file: Path | None,
+    rows: Sequence[Compared],
+    prepared: Prepared,
+    payload: float,
+    how: BaseSearch,
+    source: str,
+) -> None:
+    """Write the files that were asked for."""
+    from armdesign.experiments.compare.comparison_table import comparison_csv, comparison_json  # noqa: PLC0415
+    from armdesign.files import write_whole  # noqa: PLC0415
+
+    if json_file is not None:
+        write_whole(json_file, comparison_json(rows, prepared, payload, how, source))
+    if csv_file is not None:
+        write_whole(csv_file, comparison_csv(rows, prepared.task.points))
+
+
+class BaseLine(StatusLine):
+    """Progress of the search for a base pose on stderr: a line that is rewritten in a terminal, one line elsewhere."""
+
+    def __init__(self, name: str, *, quiet: bool) -> None:
+        """Start the clock."""
+        super().__init__()
+        self.name, self.quiet = name, quiet
+        self.begun = time.monotonic()
+
+    def __call__(self, progress: BaseProgress) -> None:
+        """Show how far it is."""
+        last = progress.evaluations >= progress.total
+        if self.quiet or not (last or self.terminal):
+            return
+        best = f"r {progress.fitness:.4f}" if progress.fitness < float("inf") else "the start is not reached yet"
+        text = f"{self.name}: {progress.evaluations} of {progress.total} base poses, {best}"
+        if self.terminal:
+            self.rewrite(text)
+        else:
+            say(f"{text}, {clock(time.monotonic() - self.begun)}")

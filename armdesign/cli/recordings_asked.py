@@ -1,0 +1,170 @@
+"""How the commands come to their demonstrations: files named on the command line or in the settings, read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from armdesign.cli.common import with_weights
+from armdesign.errors import SettingsError
+from armdesign.settings.kinds import is_unicode
+
+if TYPE_CHECKING:
+    from armdesign.demonstration import Recording
+    from armdesign.search.prepare import Prepared
+    from armdesign.settings.sections import Study
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The demonstrations that were asked for, read.
+
+    Attributes:
+        source: What runs are named after.
+        seen: Those that the search sees.
+        unseen: Those that are held out.
+        study: The settings, with the paths they were read from.
+    """
+
+    source: Path
+    seen: tuple[Recording, ...]
+    unseen: tuple[Recording, ...]
+    study: Study
+
+    def prepared(self, dof: int | None = None, *, longest: float | None = None) -> Prepared:
+        """Task and settings, for another number of joints than that of the settings where one is given."""
+        from armdesign.search.demonstrations import prepare_several  # noqa: PLC0415
+
+        study = self.study if dof is None else self.study.replace({"design": {"dof": dof}})
+        return prepare_several(self.seen, study, holdouts=self.unseen, longest=longest)
+
+
+def open_demonstrations(
+    recordings: Sequence[Path] | None, study: Study, scenario: str | None, weights: str | None, command: str = "search"
+) -> Asked:
+    """Read all demonstrations, and settle the settings that depend on the first's points.
+
+    Args:
+        recordings: Those on the command line; they stand in place of those in the settings.
+        study: The settings.
+        scenario: What --scenario says.
+        weights: What --weights says.
+        command: How to write the command.
+    """
+    from armdesign.search.demonstrations import alone  # noqa: PLC0415
+
+    first = recordings[0] if recordings else None
+    others = [str(path) for path in recordings[1:]] if recordings else list(study.task.more_recordings or ())
+    unseen = list(study.task.holdouts or ())
+    for path in (*others, *unseen):
+        check_name(path)
+    source, demonstration, single = open_recording(first, alone(study), scenario, weights, command)
+
+    if not single.task.files:
+        check_different([source, *map(Path, others)], [Path(path) for path in unseen])
+
+    def read(path: str) -> Recording:
+        return read_demonstration(single.replace({"task": {"recording": path, "files": {}}}))
+
+    seen = (demonstration, *map(read, others))
+    held = tuple(map(read, unseen))
+    paths = {"more_recordings": resolved(others), "holdouts": resolved(unseen)}
+    counted_how = {"demonstrations": study.fitness.demonstrations}
+    return Asked(source, seen, held, single.replace({"task": paths, "fitness": counted_how}))
+
+
+def resolved(paths: Sequence[str]) -> list[str] | None:
+    """Whole paths; None for none."""
+    return [str(Path(path).resolve()) for path in paths] or None
+
+
+def check_different(seen: Sequence[Path], unseen: Sequence[Path]) -> None:
+    """Refuse a demonstration that would count twice, or that is held out and yet seen.
+
+    Raises:
+        SettingsError: A file is named twice.
+    """
+    known = {path.resolve(): path for path in seen}
+    kept = {path.resolve(): path for path in unseen}
+    both = [path for place, path in kept.items() if place in known]
+    if both:
+        message = f"{both[0]} is held out and among the demonstrations that the search sees"
+        raise SettingsError(message, value=str(both[0]), fix="Leave it out of one of the two")
+    if len(known) + len(kept) < len(seen) + len(unseen):
+        every = [path.resolve() for path in (*seen, *unseen)]
+        twice = next(path for path in every if every.count(path) > 1)
+        raise SettingsError(f"{twice} is named twice, and would count double", value=str(twice), fix="Leave one out")
+
+
+def check_name(path: str) -> None:
+    """Refuse a path that cannot be written down.
+
+    Raises:
+        SettingsError: It is not Unicode.
+    """
+    if not is_unicode(path):
+        raise SettingsError(f"the name of the recording {path!a} is not UTF-8", fix="Rename the file")
+
+
+def open_recording(
+    recording: Path | None, study: Study, scenario: str | None, weights: str | None, command: str = "search"
+) -> tuple[Path, Recording, Study]:
+    """Read the recording, and settle the settings that depend on its points.
+
+    Returns:
+        What runs are named after, the recording, and the settings with the paths it was read from.
+    """
+    from armdesign.search.prepare import choose  # noqa: PLC0415
+
+    task = study.task
+    if recording is not None:
+        check_name(str(recording))
+        named: dict[str, Any] = {"recording": str(recording), "files": {}, "more_recordings": None, "holdouts": None}
+        study = study.replace({"task": named})
+    elif task.more_recordings or task.holdouts:
+        raise SettingsError(
+            f"the settings name several demonstrations, but 'armdesign {command}' takes one at a time",
+            value=task.more_recordings,
+            fix="Name a recording on the command line, or leave out task.more_recordings and task.holdouts",
+        )
+    source = named_source(study, command)
+    demonstration = read_demonstration(study)
+    task = study.task
+    files = {name: str(Path(path).resolve()) for name, path in task.files.items()}
+    single = None if files else str(source.resolve())
+    study = study.replace({"task": {"recording": single, "files": files}})
+    chosen = with_weights(study, scenario, weights, lambda: len(choose(demonstration, study, oriented=False).points))
+    return source, demonstration, chosen
+
+
+def named_source(study: Study, command: str) -> Path:
+    """The recording's path; of several files, the folder of the first.
+
+    Raises:
+        SettingsError: None is named, or both one and several.
+    """
+    task = study.task
+    if task.recording is not None and task.files:
+        raise SettingsError("task.recording and task.files are set", fix="Leave one out")
+    if task.recording is None and not task.files:
+        raise SettingsError(
+            "no recording given", fix=f"Write 'armdesign {command} RECORDING', or set task.recording in the settings"
+        )
+    return (
+        Path(task.recording) if task.recording is not None else Path(next(iter(task.files.values()))).resolve().parent
+    )
+
+
+def read_demonstration(study: Study) -> Recording:
+    """The recording that the settings name; units and axes do not count where points count from the base already."""
+    from armdesign.demonstration import read_recording, read_recordings  # noqa: PLC0415
+    from armdesign.search.prepare import ORIGIN  # noqa: PLC0415
+
+    task = study.task
+    relative = task.base == ORIGIN
+    units, up, mirror = (None, None, False) if relative else (task.units, task.up, task.mirror)
+    if task.files:
+        return read_recordings(task.files, rate=task.file_rate, units=units, up=up, mirror=mirror)
+    return read_recording(str(task.recording), units=units, up=up, mirror=mirror)

@@ -1,0 +1,267 @@
+"""``armdesign study``: the paper's tables, done over on any demonstration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from armdesign.cli.common import (
+    ClusterOption,
+    ConfigOption,
+    QuietOption,
+    ScenarioOption,
+    check_cluster,
+    check_workers,
+    one_sentence_errors,
+    refuse_beside_resume,
+)
+from armdesign.cli.study_flags import (
+    DofOption,
+    Flags,
+    IterationsOption,
+    ParticlesOption,
+    QuickOption,
+    RepsOption,
+    SearchesOption,
+    SeedOption,
+    StudyOutOption,
+    StudyResumeOption,
+    TasksArgument,
+    asked_for,
+    words,
+)
+from armdesign.cli.sweep_command import SHOWN_FAILURES, hiring, leave, say_stopping, worker_count
+from armdesign.cli.sweep_progress import SweepLine
+from armdesign.errors import resume_command
+
+if TYPE_CHECKING:
+    from armdesign.experiments.studies import Asked, Finding
+    from armdesign.experiments.sweep.sweep_plan import Tasks
+
+app = typer.Typer(
+    name="study",
+    help="Do the paper's studies over: each a resumable sweep with tables, CSV, Markdown and a figure.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+@app.command()
+@one_sentence_errors
+def temporal(
+    context: typer.Context,
+    tasks: TasksArgument = None,
+    quick: QuickOption = False,
+    reps: Annotated[int | None, typer.Option("--reps", help="Random valid designs per n (default 10).")] = None,
+    seed: SeedOption = None,
+    dof: DofOption = None,
+    budget: Annotated[
+        int | None, typer.Option("--budget", help="Evaluations of every metaheuristic per frame (default 20000).")
+    ] = None,
+    algorithm: Annotated[
+        str | None, typer.Option("--algorithm", help="Solvers: ga,pso,woa,es,abc,sa,slsqp,dls-16 ...; default: all.")
+    ] = None,
+    scenario: ScenarioOption = None,
+    config: ConfigOption = None,
+    workers: SearchesOption = None,
+    cluster: ClusterOption = None,
+    out: StudyOutOption = None,
+    resume: StudyResumeOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Compare solvers of a single frame: mean temporal fitness G, time, and how often the best known is found."""
+    options = {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
+    flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options)
+    study("temporal", context, flags, workers, cluster, out, resume, quiet=quiet)
+
+
+@app.command()
+@one_sentence_errors
+def robot(
+    context: typer.Context,
+    tasks: TasksArgument = None,
+    quick: QuickOption = False,
+    reps: RepsOption = None,
+    seed: SeedOption = None,
+    dof: DofOption = None,
+    algorithm: Annotated[
+        str | None, typer.Option("--algorithm", help="Searches: abc,ga,pso-opytimizer,sa,pso,rapso; default: all.")
+    ] = None,
+    particles: ParticlesOption = None,
+    iterations: IterationsOption = None,
+    scenario: ScenarioOption = None,
+    config: ConfigOption = None,
+    workers: SearchesOption = None,
+    cluster: ClusterOption = None,
+    out: StudyOutOption = None,
+    resume: StudyResumeOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Compare searches for the whole robot at the same number of evaluations: mean robot fitness r and time."""
+    search = {"particles": particles, "iterations": iterations}
+    flags = Flags(
+        tasks, quick, reps, seed, dof, scenario, config, {"algorithms": words(algorithm, "--algorithm")}, search
+    )
+    study("robot", context, flags, workers, cluster, out, resume, quiet=quiet)
+
+
+@app.command()
+@one_sentence_errors
+def rapso(
+    context: typer.Context,
+    tasks: TasksArgument = None,
+    quick: QuickOption = False,
+    reps: RepsOption = None,
+    seed: SeedOption = None,
+    dof: DofOption = None,
+    d: Annotated[str | None, typer.Option("--d", help="Angle intervals D: 2, 2-5 or 2,4 (default 2-5).")] = None,
+    range_of: Annotated[
+        str | None, typer.Option("--range", help="Readings of the range in eq. 8: valid,box (default: both).")
+    ] = None,
+    particles: ParticlesOption = None,
+    iterations: IterationsOption = None,
+    scenario: ScenarioOption = None,
+    config: ConfigOption = None,
+    workers: SearchesOption = None,
+    cluster: ClusterOption = None,
+    out: StudyOutOption = None,
+    resume: StudyResumeOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Compare RA-PSO with PSO, seed by seed: change of fitness and of computational effort in percent, over D."""
+    from armdesign.experiments.sweep.ranges import whole_numbers  # noqa: PLC0415
+
+    options = {"d": None if d is None else whole_numbers(d, "--d"), "range": words(range_of, "--range")}
+    search = {"particles": particles, "iterations": iterations}
+    flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options, search)
+    study("rapso", context, flags, workers, cluster, out, resume, quiet=quiet)
+
+
+@app.command()
+@one_sentence_errors
+def designs(
+    context: typer.Context,
+    tasks: TasksArgument = None,
+    quick: QuickOption = False,
+    reps: RepsOption = None,
+    seed: SeedOption = None,
+    dof: DofOption = None,
+    algorithm: Annotated[str | None, typer.Option("--algorithm", help="rapso (default), pso or multibasin.")] = None,
+    within: Annotated[
+        float | None,
+        typer.Option(
+            "--within",
+            help="The smallest n whose f is within so many percent of more joints' best is chosen (default 4).",
+        ),
+    ] = None,
+    enough: Annotated[
+        float | None,
+        typer.Option("--enough", help="Path fitness below which a further gain does not count [mm] (default 5)."),
+    ] = None,
+    particles: ParticlesOption = None,
+    iterations: IterationsOption = None,
+    scenario: ScenarioOption = None,
+    config: ConfigOption = None,
+    workers: SearchesOption = None,
+    cluster: ClusterOption = None,
+    out: StudyOutOption = None,
+    resume: StudyResumeOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Find the number of joints and the final design: r, f and E over n, and the DH table of the chosen arm."""
+    options = {"algorithm": algorithm, "within": within, "enough": enough}
+    search = {"particles": particles, "iterations": iterations}
+    flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options, search)
+    study("designs", context, flags, workers, cluster, out, resume, quiet=quiet)
+
+
+@app.command("search")
+@one_sentence_errors
+def searches(
+    context: typer.Context,
+    tasks: TasksArgument = None,
+    quick: QuickOption = False,
+    reps: RepsOption = None,
+    seed: SeedOption = None,
+    dof: DofOption = None,
+    budget: Annotated[int | None, typer.Option("--budget", help="Candidates of every search.")] = None,
+    algorithm: Annotated[str | None, typer.Option("--algorithm", help="Search algorithms; default: all.")] = None,
+    particles: ParticlesOption = None,
+    scenario: ScenarioOption = None,
+    config: ConfigOption = None,
+    workers: SearchesOption = None,
+    cluster: ClusterOption = None,
+    out: StudyOutOption = None,
+    resume: StudyResumeOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Compare this package's own searches at the same number of candidates."""
+    options = {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
+    flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options, {"particles": particles})
+    study("search", context, flags, workers, cluster, out, resume, quiet=quiet)
+
+
+def study(
+    name: str,
+    context: typer.Context,
+    flags: Flags,
+    workers: int | None,
+    cluster: str | None,
+    out: Path | None,
+    resume: Path | None,
+    *,
+    quiet: bool,
+) -> None:
+    """Begin, extend or go on with a study.
+
+    Exit code: 0 all runs are finished; 1 a run has failed, runs.csv says why (it is tried again the next time);
+    2 bad input; 130 stopped by Ctrl-C.
+    """
+    from armdesign.experiments.studies.study_engine import planned  # noqa: PLC0415
+    from armdesign.experiments.studies.study_store import read_study_folder  # noqa: PLC0415
+
+    check_workers(workers, cluster)
+    check_cluster(cluster)
+    if resume is not None:
+        refuse_beside_resume(context, "a study", "To extend it, repeat its command with more, and --out for --resume")
+        folder, (asked, tasks) = resume, read_study_folder(resume, name)
+    else:
+        asked, tasks = asked_for(name, flags)
+        folder = out or Path("runs") / f"study-{name}{'-quick' if flags.quick else ''}"
+    planned(asked, tasks)
+    carry_out(folder, asked, tasks, worker_count(workers), cluster, quiet=quiet)
+
+
+def carry_out(folder: Path, asked: Asked, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool) -> None:
+    """Carry out a study, saying how it goes and what came of it."""
+    from armdesign.experiments.studies.study_engine import run_study  # noqa: PLC0415
+    from armdesign.experiments.studies.study_registry import warm_up  # noqa: PLC0415
+
+    def compile_more() -> None:
+        warm_up(asked.study, tasks)
+
+    go_on = f"Go on with: {resume_command(f'study {asked.study}', folder, cluster)}"
+    try:
+        with SweepLine() as line, hiring(workers, cluster, tasks, quiet=quiet, warm_up=compile_more) as hire:
+            on_change = None if quiet else line
+            finding = run_study(folder, asked, tasks, hire, on_change=on_change, on_interrupt=say_stopping)
+    except KeyboardInterrupt:
+        typer.echo(f"\n{go_on}", err=True)
+        raise
+    if not quiet:
+        typer.echo(closing_text(folder, finding))
+    leave(finding.ledger, go_on)
+
+
+def closing_text(folder: Path, finding: Finding) -> str:
+    """The tables, the runs that failed, and where everything lies."""
+    rows = finding.ledger.rows.values()
+    failed = [row for row in rows if row["state"] == "failed"]
+    lines = [f"{table.text()}\n" for table in finding.tables]
+    lines.append(f"{finding.ledger.count('finished')} of {len(rows)} runs finished.")
+    lines += [f"  {row['folder']} failed: {row['stopped_by']}" for row in failed[:SHOWN_FAILURES]]
+    if len(failed) > SHOWN_FAILURES:
+        lines.append(f"  and {len(failed) - SHOWN_FAILURES} more")
+    return "\n".join([*lines, "Written:", *(f"  {folder / name}" for name in finding.files)])

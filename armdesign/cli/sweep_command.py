@@ -1,0 +1,317 @@
+"""``armdesign sweep``: many searches, one for every combination of what is asked, in one folder with one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from armdesign.cli.common import (
+    INTERRUPTED,
+    ClusterOption,
+    ConfigOption,
+    QuietOption,
+    ScenarioOption,
+    WeightsOption,
+    announce_compiling,
+    check_cluster,
+    check_workers,
+    clock,
+    cluster_client,
+    one_sentence_errors,
+    read_settings,
+    refuse_beside_resume,
+    seconds,
+    tell_at_once,
+)
+from armdesign.cli.recordings_asked import open_recording
+from armdesign.cli.sweep_progress import SweepLine
+from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
+from armdesign.errors import SettingsError, counted, resume_command
+
+if TYPE_CHECKING:
+    from armdesign.experiments.sweep import Crew, Ledger, Sweep
+    from armdesign.experiments.sweep.sweep_plan import Tasks
+    from armdesign.settings.sections import Study
+
+SOME_FAILED = 1
+SHOWN_FAILURES = 5
+
+
+@one_sentence_errors
+@takes_task_flags
+def sweep(
+    context: typer.Context,
+    recordings: Annotated[
+        list[Path] | None, typer.Argument(metavar="RECORDING", help="The demonstrations.", show_default=False)
+    ] = None,
+    dof: Annotated[str | None, typer.Option("--dof", help="Numbers of joints n: 3, 3-6 or 3,5.")] = None,
+    seeds: Annotated[
+        str | None,
+        typer.Option("--seeds", help="How many seeds, from 0 on; or a list: 5-9, or 3,4, or 7-7 for 7 alone."),
+    ] = None,
+    algorithm: Annotated[
+        str | None, typer.Option("--algorithm", help="multibasin (default), rapso, pso, or several: pso,rapso.")
+    ] = None,
+    d: Annotated[
+        str | None,
+        typer.Option("--d", help="Angle intervals D of rapso: 2, 2-5 or 2,4. pso has none and runs once, not per D."),
+    ] = None,
+    scenario: ScenarioOption = None,
+    config: ConfigOption = None,
+    task: TaskFlags = NO_FLAGS,
+    weights: WeightsOption = None,
+    particles: Annotated[int | None, typer.Option("--particles", help="Number of particles N of each search.")] = None,
+    iterations: Annotated[int | None, typer.Option("--iterations", help="Number of iterations M of each.")] = None,
+    budget: Annotated[int | None, typer.Option("--budget", help="Candidates of each search with multibasin.")] = None,
+    patience: Annotated[
+        int | None, typer.Option("--patience", help="End a search after so many iterations without a gain of 0.1 %.")
+    ] = None,
+    target: Annotated[float | None, typer.Option("--target", help="End a search once its r is this low [m].")] = None,
+    time_limit: Annotated[str | None, typer.Option("--time-limit", help="End each search after this time.")] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", help="Searches at a time, each in its own process; default: all cores.")
+    ] = None,
+    cluster: ClusterOption = None,
+    resume: Annotated[
+        Path | None, typer.Option("--resume", help="Go on with the sweep in this folder; needs nothing else.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Folder of the sweep, new or to extend (default runs/NAME-sweep)."),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print the runs and an estimate of their time, and end; writes nothing.")
+    ] = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Run many searches: every combination of recordings, --algorithm, --dof, --d and --seeds is one.
+
+    Writes a folder of run folders and sweep.csv, one row a run. Finished runs are never computed again: the same
+    command goes on where it was stopped, and with more seeds, joints or recordings it adds the missing runs.
+
+    Exit code: 0 all runs are finished; 1 a run has failed, sweep.csv says why (it is tried again the next time);
+    2 bad input; 130 stopped by Ctrl-C.
+    """
+    from armdesign.experiments.sweep import read_sweep  # noqa: PLC0415
+
+    check_workers(workers, cluster)
+    check_cluster(cluster)
+    if resume is not None:
+        refuse_beside_resume(context, "a sweep", "To extend it, repeat its command with more, and --out for --resume")
+        folder, (asked, tasks) = resume, read_sweep(resume)
+    else:
+        study = read_settings(
+            config,
+            {
+                "task": task.changes(),
+                "search": {
+                    "particles": particles,
+                    "iterations": iterations,
+                    "budget": budget,
+                    "patience": patience,
+                    "target": target,
+                    "time_limit": seconds(time_limit),
+                },
+            },
+        )
+        lists = asked_lists(study, dof, seeds, algorithm, d)
+        asked, tasks = prepared_for(recordings, study, lists, scenario, weights)
+        folder = out or default_folder(asked)
+    if dry_run:
+        typer.echo(plan_text(folder, asked, tasks, worker_count(workers)))
+        return
+    carry_out(folder, asked, tasks, worker_count(workers), cluster, quiet=quiet)
+
+
+def asked_lists(
+    study: Study, dof: str | None, seeds: str | None, algorithm: str | None, d: str | None
+) -> dict[str, tuple[Any, ...]]:
+    """The lists that make up the runs; where no flag is given, the one value of the settings.
+
+    Raises:
+        SettingsError: A list cannot be made out.
+    """
+    from armdesign.experiments.sweep.ranges import seed_numbers, whole_numbers  # noqa: PLC0415
+    from armdesign.settings.sections import with_algorithm  # noqa: PLC0415
+
+    search = study.search
+    named = [part.strip() for part in (algorithm or "").split(",") if part.strip()]
+    meant = with_algorithm({"angle_interval": d}, search.algorithm)
+    algorithms = tuple(dict.fromkeys(named or [meant.get("algorithm", search.algorithm)]))
+    if d is not None and "rapso" not in algorithms:
+        raise SettingsError(
+            "--d is given, but it is for rapso only", value=d, fix="Leave it out, or add rapso to --algorithm"
+        )
+    intervals = (search.angle_interval,) if d is None else whole_numbers(d, "--d")
+    return {
+        "algorithms": algorithms,
+        "dof": (study.design.dof,) if dof is None else whole_numbers(dof, "--dof"),
+        "seeds": (search.seed,) if seeds is None else seed_numbers(seeds),
+        "angle_intervals": intervals if "rapso" in algorithms else (),
+    }
+
+
+def prepared_for(
+    recordings: list[Path] | None,
+    study: Study,
+    lists: dict[str, tuple[Any, ...]],
+    scenario: str | None,
+    weights: str | None,
+) -> tuple[Sweep, Tasks]:
+    """Read the recordings and prepare them for every number of joints.
+
+    Raises:
+        SettingsError: No recording, or weights that mean different things for different recordings.
+    """
+    from armdesign.experiments.sweep import Sweep  # noqa: PLC0415
+    from armdesign.experiments.sweep.sweep_plan import check_stems, common_settings  # noqa: PLC0415
+    from armdesign.search.prepare import prepare  # noqa: PLC0415
+
+    paths: list[str] = []
+    tasks, common = {}, []
+    demonstrations: list[Path | None] = [*recordings] if recordings else [None]
+    for recording in demonstrations:
+        source, demonstration, own = open_recording(recording, study, scenario, weights, "sweep")
+        path = str(source.resolve())
+        paths.append(path)
+        common.append(common_settings(own))
+        for n in lists["dof"]:
+            tasks[path, n] = prepare(demonstration, own.replace({"design": {"dof": n}}))
+    paths = list(dict.fromkeys(paths))
+    check_stems(paths)
+    if any(settings != common[0] for settings in common):
+        raise SettingsError(
+            f"--weights {weights} mean different things for recordings with different numbers of points",
+            value=weights,
+            fix="Choose the same number of --points in all, or make two sweeps",
+        )
+    return Sweep(common[0], tuple(paths), **lists), tasks
+
+
+def default_folder(asked: Sweep) -> Path:
+    """runs/NAME-sweep, named after the first recording."""
+    return Path("runs") / f"{Path(asked.recordings[0]).stem}-sweep"
+
+
+def worker_count(workers: int | None) -> int:
+    """Number of searches at a time."""
+    from armdesign.search.backends.processes import available_cores  # noqa: PLC0415
+
+    return workers or available_cores()
+
+
+def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool) -> None:
+    """Carry out a sweep, saying how it goes and how it went."""
+    from armdesign.experiments.sweep import run_sweep  # noqa: PLC0415
+
+    go_on = f"Go on with: {resume_command('sweep', folder, cluster)}"
+    try:
+        with SweepLine() as line, hiring(workers, cluster, tasks, quiet=quiet) as hire:
+            on_change = None if quiet else line
+            ledger = run_sweep(folder, asked, tasks, hire, on_change=on_change, on_interrupt=say_stopping)
+    except KeyboardInterrupt:
+        typer.echo(f"\n{go_on}", err=True)
+        raise
+    if not quiet:
+        typer.echo(closing_text(ledger))
+    leave(ledger, go_on)
+
+
+def say_stopping() -> None:
+    """What is said when Ctrl-C asks for the end."""
+    tell_at_once("Stopping: the runs at hand finish their iteration; once more stops at once.")
+
+
+def leave(ledger: Ledger, go_on: str) -> None:
+    """End with the exit code that tells how the runs stand.
+
+    Raises:
+        Exit: Not all of them are finished.
+    """
+    if ledger.count("waiting", "interrupted"):
+        typer.echo(f"Interrupted. {go_on}", err=True)
+        raise typer.Exit(INTERRUPTED)
+    if ledger.count("failed"):
+        raise typer.Exit(SOME_FAILED)
+
+
+@contextmanager
+def hiring(
+    workers: int, cluster: str | None, tasks: Tasks, *, quiet: bool, warm_up: Callable[[], None] | None = None
+) -> Iterator[Callable[[int], Crew]]:
+    """How to get a crew for a number of units: the workers of a cluster, or processes on this machine."""
+    if cluster is None:
+        yield lambda units: local_crew(min(workers, units), tasks, quiet=quiet, warm_up=warm_up)
+        return
+    with cluster_client(cluster) as client:
+        from armdesign.experiments.sweep.dask_workers import DaskCrew  # noqa: PLC0415
+
+        yield lambda units: DaskCrew(client)
+
+
+def local_crew(workers: int, tasks: Tasks, *, quiet: bool, warm_up: Callable[[], None] | None = None) -> Crew:
+    """Worker processes on this machine; the kernels are compiled before they start, so that they find them.
+
+    Args:
+        workers: Number of processes.
+        tasks: The tasks.
+        quiet: Whether to keep silent.
+        warm_up: Compiles what the units need beside the evaluator's kernels.
+    """
+    from armdesign.experiments.sweep import LocalCrew  # noqa: PLC0415
+    from armdesign.fitness.block import compile_kernels  # noqa: PLC0415
+
+    with announce_compiling(quiet):
+        compile_kernels(next(iter(tasks.values())).problem())
+        if warm_up is not None:
+            warm_up()
+    return LocalCrew(workers)
+
+
+def closing_text(ledger: Ledger) -> str:
+    """What came of the sweep."""
+    rows = ledger.rows.values()
+    finished = [row for row in rows if row["state"] == "finished"]
+    failed = [row for row in rows if row["state"] == "failed"]
+    lines = [f"{len(finished)} of {len(rows)} runs finished" + (f", {len(failed)} failed." if failed else ".")]
+    lines += [f"  {row['folder']}: {row['stopped_by']}" for row in failed[:SHOWN_FAILURES]]
+    if len(failed) > SHOWN_FAILURES:
+        lines.append(f"  and {len(failed) - SHOWN_FAILURES} more")
+    if finished:
+        best = min(finished, key=lambda row: float(row["fitness"]))
+        lines.append(f"Best: {best['folder']}, r {best['fitness']:.4f} m")
+    return "\n".join([*lines, f"Table: {ledger.folder / 'sweep.csv'}"])
+
+
+def plan_text(folder: Path, asked: Sweep, tasks: Tasks, workers: int) -> str:
+    """The runs with their states, and how long those that are not finished may take."""
+    from armdesign.experiments.sweep import units_of  # noqa: PLC0415
+    from armdesign.experiments.sweep.estimate import CANDIDATES, estimate  # noqa: PLC0415
+    from armdesign.experiments.sweep.sweep_store import check_extension, holds_sweep  # noqa: PLC0415
+    from armdesign.experiments.sweep.units import look_at  # noqa: PLC0415
+
+    units = units_of(asked, tasks)
+    if holds_sweep(folder):
+        check_extension(folder, asked, tasks)
+    found = {unit.name: look_at(folder, unit) for unit in units}
+    todo = [unit for unit in units if found[unit.name] != "finished"]
+    guess = estimate(todo)
+    times = dict(zip((unit.name for unit in todo), guess.each, strict=True))
+    width = max(len(unit.name) for unit in units)
+    lines = [f"{counted(len(units), 'run')} in {folder}, {len(units) - len(todo)} of them finished:"]
+    for unit in units:
+        time = f"about {clock(times[unit.name])}" if unit.name in times else ""
+        lines.append(f"  {unit.name:<{width}}  {found[unit.name]:<8}  {time}".rstrip())
+    lines.append(
+        f"An estimate, from {CANDIDATES} measured candidates per recording and number of joints: about "
+        f"{clock(guess.total(min(workers, max(1, len(todo)))))} with {workers} at a time on this machine. "
+        "Stop rules may end runs sooner."
+    )
+    if guess.unknown:
+        joints = ", ".join(map(str, guess.unknown)) + (" joint" if guess.unknown == (1,) else " joints")
+        lines.append(f"No measured arm of {joints} reached the start: their times are lower bounds.")
+    return "\n".join(lines)

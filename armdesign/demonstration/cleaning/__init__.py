@@ -1,0 +1,1 @@
+"""What is done to recorded paths: outliers, gaps, repeats, smoothing, cuts."""

@@ -1,0 +1,181 @@
+"""What is done to a recording before it becomes a task, each reported as a step.
+
+In this order: stretches cut out, signs of quaternions, outliers, gaps, repeated frames, low-pass, crop, resampling,
+scale. The low-pass comes before the crop, so that it has something to go on at the ends.
+
+Every function leaves its input alone and returns the new recording with what it did.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from armdesign.demonstration.cleaning.cuts import Stretch, cut_out, moved_up
+from armdesign.demonstration.cleaning.gaps import TIME_TOLERANCE, fill_gaps, seconds
+from armdesign.demonstration.cleaning.outliers import take_out_outliers
+from armdesign.demonstration.cleaning.repeats import find_repeats, refill_repeats, stale_frames
+from armdesign.demonstration.cleaning.signs import unify_quaternions
+from armdesign.demonstration.cleaning.smoothing import filter_low_pass, resample
+from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step
+from armdesign.errors import RecordingError, SettingsError
+
+__all__ = [
+    "Cleaning",
+    "clean",
+    "crop",
+    "cut_out",
+    "fill_gaps",
+    "filter_low_pass",
+    "refill_repeats",
+    "resample",
+    "scale_positions",
+    "take_out_outliers",
+    "unify_quaternions",
+]
+
+Cleaned = tuple[Recording, tuple[Step, ...]]
+Off = Literal["off"]
+
+LOW_PASS = 6.0
+"""Cutoff for captured recordings where none is set [Hz]."""
+
+
+@dataclass(frozen=True)
+class Cleaning:
+    """What to do to a recording. Where None, it hangs on the recording: done if it was captured, else left out.
+
+    Attributes:
+        outliers: Whether to take out outliers.
+        max_gap: Longest gap to be filled [s].
+        repeats: Whether to interpolate repeated frames.
+        low_pass: Cutoff of the filter [Hz], or ``off``.
+        cut: Stretches to take out, as pairs of times [s].
+        start: First time wanted [s]; None for the recording's first.
+        stop: Last time wanted [s]; None for the recording's last.
+        rate: Frames per second to resample to [1/s]; None to keep the frames.
+        scale: Factor on all positions.
+    """
+
+    outliers: bool | None = None
+    max_gap: float = 0.2
+    repeats: bool | None = None
+    low_pass: float | Off | None = None
+    cut: tuple[Stretch, ...] = ()
+    start: float | None = None
+    stop: float | None = None
+    rate: float | None = None
+    scale: float = 1.0
+
+    def settled(self, recording: Recording) -> Cleaning:
+        """The same with everything decided that was left to the recording."""
+        captured = recording.about.captured
+        fast = recording.rate > 2.0 * LOW_PASS
+        usual: float | Off = LOW_PASS if captured and fast else "off"
+        return dataclasses.replace(
+            self,
+            outliers=captured if self.outliers is None else self.outliers,
+            repeats=captured if self.repeats is None else self.repeats,
+            low_pass=usual if self.low_pass is None else self.low_pass,
+        )
+
+
+def clean(recording: Recording, how: Cleaning | None = None) -> Cleaned:
+    """Do all of it, in the order above; what is not asked for is left out.
+
+    Args:
+        recording: Any recording, its last point the hand.
+        how: What to do; by default what the recording needs.
+
+    Raises:
+        RecordingError: A gap is too long, a quaternion is zero, or the arm moves over a stretch to be cut out.
+        SettingsError: A number is out of range.
+    """
+    how = (how or Cleaning()).settled(recording)
+    crop(recording, how.start, how.stop)  # a senseless part is refused before its gaps are looked at
+    start, stop = (moved_up(recording, how.cut, time) for time in (how.start, how.stop))
+    recording, steps = cut_out(recording, how.cut)
+    recording, more = unify_quaternions(recording)
+    for do in _what_to_do(how, recording, start, stop):
+        steps += more
+        try:
+            recording, more = do(recording)
+        except RecordingError as error:
+            if not any(step.name == "outliers" for step in steps):
+                raise
+            fix = "Outliers count as not seen; --no-outliers leaves them in"
+            raise RecordingError(str(error), value=error.value, fix=fix) from error
+    return recording, steps + more
+
+
+def _what_to_do(
+    how: Cleaning, recording: Recording, start: float | None, stop: float | None
+) -> list[Callable[[Recording], Cleaned]]:
+    """The functions to call after the cuts, in their order; start and stop as they are after them.
+
+    Frames are told to be repeated before anything is filled, and neither outliers nor gaps go by them.
+    """
+    low_pass, rate = how.low_pass, how.rate
+    repeats = find_repeats(recording) if how.repeats else []
+    stale = stale_frames(recording, how.max_gap) if how.repeats else None
+    steps: list[Callable[[Recording], Cleaned]] = []
+    if how.outliers:
+        steps.append(lambda current: take_out_outliers(current, stale))
+    steps.append(lambda current: fill_gaps(current, how.max_gap, start, stop, stale))
+    if how.repeats:
+        steps.append(lambda current: refill_repeats(current, how.max_gap, repeats))
+    if low_pass is not None and low_pass != "off":
+        steps.append(lambda current: filter_low_pass(current, low_pass))
+    steps.append(lambda current: crop(current, start, stop))
+    if rate is not None:
+        steps.append(lambda current: resample(current, rate))
+    if how.scale != 1.0:
+        steps.append(lambda current: scale_positions(current, how.scale))
+    return steps
+
+
+def scale_positions(recording: Recording, factor: float) -> Cleaned:
+    """Multiply all positions by a factor, as for a mock-up recorded at 1:k or for millimetres.
+
+    Args:
+        recording: Any recording.
+        factor: The factor.
+
+    Raises:
+        SettingsError: The factor is not a positive finite number.
+    """
+    if not (math.isfinite(factor) and factor > 0):
+        raise SettingsError(f"scale is {factor}", value=factor, allowed="a number above 0")
+    result = recording.changed(recording.time, lambda positions: positions * factor, lambda quaternions: quaternions)
+    return result, (Step("scale", f"Scaled all positions by {factor:.6g}.", {"factor": factor}),)
+
+
+def crop(recording: Recording, start: float | None = None, stop: float | None = None) -> Cleaned:
+    """Keep the frames from ``start`` to ``stop``, both included; the frames keep their times.
+
+    Args:
+        recording: Any recording.
+        start: First time wanted [s]; None for the recording's first.
+        stop: Last time wanted [s]; None for the recording's last.
+
+    Raises:
+        SettingsError: Fewer than three frames lie between the two.
+    """
+    low = -math.inf if start is None else start - TIME_TOLERANCE
+    high = math.inf if stop is None else stop + TIME_TOLERANCE
+    keep = (recording.time >= low) & (recording.time <= high)
+    if keep.sum() < MIN_FRAMES:
+        chosen = ", ".join(
+            f"{n} is {v} s" for n, v in (("start (--from)", start), ("stop (--to)", stop)) if v is not None
+        )
+        span = f"times from {seconds(recording.time[0])} to {seconds(recording.time[-1])}, start before stop"
+        message = f"{chosen}: that leaves {keep.sum()} frames, a motion takes at least three"
+        raise SettingsError(message, value=(start, stop), allowed=span)
+    if keep.all():
+        return recording, ()
+    result = recording.changed(recording.time[keep], lambda positions: positions[keep], lambda q: q[keep])
+    first, last = float(result.time[0]), float(result.time[-1])
+    return result, (Step("crop", f"Cropped to {seconds(first)} to {seconds(last)}.", {"from": first, "to": last}),)

@@ -1,0 +1,255 @@
+"""Gaps in a recording: find them, fill the short ones, refuse the long ones."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign._types import Array
+from armdesign.demonstration.files.quaternions import slerp
+from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step
+from armdesign.errors import RecordingError, SettingsError
+
+Mask = NDArray[np.bool_]
+Interpolation = Callable[[Array, Array, Array], Array]
+
+TIME_TOLERANCE = 5e-5  # [s] half of the last digit that messages print, so that a printed time can be typed back
+_HOLE_STEPS = 3.0  # a step in time this many times the median is a hole, if it is longer than the gap allowed
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Consecutive frames in which something was not seen.
+
+    Attributes:
+        name: What is missing, in words.
+        first: First missing frame.
+        stop: First frame after the gap.
+        begins: Time of the last frame in which it was seen, or of the first frame of all [s].
+        ends: Time of the next frame in which it was seen, or of the last frame of all [s].
+        frames: Number of frames of the recording.
+    """
+
+    name: str
+    first: int
+    stop: int
+    begins: float
+    ends: float
+    frames: int
+
+    @property
+    def length(self) -> float:
+        """How long it was not seen [s]."""
+        return self.ends - self.begins
+
+    def can_be_filled(self, longest: float) -> bool:
+        """Whether it is no longer than that [s] and was seen on both sides, so that there is something between."""
+        return self.first > 0 and self.stop < self.frames and self.length <= longest
+
+    def __str__(self) -> str:
+        what = f"{self.name} is not seen" if self.first < self.stop else "no frame was recorded"
+        return f"{what} from {seconds(self.begins)} to {seconds(self.ends)}"
+
+
+def fill_gaps(
+    recording: Recording,
+    max_gap: float = 0.2,
+    start: float | None = None,
+    stop: float | None = None,
+    stale: Mask | None = None,
+) -> tuple[Recording, tuple[Step, ...]]:
+    """Interpolate short gaps: positions by shape-preserving cubics (PCHIP), orientations along great circles.
+
+    Frames in which everything was seen keep their values to the last bit. A short gap at the very start or end
+    cannot be interpolated: those frames are cut off. A longer gap is refused, unless it lies outside the part of
+    the recording that is wanted; then that end of the recording is cut off.
+
+    Args:
+        recording: Any recording whose quaternions are normalised with continuous signs.
+        max_gap: Longest time between two frames in which a point was seen [s].
+        start: Begin of the part that is wanted later [s]; None for the whole recording.
+        stop: End of the part that is wanted later [s].
+        stale: Frames that nothing is to be interpolated from, shape (T,).
+
+    Returns:
+        The recording without missing values, and a step for each thing done.
+
+    Raises:
+        RecordingError: A gap is too long; the message names it.
+        SettingsError: ``max_gap`` is negative or not finite.
+    """
+    if not (np.isfinite(max_gap) and max_gap >= 0):
+        raise SettingsError(f"max_gap is {max_gap} s", value=max_gap, allowed="0 s or more")
+    longest = max_gap + 1e-9 * max(1.0, abs(recording.time[-1]))  # differences of times carry rounding
+    gaps = [gap for name, series in _series(recording) for gap in find_gaps(name, series, recording.time)]
+    short = [gap for gap in gaps if gap.can_be_filled(longest)]
+    others = [gap for gap in gaps if not gap.can_be_filled(longest)] + _holes(recording, longest)
+    heads, tails = _ends_to_cut(recording, others, longest, start, stop)
+    first = max((gap.stop for gap in heads), default=0)
+    end = min((gap.first for gap in tails), default=recording.frames)
+    filled = recording.changed(
+        recording.time,
+        lambda positions: _fill(recording.time, positions, longest, cubic, stale),
+        lambda quaternions: _fill(recording.time, quaternions, longest, slerp, stale),
+    )
+    kept = [gap for gap in short if _concerns(gap, first, end, start, stop)]
+    return _cut(filled, first, end), (*_filled_step(kept), *_end_steps(heads, tails))
+
+
+def find_gaps(name: str, series: Array, time: Array) -> list[Gap]:
+    """Gaps of one point.
+
+    Args:
+        name: What to call it.
+        series: Shape (T, k), NaN where missing.
+        time: Shape (T,) [s].
+    """
+    edges = np.flatnonzero(np.diff(np.isnan(series[:, 0]).astype(int), prepend=0, append=0))
+    last = len(time) - 1
+    return [
+        Gap(name, int(i), int(j), float(time[max(i - 1, 0)]), float(time[min(j, last)]), len(time))
+        for i, j in edges.reshape(-1, 2)
+    ]
+
+
+def cubic(time: Array, positions: Array, at: Array) -> Array:
+    """Shape-preserving cubic interpolation (PCHIP): no value leaves the range of the two it lies between.
+
+    Args:
+        time: Increasing times of the known positions, shape (K,) [s].
+        positions: Known positions, shape (K, 3) [m].
+        at: Times wanted, within the known ones, shape (N,) [s].
+
+    Returns:
+        Shape (N, 3) [m].
+    """
+    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  (slow to import)
+
+    return np.asarray(PchipInterpolator(time, positions)(at))
+
+
+def seconds(time: float) -> str:
+    """A time or duration in words, to a tenth of a millisecond."""
+    return f"{np.format_float_positional(round(time, 4), trim='-')} s"
+
+
+def in_words(parts: Sequence[str]) -> str:
+    """A list for a sentence: all of it where it is short, else its beginning and how many more there are."""
+    shown = list(parts) if len(parts) <= 6 else [*parts[:5], f"{len(parts) - 5} more"]
+    return ", ".join(shown)
+
+
+def _series(recording: Recording) -> Iterator[tuple[str, Array]]:
+    """Everything that can have gaps, by the words messages use for it."""
+    yield from ((f"point '{name}'", values) for name, values in recording.points.items())
+    yield from ((f"the orientation of '{name}'", values) for name, values in recording.orientations.items())
+
+
+def _holes(recording: Recording, longest: float) -> list[Gap]:
+    """Steps in time so long that frames must have been left out."""
+    time, least = recording.time, max(longest, _HOLE_STEPS * recording.step)
+    steps = np.flatnonzero(np.diff(time) > least)
+    return [Gap("every point", int(i) + 1, int(i) + 1, float(time[i]), float(time[i + 1]), len(time)) for i in steps]
+
+
+def _ends_to_cut(
+    recording: Recording, gaps: list[Gap], longest: float, start: float | None, stop: float | None
+) -> tuple[list[Gap], list[Gap]]:
+    """Sort gaps that cannot be filled into those cut off with the start and with the end; refuse any other."""
+    heads, tails, refused = [], [], []
+    for gap in gaps:
+        short = gap.length <= longest
+        before = start is not None and gap.ends <= start + TIME_TOLERANCE
+        after = stop is not None and gap.begins >= stop - TIME_TOLERANCE
+        if gap.stop < gap.frames and (before or (short and gap.first == 0)):
+            heads.append(gap)
+        elif gap.first > 0 and (after or (short and gap.stop == gap.frames)):
+            tails.append(gap)
+        else:
+            refused.append(gap)
+    if refused:
+        raise _too_long(recording.source, refused, longest)
+    return heads, tails
+
+
+def _too_long(source: str, gaps: list[Gap], longest: float) -> RecordingError:
+    """The error for gaps that are neither short nor outside the part that is wanted; it tells the first in full."""
+    gap, *others = sorted(gaps, key=lambda gap: gap.begins)
+    more = in_words([f"{each.name} from {seconds(each.begins)} to {seconds(each.ends)}" for each in others])
+    before = f"--to {seconds(gap.begins).removesuffix(' s')} or less"
+    after = f"--from {seconds(gap.ends).removesuffix(' s')} or more"
+    ways = ([before] if gap.first > 0 else []) + ([after] if gap.stop < gap.frames else [])
+    crop = f"crop the recording ({', or '.join(ways)}), " if ways else ""
+    cut = ", cut the stretch out where the hand stands still (--cut)" if len(ways) == 2 else ""
+    message = f"{source}: {gap}, longer than the {seconds(longest)} that may be filled"
+    message += f" (too long are also {more})" if others else ""
+    fix = f"{crop}use another point{cut}, or raise --max-gap"
+    return RecordingError(message, value=gap.length, fix=fix[0].upper() + fix[1:])
+
+
+def _fill(time: Array, values: Array, longest: float, interpolate: Interpolation, stale: Mask | None) -> Array:
+    """Values of shape (T, k) with the short inner gaps filled."""
+    gaps = [gap for gap in find_gaps("", values, time) if gap.can_be_filled(longest)]
+    if not gaps:
+        return values
+    seen = ~np.isnan(values[:, 0])
+    if stale is not None:
+        seen = _without(seen, stale)
+    missing = np.concatenate([np.arange(gap.first, gap.stop) for gap in gaps])
+    result = values.copy()
+    result[missing] = interpolate(time[seen], values[seen], time[missing])
+    return result
+
+
+def _without(seen: Mask, stale: Mask) -> Mask:
+    """Frames to interpolate from: those seen but not stale, and whatever was seen first and last."""
+    ends = np.flatnonzero(seen)[[0, -1]]
+    result = seen & ~stale
+    result[ends] = True
+    return result
+
+
+def _cut(recording: Recording, first: int, end: int) -> Recording:
+    """Frames first..end - 1, unless too few are left."""
+    if end - first < MIN_FRAMES:
+        message = f"{recording.source}: fewer than three frames are left without the gaps at the ends"
+        raise RecordingError(message, value=max(0, end - first), fix="Use other points or another part")
+    return recording.changed(recording.time[first:end], lambda p: p[first:end], lambda q: q[first:end])
+
+
+def _concerns(gap: Gap, first: int, end: int, start: float | None, stop: float | None) -> bool:
+    """Whether a gap touches the frames first..end - 1 and the part that is wanted."""
+    wanted = (start is None or gap.ends > start) and (stop is None or gap.begins < stop)
+    return wanted and first < gap.stop and gap.first < end
+
+
+def _filled_step(gaps: list[Gap]) -> list[Step]:
+    """What was filled."""
+    if not gaps:
+        return []
+    counts = Counter(gap.name for gap in gaps)
+    listed = in_words([f"{number} of {name}" for name, number in counts.items()])
+    worst = max(gaps, key=lambda gap: round(gap.length, 9))  # the first of equals, whatever the rounding
+    where = f"{seconds(worst.length)}, {worst.name} from {seconds(worst.begins)} to {seconds(worst.ends)}"
+    plural = "gaps" if len(gaps) > 1 else "gap"
+    sentence = f"Filled {len(gaps)} {plural} by interpolation ({listed}); the longest: {where}."
+    spans = [{"of": gap.name, "from": gap.begins, "to": gap.ends, "frames": gap.stop - gap.first} for gap in gaps]
+    return [Step("gaps", sentence, {"counts": dict(counts), "longest": worst.length, "gaps": spans})]
+
+
+def _end_steps(heads: list[Gap], tails: list[Gap]) -> list[Step]:
+    """Which ends were cut off."""
+    steps = []
+    if heads:
+        gap = max(heads, key=lambda gap: gap.stop)
+        sentence = f"Left out the frames before {seconds(gap.ends)}, because {gap}."
+        steps.append(Step("ends", sentence, {"before": gap.ends}))
+    if tails:
+        gap = min(tails, key=lambda gap: gap.first)
+        sentence = f"Left out the frames after {seconds(gap.begins)}, because {gap}."
+        steps.append(Step("ends", sentence, {"after": gap.begins}))
+    return steps

@@ -1,0 +1,81 @@
+"""From a recording in any format to a plain CSV of the points that a task uses, cleaned and still in the room."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from armdesign.demonstration import Recording, Step, resolve, write_plain_csv
+from armdesign.demonstration.provenance import Origin, origin_of, write_task_json
+from armdesign.demonstration.task import cleaned_points
+from armdesign.search.prepare import cleaning_of
+from armdesign.settings.sections import Study
+
+
+@dataclass(frozen=True, eq=False)
+class Conversion:
+    """A recording of nothing but base, points and orientation, cleaned.
+
+    Attributes:
+        recording: The base first, the hand last, in metres with z up.
+        base: Name of the base.
+        steps: What was found and done.
+        origin: Where it comes from.
+    """
+
+    recording: Recording
+    base: str
+    steps: tuple[Step, ...]
+    origin: Origin
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The sentences of the steps."""
+        return tuple(step.sentence for step in self.steps)
+
+
+def convert(recording: Recording, study: Study, *, oriented: bool = False) -> Conversion:
+    """Choose and clean the points that the settings ask for.
+
+    A search on what comes out has the same task as one on the recording itself with the same settings.
+
+    Args:
+        recording: The recording.
+        study: The settings; those of the task count.
+        oriented: Whether an orientation is needed, so that without task.orientation one is chosen.
+
+    Raises:
+        TaskError: A point is unknown, or the arm has no human size.
+        RecordingError: The data cannot be used.
+        SettingsError: A number is out of range.
+    """
+    settings = study.task
+    chosen = resolve(recording, settings.base, settings.points, settings.orientation, oriented=oriented)
+    how = cleaning_of(settings).settled(chosen.recording)
+    cleaned, steps = cleaned_points(chosen, how)
+    used = study.replace({"task": {"outliers": how.outliers, "repeats": how.repeats, "low_pass": how.low_pass}})
+    return Conversion(cleaned, chosen.base, steps, origin_of(chosen, used.task))
+
+
+def write_conversion(path: Path, conversion: Conversion) -> tuple[Path, Path]:
+    """Write a converted recording, and beside it NAME.task.json with what was done.
+
+    Returns:
+        Both files.
+
+    Raises:
+        RunFolderError: One cannot be written.
+        RecordingError: A point's name cannot stand in a CSV header.
+    """
+    beside = task_json_beside(path)
+    recording = conversion.recording
+    write_plain_csv(path, recording)
+    write_task_json(
+        beside, conversion.origin, conversion.steps, base=conversion.base, frames=recording.frames, rate=recording.rate
+    )
+    return path, beside
+
+
+def task_json_beside(path: Path) -> Path:
+    """Where the ``task.json`` of a converted recording lies: ``out.csv`` has ``out.task.json``."""
+    return path.with_name(f"{path.stem}.task.json")

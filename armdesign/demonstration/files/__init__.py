@@ -1,0 +1,1 @@
+"""Recordings as files: recognised by content, read into memory, written."""

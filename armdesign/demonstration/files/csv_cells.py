@@ -1,0 +1,388 @@
+"""Numbers out of separated lines of text: fast where all is well, slowly where a bad cell must be named."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign._types import Array
+from armdesign.errors import RecordingError
+
+MAX_COLUMNS = 30_000
+MAX_NAME = 200  # characters
+MAX_LINE = 2 << 20  # characters
+MAX_LINES = 20_000_000
+MAX_NUMBERS = 1 << 27  # 1 GiB of them
+MISSING = ("null", "none", "n/a", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind")
+"""Words for "not seen" beside an empty cell and ``nan``, in small letters."""
+
+_BLOCK = 8 << 20  # characters parsed at a time
+
+
+class Lines(Protocol):
+    """As much of an open text file as reading a table takes."""
+
+    def readline(self, size: int = -1, /) -> str:
+        """The next line, or so many of its characters, with its end; empty at the end of the file."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A line in a file, for messages.
+
+    Attributes:
+        source: The file.
+        line: Line number, from 1.
+    """
+
+    source: Path
+    line: int
+
+    def below(self, lines: int) -> Place:
+        """The place that many lines further down."""
+        return Place(self.source, self.line + lines)
+
+    def __str__(self) -> str:
+        return f"{self.source}, line {self.line}"
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a table is written.
+
+    Attributes:
+        delimiter: Stands between the cells.
+        missing: Words for "not seen" beside an empty cell and ``nan``, in small letters.
+        decimal: Stands between whole and broken part of a number, a point or a comma.
+        ragged: Whether a line may stop early (what is missing was not seen) or go on with empty cells.
+        may_be_cut: Whether an incomplete last line is dropped, as the end of a file that was cut off.
+        keep_empty: Whether a line of nothing but delimiters is a row.
+    """
+
+    delimiter: str = ","
+    missing: tuple[str, ...] = ()
+    decimal: str = "."
+    ragged: bool = False
+    may_be_cut: bool = False
+    keep_empty: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """A table of numbers, NaN where a cell is empty.
+
+    Attributes:
+        values: Shape (T, columns).
+        lines: The number of each row's line in the file, shape (T,).
+        source: The file.
+        short: How many lines stopped early.
+        cut: Number of the incomplete last line that was dropped; None if there was none.
+    """
+
+    values: Array
+    lines: NDArray[np.int64]
+    source: Path
+    short: int = 0
+    cut: int | None = None
+
+    def place(self, row: int) -> Place:
+        """Where a row stands."""
+        return Place(self.source, int(self.lines[row]))
+
+
+def read_table(
+    stream: Lines, names: list[str], place: Place, delimiter: str = ",", missing: tuple[str, ...] = MISSING
+) -> Array:
+    """All numbers from here to the end of the file; an empty cell becomes NaN, a line without any value is left out.
+
+    Args:
+        stream: The file, at the first row.
+        names: Column names, one per cell.
+        place: Where the first row stands.
+        delimiter: Stands between the cells.
+        missing: Words for "not seen" beside an empty cell and ``nan``, in small letters; cells may have any case.
+
+    Returns:
+        Shape (rows, columns).
+
+    Raises:
+        RecordingError: As by ``read_rows``.
+    """
+    return read_rows(stream, names, place, Dialect(delimiter, missing)).values
+
+
+def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, block: int = _BLOCK) -> Rows:
+    """The same with the lines' numbers, for a table written in any dialect.
+
+    Args:
+        stream: The file, at the first row.
+        names: Column names, one per cell.
+        place: Where the first row stands.
+        dialect: How the table is written.
+        block: Characters parsed at a time.
+
+    Raises:
+        RecordingError: Naming the line and column of the first bad cell, or the line with a wrong number of cells; or
+            the table is larger than any recording.
+    """
+    check_columns(len(names), place)
+    values, numbers = [np.empty((0, len(names)))], [np.empty(0, dtype=np.int64)]
+    short, cut, total = 0, None, 0
+    lines = read_lines(stream, place, block)
+    while lines:
+        following = read_lines(stream, place.below(len(lines)), block)
+        kept = [i for i, text in enumerate(lines) if not _is_empty(text, dialect)]
+        if not following and kept and _is_cut(lines[kept[-1]], len(names), dialect):
+            cut = place.line + kept.pop()
+        parsed, filled_up = _parse(lines, kept, names, place, dialect)
+        values.append(parsed)
+        numbers.append(np.array(kept, dtype=np.int64) + place.line)
+        short += filled_up
+        place, lines, total = place.below(len(lines)), following, total + parsed.size
+        check_size(total, place)
+    return Rows(np.concatenate(values), np.concatenate(numbers), place.source, short, cut)
+
+
+def parse_block(lines: list[str], names: list[str], place: Place, delimiter: str = ",") -> Array:
+    """Numbers of consecutive lines; an empty cell becomes NaN, a line without any value is left out.
+
+    Args:
+        lines: The lines with their ends.
+        names: Column names, one per cell.
+        place: Where the first of the lines stands.
+        delimiter: Stands between the cells.
+
+    Returns:
+        Shape (rows, columns).
+
+    Raises:
+        RecordingError: Naming the line and column of the first bad cell, or the line with a wrong number of cells.
+    """
+    dialect = Dialect(delimiter)
+    return _parse(lines, [i for i, text in enumerate(lines) if not _is_empty(text, dialect)], names, place, dialect)[0]
+
+
+def read_lines(stream: Lines, place: Place, size: int = _BLOCK) -> list[str]:
+    """The next lines with their ends, so many characters or a few more; an empty list at the end of the file.
+
+    Args:
+        stream: The file.
+        place: Where the next line stands.
+        size: Number of characters.
+
+    Raises:
+        RecordingError: A line is longer than any of a recording.
+    """
+    lines: list[str] = []
+    total = 0
+    while total < size and (text := read_line(stream, place, len(lines))):
+        lines.append(text)
+        total += len(text)
+    return lines
+
+
+def read_line(stream: Lines, place: Place, below: int = 0) -> str:
+    """The next line with its end, so many lines below a place; empty at the end of the file.
+
+    Raises:
+        RecordingError: The line is longer than any of a recording.
+    """
+    text = stream.readline(MAX_LINE)
+    if len(text) >= MAX_LINE:
+        message = f"{place.below(below)}: the line is longer than {MAX_LINE:,} characters"
+        raise RecordingError(message, fix="This is no recording as text, or its line ends were lost: export it again")
+    return text
+
+
+def check_columns(count: int, place: Place) -> None:
+    """Turn away a table with more columns than any recording has.
+
+    Raises:
+        RecordingError: There are more than ``MAX_COLUMNS``.
+    """
+    if count > MAX_COLUMNS:
+        message = f"{place}: the table has {count:,} columns"
+        raise RecordingError(
+            message, value=count, allowed=f"at most {MAX_COLUMNS:,}", fix="Export only the points that are needed"
+        )
+
+
+def check_size(numbers: int, place: Place) -> None:
+    """Turn away what would not fit into memory.
+
+    Raises:
+        RecordingError: There are more than ``MAX_NUMBERS`` numbers or ``MAX_LINES`` lines.
+    """
+    if numbers > MAX_NUMBERS or place.line > MAX_LINES:
+        what = f"{MAX_NUMBERS:,} numbers" if numbers > MAX_NUMBERS else f"{MAX_LINES:,} lines"
+        fix = "Export a shorter stretch, or only the points that are needed"
+        raise RecordingError(f"{place.source} holds more than {what}", value=numbers, fix=fix)
+
+
+def check_names(names: Sequence[str], place: Place) -> None:
+    """Turn away names that are longer than any of a recording.
+
+    Raises:
+        RecordingError: One is longer than ``MAX_NAME``.
+    """
+    for name in names:
+        if len(name) > MAX_NAME:
+            message = f"{place}: the name '{shown(name)}' has {len(name):,} letters"
+            raise RecordingError(message, value=name, allowed=f"at most {MAX_NAME}", fix="Rename it")
+
+
+def shown(text: str, most: int = 40) -> str:
+    """The beginning of a text for a message, with a question mark for each letter that cannot be seen."""
+    seen = "".join(letter if letter.isprintable() else "?" for letter in text[:most])
+    return seen if len(text) <= most else seen + "..."
+
+
+def parse_row(text: str, names: list[str], place: Place, dialect: Dialect) -> list[float]:
+    """Numbers of one line.
+
+    Raises:
+        RecordingError: Too few or too many cells, or one that is neither empty nor a finite number.
+    """
+    cells = read_cells(text, dialect.delimiter)
+    if len(cells) != len(names):
+        few = "few" if len(cells) < len(names) else "many"
+        message = f"{place}: too {few} cells, {len(cells)} where the header has {len(names)} columns"
+        raise RecordingError(message, value=len(cells), fix="Complete or remove the line")
+    return [_number(cell.strip(), name, place, dialect) for cell, name in zip(cells, names, strict=True)]
+
+
+def read_cells(text: str, delimiter: str = ",") -> list[str]:
+    """Cells of one line; those in quotation marks may hold delimiters."""
+    text = text.strip("\r\n")
+    if '"' not in text or text.count('"') % 2:
+        return text.split(delimiter)
+    try:
+        return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])
+    except csv.Error:  # a cell beyond the size that csv takes
+        return text.split(delimiter)
+
+
+def is_blank(text: str, delimiter: str = ",") -> bool:
+    """Whether a line holds no value at all, as spreadsheets leave them below a table."""
+    return not text.strip(' \t\r\n"' + delimiter)
+
+
+def _is_empty(text: str, dialect: Dialect) -> bool:
+    """Whether a line is no row of the table."""
+    return not text.strip("\r\n" if dialect.keep_empty else ' \t\r\n"' + dialect.delimiter)
+
+
+def _cells(text: str, dialect: Dialect) -> int:
+    """Number of cells of a line, none of which holds delimiters."""
+    return text.count(dialect.delimiter) + 1
+
+
+def _is_cut(text: str, width: int, dialect: Dialect) -> bool:
+    """Whether the last line looks like that of a file cut off in the middle."""
+    if not dialect.may_be_cut:
+        return False
+    if text.endswith("\n"):
+        return _cells(text, dialect) < width and not dialect.ragged
+    last = text.rpartition(dialect.delimiter)[2].strip()
+    return _cells(text, dialect) < width or _value(last, dialect) is None
+
+
+def _parse(lines: list[str], kept: list[int], names: list[str], place: Place, dialect: Dialect) -> tuple[Array, int]:
+    """Numbers of those lines whose indices are kept, shape (kept, columns), and how many lines stopped early."""
+    texts, short = [lines[i].strip(_blanks(dialect) + "\r\n") for i in kept], 0
+    if dialect.ragged:
+        texts, short = _square(texts, len(names), dialect.delimiter)
+    block = _parse_fast(texts, dialect)
+    if block is not None and block.shape == (len(kept), len(names)) and not np.isinf(block).any():
+        return block, short
+    rows = [parse_row(text, names, place.below(i), dialect) for i, text in zip(kept, texts, strict=True)]
+    return np.array(rows, dtype=float).reshape(len(rows), len(names)), short
+
+
+def _square(texts: list[str], width: int, delimiter: str) -> tuple[list[str], int]:
+    """Lines filled up to as many cells as the header has, or without empty cells too many; how many were filled up."""
+    missing = [width - 1 - text.count(delimiter) for text in texts]
+    square = [
+        text if more == 0 else text + delimiter * more if more > 0 else _shorter(text, -more, delimiter)
+        for text, more in zip(texts, missing, strict=True)
+    ]
+    return square, sum(more > 0 for more in missing)
+
+
+def _shorter(text: str, surplus: int, delimiter: str) -> str:
+    """A line without so many of its last cells, provided they are empty."""
+    first, *rest = text.rsplit(delimiter, surplus)
+    return text if any(cell.strip() for cell in rest) else first
+
+
+def _parse_fast(texts: list[str], dialect: Dialect) -> Array | None:
+    """The same by NumPy's own parser, or None where that one does not get through."""
+    mark = dialect.delimiter
+    texts = [f"{'nan' * text.startswith(mark)}{text}{'nan' * text.endswith(mark)}" for text in texts]
+    text = "\n".join(texts)
+    if dialect.decimal != ".":
+        text = text.replace(dialect.decimal, ".")
+    block = None if mark + mark in text else _load(text, mark)
+    if block is None:
+        text = _filled(text, dialect)
+        block = _load(text, mark)
+    if block is None and dialect.missing:
+        block = _load(_without_words(text, dialect), mark)
+    return block
+
+
+def _filled(text: str, dialect: Dialect) -> str:
+    """Lines with ``nan`` in empty cells."""
+    mark, blanks = re.escape(dialect.delimiter), f"[{_blanks(dialect)}]*"
+    blank = any(letter in text for letter in _blanks(dialect))
+    return re.sub(f"{mark}{blanks if blank else ''}(?={mark})", f"{dialect.delimiter}nan", text)
+
+
+def _without_words(text: str, dialect: Dialect) -> str:
+    """Lines with ``nan`` for the words that mean "not seen"."""
+    text = text.lower()
+    for word in dialect.missing:
+        if word in text:
+            text = text.replace(word, "nan")
+    return text
+
+
+def _blanks(dialect: Dialect) -> str:
+    """Letters that may stand around a cell."""
+    return " " if dialect.delimiter == "\t" else " \t"
+
+
+def _load(text: str, mark: str) -> Array | None:
+    """NumPy's parser."""
+    try:
+        return np.loadtxt(text.split("\n"), delimiter=mark, comments=None, ndmin=2) if text else None
+    except ValueError:
+        return None
+
+
+def _number(cell: str, name: str, place: Place, dialect: Dialect) -> float:
+    """A cell's value, NaN where it is empty."""
+    value = _value(cell, dialect)
+    if value is None or math.isinf(value):
+        what = "a number" if value is None else "a finite number"
+        message = f"{place}, column '{shown(name)}': '{shown(cell)}' is not {what}"
+        raise RecordingError(message, value=cell, fix="Correct the cell, or leave it empty where nothing was seen")
+    return value
+
+
+def _value(cell: str, dialect: Dialect) -> float | None:
+    """A cell's value, NaN where it is empty, None where it is no number."""
+    if not cell or cell.lower() in dialect.missing:
+        return math.nan
+    try:
+        return float(cell.replace(dialect.decimal, ".")) if "_" not in cell else None
+    except ValueError:
+        return None

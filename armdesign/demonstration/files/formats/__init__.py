@@ -1,0 +1,41 @@
+"""File formats of motion recordings, told apart by what stands in the file.
+
+A new format is one module here with a test of the first bytes and a reader, and one entry in ``FORMATS``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from armdesign.demonstration.files import plain_csv
+from armdesign.demonstration.files.formats import bone_csv, bvh, c3d, motive_csv, qualisys_tsv, trc, vicon_csv
+from armdesign.demonstration.recording import Take
+
+
+class Format(NamedTuple):
+    """One format.
+
+    Attributes:
+        name: What the format is called in messages.
+        matches: Whether a file beginning with these bytes (``sniff.HEAD_SIZE`` of them at most) has the format.
+        read: Reads such a file as it stands.
+    """
+
+    name: str
+    matches: Callable[[bytes], bool]
+    read: Callable[[Path], Take]
+
+
+FORMATS: tuple[Format, ...] = (
+    Format("C3D", c3d.matches, c3d.read),
+    Format("OptiTrack Motive CSV", motive_csv.matches, motive_csv.read),
+    Format("BVH", bvh.matches, bvh.read),
+    Format("TRC", trc.matches, trc.read),
+    Format("Vicon Nexus CSV", vicon_csv.matches, vicon_csv.read),
+    Format("Qualisys TSV", qualisys_tsv.matches, qualisys_tsv.read),
+    Format("bone CSV", bone_csv.matches, bone_csv.read),
+    Format("plain CSV", plain_csv.matches, plain_csv.read),
+)
+"""Asked in this order; one entry a line."""

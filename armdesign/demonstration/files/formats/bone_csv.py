@@ -1,0 +1,145 @@
+"""A file per bone: one position and orientation per line, and mostly no time.
+
+    x,y,z,q0,q1,q2,q3
+
+The bone has the file's name. ``q0`` to ``q3`` are taken as x, y, z, w; ``qx``, ``qy``, ``qz``, ``qw`` are understood
+as well. The columns may stand in any order. There may be a column ``time`` in seconds; where there is none, the frame
+rate has to be given.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Place, Rows, read_cells, read_line, read_rows
+from armdesign.demonstration.files.formats.row_steps import row_steps
+from armdesign.demonstration.files.sniff import open_text, text_head
+from armdesign.demonstration.recording import Step, Take, describe_bad_step, first_bad_step
+from armdesign.errors import RecordingError, SettingsError
+
+_POSITION = ("x", "y", "z")
+_QUATERNIONS = (("qx", "qy", "qz", "qw"), ("q0", "q1", "q2", "q3"))
+_TIME = "time"
+_ALLOWED = "x, y, z, then q0, q1, q2, q3 or qx, qy, qz, qw, and optionally time, each once"
+_MAX_RATE = 100_000.0  # [1/s]
+
+
+def matches(head: bytes) -> bool:
+    """Whether a file beginning with these bytes holds one bone."""
+    first = text_head(head).lstrip().partition("\n")[0]
+    return _quaternion(_names(first)) is not None
+
+
+def read(path: Path) -> Take:
+    """Read a bone's file that has times.
+
+    Args:
+        path: The file.
+
+    Raises:
+        RecordingError: As by ``read_bone_csv``; also if the file has no times.
+    """
+    return read_bone_csv(path)
+
+
+def read_bone_csv(path: Path, rate: float | None = None) -> Take:
+    """Read a bone's file.
+
+    Args:
+        path: The file; the bone is called by its name without the ending.
+        rate: Frames per second [1/s]; None to take the times in the file.
+
+    Returns:
+        One point with its orientation.
+
+    Raises:
+        RecordingError: The file cannot be read, something in it is wrong, or it has no times and no rate is given.
+        SettingsError: The rate makes no sense, or is given although the file has times.
+    """
+    with open_text(path) as stream:
+        names, place = _header(stream, Place(path, 1))
+        _check_rate(names, rate, path)
+        dialect = Dialect(",", MISSING, may_be_cut=True, keep_empty=True)  # without times, each line counts
+        rows = read_rows(stream, names, place.below(1), dialect)
+    if not len(rows.values):
+        raise RecordingError(f"{path} holds no frame below the header", value=0, fix="Export it again")
+    quaternion = _quaternion(names) or ()
+    body = "".join(letter for letter in path.stem if ord(letter) >= 32).strip() or "bone"
+    return Take(
+        time=_time(rows, names, rate),
+        points={body: rows.values[:, [names.index(name) for name in _POSITION]]},
+        orientations={body: rows.values[:, [names.index(name) for name in quaternion]]},
+        source=str(path),
+        format="bone CSV",
+        rate=rate,
+        steps=tuple(_steps(rows, quaternion)),
+    )
+
+
+def _names(text: str) -> list[str]:
+    """Column names of a header."""
+    return [name.strip().lower() for name in read_cells(text)]
+
+
+def _quaternion(names: list[str]) -> tuple[str, ...] | None:
+    """Names of the quaternion's columns x, y, z, w; None if these are not the columns of one bone."""
+    for quaternion in _QUATERNIONS:
+        wanted = sorted((*_POSITION, *quaternion))
+        if sorted(names) in (wanted, sorted((*wanted, _TIME))):
+            return quaternion
+    return None
+
+
+def _header(stream: TextIO, place: Place) -> tuple[list[str], Place]:
+    """Column names from the first line that is not blank, and where it stands."""
+    while text := read_line(stream, place):
+        if text.strip():
+            names = _names(text)
+            if _quaternion(names) is None:
+                shown = re.sub(r"\s+", " ", text.strip())[:60]
+                raise RecordingError(f"{place}: this is no header of a bone's file ('{shown}')", allowed=_ALLOWED)
+            return names, place
+        place = place.below(1)
+    raise RecordingError(f"{place.source} holds nothing but blank lines", fix="Export it again")
+
+
+def _check_rate(names: list[str], rate: float | None, path: Path) -> None:
+    """There have to be times or a rate, one of both, and the rate has to make sense."""
+    if rate is None:
+        if _TIME not in names:
+            message = f"{path} holds one bone and no times, so its frame rate is unknown"
+            fix = "Name the bones' files as 'files' and their rate as 'file_rate' under [task] in a configuration file"
+            raise RecordingError(message, value=None, allowed="a column 'time', or a frame rate given with it", fix=fix)
+    elif _TIME in names:
+        message = f"{path} has times of its own, but a frame rate of {rate:g} is given"
+        raise SettingsError(message, value=rate, fix="Leave the rate away, or remove the column 'time'")
+    elif not (math.isfinite(rate) and 0 < rate <= _MAX_RATE):
+        raise SettingsError(
+            f"the frame rate of {path} is {rate:g}", value=rate, allowed=f"above 0, up to {_MAX_RATE:g}"
+        )
+
+
+def _time(rows: Rows, names: list[str], rate: float | None) -> Array:
+    """Frame times, shape (T,) [s]."""
+    if rate is not None:
+        return np.arange(len(rows.values)) / rate
+    times: Array = rows.values[:, names.index(_TIME)]
+    bad = first_bad_step(times)
+    if bad is not None:
+        message = f"{rows.place(bad)}, column 'time': {describe_bad_step(times, bad)}"
+        raise RecordingError(message, value=float(times[bad]), fix="Every frame needs a later time than the one before")
+    return times
+
+
+def _steps(rows: Rows, quaternion: tuple[str, ...]) -> list[Step]:
+    """What was odd about the file, and what was made of the quaternions."""
+    steps = row_steps(rows)
+    if "q0" in quaternion:
+        steps.append(Step("quaternions", "The columns q0, q1, q2, q3 were taken as x, y, z, w (scalar last)."))
+    return steps

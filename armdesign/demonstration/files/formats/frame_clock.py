@@ -1,0 +1,170 @@
+"""Frame times out of what a table tells: frame numbers, printed times and a frame rate, which need not agree."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.demonstration.files.csv_cells import Rows
+from armdesign.demonstration.files.formats.row_steps import hole_steps
+from armdesign.demonstration.recording import Step, first_bad_step, median_step
+from armdesign.errors import RecordingError
+
+MIN_RATE, MAX_RATE = 0.01, 100_000.0  # [1/s]
+_LARGEST = 1e9  # frame number or time [s]
+_EVEN = 1e-3  # printed times this near to even ones, in frames, are not rounded
+_SAME_RATE = 0.01
+_LEFT_OUT = "Frames are left out in {places} places, most of them from {span}."
+_FIX = "Export the recording again"
+
+
+class Clock(NamedTuple):
+    """Times of all frames.
+
+    Attributes:
+        time: Shape (T,) [s].
+        rate: Frames per second [1/s]; None where nothing tells.
+        steps: What did not agree and what was made of it.
+    """
+
+    time: Array
+    rate: float | None
+    steps: tuple[Step, ...]
+
+
+def read_rate(text: str) -> float | None:
+    """A frame rate as a header has it; None if it is no rate of a motion recording."""
+    try:
+        rate = float(text.split(maxsplit=1)[0].replace(",", "."))
+    except (ValueError, IndexError):
+        return None
+    return rate if MIN_RATE <= rate <= MAX_RATE else None
+
+
+def frame_clock(rows: Rows, frames: int | None, times: int | None, rate: float | None) -> Clock:
+    """Times of all frames.
+
+    Printed times count. Where they are rounded, so that they come in uneven steps, even ones are made of the frame
+    numbers, at the rate of the header or else at the one the printed times tell. Where none are printed, they are
+    frame numbers over the rate, from 0 on. Frame numbers that are left out leave a hole in the times.
+
+    Args:
+        rows: The table.
+        frames: Column of the frame numbers; None where there is none.
+        times: Column of the times [s]; None where there is none.
+        rate: The rate that the header declares [1/s]; None where it does not.
+
+    Raises:
+        RecordingError: There are no frames, nothing tells their times, or these do not increase.
+    """
+    if not len(rows.values):
+        raise RecordingError(f"{rows.source} holds no frame below the header", value=0, fix=_FIX)
+    numbers = np.arange(float(len(rows.values))) if frames is None else rows.values[:, frames]
+    if times is None or not np.diff(rows.values[:, times][~np.isnan(rows.values[:, times])]).any():
+        clock = _counted(rows, numbers, rate)
+    else:
+        clock = _printed(rows, numbers, rows.values[:, times], rate)
+    return Clock(
+        clock.time, _found_rate(clock), (*clock.steps, *hole_steps(clock.time, np.diff(clock.time), _LEFT_OUT))
+    )
+
+
+def _counted(rows: Rows, numbers: Array, rate: float | None) -> Clock:
+    """Frame numbers over the rate."""
+    if rate is None:
+        allowed = f"{MIN_RATE:g} to {MAX_RATE:,.0f} frames per second"
+        message = f"{rows.source} tells neither the times of the frames nor a frame rate that makes sense"
+        raise RecordingError(message, allowed=allowed, fix=f"Correct the rate in the header. {_FIX}")
+    _check(rows, numbers, "frame number")
+    return Clock((numbers - numbers[0]) / rate, rate, ())
+
+
+def _printed(rows: Rows, numbers: Array, printed: Array, rate: float | None) -> Clock:
+    """Printed times, or even ones in their place."""
+    if _wrong(numbers) is not None:
+        _check(rows, printed, "time")
+        sentence = "Frame numbers are missing or do not increase; the printed times do, and were taken."
+        return Clock(printed.copy(), rate, (Step("frames", sentence), *_rate_steps(printed, rate)))
+    grain, seen = _grain(printed), ~np.isnan(printed)
+    for even_rate in (rate, _rate_of(numbers[seen], printed[seen])):
+        if even_rate is None:
+            continue
+        even = (numbers - numbers[seen][0]) / even_rate + printed[seen][0]
+        misfit = float(np.abs(even - printed)[seen].max())
+        if misfit <= _EVEN / even_rate and seen.all() and _wrong(printed) is None:
+            return Clock(printed.copy(), even_rate, _rate_steps(printed, rate))
+        if misfit <= 1.5 * grain + 1e-6:
+            return Clock(even, even_rate, _even_steps(even, even_rate, rate, grain))
+    _check(rows, printed, "time")
+    return Clock(printed.copy(), rate, _rate_steps(printed, rate))
+
+
+def _found_rate(clock: Clock) -> float | None:
+    """The rate, or that of the times where they tell another one [1/s]."""
+    if clock.rate is None or not _rate_steps(clock.time, clock.rate):
+        return clock.rate
+    return float(f"{1.0 / median_step(clock.time):.6g}")
+
+
+def _rate_of(numbers: Array, printed: Array) -> float | None:
+    """Frames per second between the first and the last printed time [1/s]."""
+    span = float(printed[-1] - printed[0])
+    rate = float(numbers[-1] - numbers[0]) / span if span > 0 else 0.0
+    return float(f"{rate:.12g}") if MIN_RATE <= rate <= MAX_RATE else None
+
+
+def _grain(printed: Array) -> float:
+    """What printed times were rounded to [s]: 0.1, 0.01, ...; 0 where they have more digits than that shows."""
+    seen = printed[~np.isnan(printed) & (np.abs(printed) <= _LARGEST)]
+    for digits in range(6):
+        if np.allclose(seen, np.round(seen, digits), rtol=1e-12, atol=1e-9):
+            return float(10.0**-digits)
+    return 0.0
+
+
+def _wrong(values: Array) -> int | None:
+    """Index of the first frame number or time that is missing, too large or not larger than the one before."""
+    bad = first_bad_step(values)
+    large = np.flatnonzero(np.abs(values) > _LARGEST)
+    if len(large):
+        return int(large[0]) if bad is None else min(bad, int(large[0]))
+    return bad
+
+
+def _check(rows: Rows, values: Array, what: str) -> None:
+    """Name the line where the frame number or time does not increase."""
+    bad = _wrong(values)
+    if bad is None:
+        return
+    if np.isnan(values[bad]):
+        wrong = "is missing"
+    elif abs(values[bad]) > _LARGEST:
+        wrong = f"is {values[bad]:.6g}"
+    else:
+        wrong = f"does not increase, {values[bad]:.12g} comes after {values[bad - 1]:.12g}"
+    fix = f"Every frame needs a larger {what} than the one before; two takes in one file have to be split"
+    raise RecordingError(f"{rows.place(bad)}: the {what} {wrong}", value=float(values[bad]), fix=fix)
+
+
+def _even_steps(even: Array, rate: float, declared: float | None, grain: float) -> tuple[Step, ...]:
+    """A word on rounded times."""
+    digits = max(0, round(-math.log10(grain))) if grain > 0 else 6
+    sentence = (
+        f"The printed times are rounded to {10.0**-digits:g} s; times were made of the frame numbers at {rate:.6g} "
+        "frames/s, which agree with them."
+    )
+    return (Step("times", sentence, {"rounded to": grain, "rate": rate}), *_rate_steps(even, declared))
+
+
+def _rate_steps(time: Array, declared: float | None) -> tuple[Step, ...]:
+    """A word where the header declares another rate than the times have."""
+    if declared is None or len(time) < 2:
+        return ()
+    found = 1.0 / median_step(time)
+    if abs(found - declared) <= _SAME_RATE * declared:
+        return ()
+    sentence = f"The header declares {declared:.6g} frames/s, but the times tell {found:.6g}; the times were taken."
+    return (Step("rate", sentence, {"declared": declared, "found": found}),)

@@ -1,0 +1,225 @@
+"""The header of a Motive CSV file: what was exported, and which column holds what of it.
+
+    Format Version,1.23,Take Name,...,Export Frame Rate,100.000000,...,Length Units,Meters,Coordinate Space,Global
+    <blank line, or one of commas>
+    ,Type,Rigid Body,Rigid Body,...,Marker,...
+    ,Name,Hand,Hand,...,Hand:Marker1,...
+    ,ID,9E207518D8A311E9,...
+    ,Parent,Root,...                                 (1.25)
+    ,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Mean Marker Error,...,Position,...
+    Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,,...,X,Y,Z
+
+The words ``Type``, ``Name`` and ``ID`` are missing in 1.21, the last line says ``Time`` there. With time codes there is
+a column ``TimeCode`` after the time, of text.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TextIO
+
+from armdesign.demonstration.files.csv_cells import Place, check_columns, is_blank, read_cells, read_line
+from armdesign.errors import RecordingError
+
+_MAX_LINES = 40  # of a header
+_START = re.compile(r'\s*"?format version"?\s*([,;\t])', re.IGNORECASE)
+_BARE = re.compile(  # the rows below line 1, or the last of them alone
+    r',"?type"?,|,,"?(rigid body|bone|marker)( marker)?"?,|"?frame"?,"?time( \(seconds\))?"?,("?timecode"?,)?"?x"?,',
+    re.IGNORECASE,
+)
+_ROWS = ("type", "name", "id", "parent")
+_FIX = "Export the take from Motive again"
+
+
+@dataclass
+class Item:
+    """A rigid body, bone or marker.
+
+    Attributes:
+        type: ``Rigid Body``, ``Bone``, ``Marker``, ``Rigid Body Marker`` and so on.
+        name: As it stands in the file, without blanks around it.
+        key: What tells it from its neighbours.
+        position: Axis, ``X`` to ``Z``, to column.
+        rotation: Axis, ``X`` to ``W``, to column; empty for a marker.
+    """
+
+    type: str
+    name: str
+    key: tuple[str, ...]
+    position: dict[str, int] = field(default_factory=dict)
+    rotation: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def is_marker(self) -> bool:
+        """Whether it is a marker, measured or solved."""
+        return self.type.lower().endswith("marker") and not self.rotation
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether it is a marker where the body's pose puts it, instead of where it was seen."""
+        return self.is_marker and self.type.lower() != "marker"
+
+
+@dataclass(frozen=True)
+class Header:
+    """What stands above the numbers.
+
+    Attributes:
+        facts: Line 1, name to value.
+        items: What was exported, in the order of the columns.
+        columns: A name for each column of numbers, for messages.
+        extra: How many columns of text come after the second.
+        place: The line that names the columns.
+        delimiter: Stands between the cells.
+    """
+
+    facts: Mapping[str, str]
+    items: tuple[Item, ...]
+    columns: list[str]
+    extra: int
+    place: Place
+    delimiter: str
+
+    def without_extra(self, text: str) -> str:
+        """A line of the table without the columns of text."""
+        cells = text.split(self.delimiter, 2 + self.extra)
+        return self.delimiter.join(cells[:2] + cells[2 + self.extra :]) if len(cells) > 2 else text
+
+
+def is_motive(text: str) -> bool:
+    """Whether a text begins as a Motive CSV does, with line 1 or without it."""
+    text = text.lstrip()
+    return bool(_START.match(text) or _BARE.match(text))
+
+
+def read_header(stream: TextIO, place: Place) -> Header:
+    """Read up to the line that names the columns.
+
+    Args:
+        stream: The file, at its beginning.
+        place: The first line.
+
+    Raises:
+        RecordingError: This is no header of a Motive CSV, or it names nothing that has a place.
+    """
+    first, below = _first_line(stream, place)
+    start = _START.match(first)
+    if start is None:
+        raise _no_header(first, place)
+    delimiter = start.group(1)
+    facts = _facts(read_cells(first, delimiter))
+    rows, last = _rows(stream, place.below(below), delimiter)
+    width = max(2, *(len(row) for row in rows))
+    check_columns(width, last)
+    rows = [row + [""] * (width - len(row)) for row in rows]
+    extra = _extra_columns(rows)
+    rows = [row[:2] + row[2 + extra :] for row in rows]
+    items = _items(rows, last)
+    return Header(facts, items, _labels(rows, items), extra, last, delimiter)
+
+
+def _first_line(stream: TextIO, place: Place) -> tuple[str, int]:
+    """The first line that is not blank, with those over which its last quotation goes on, and how many lines it was."""
+    text, count = "", 0
+    while count < _MAX_LINES and (more := read_line(stream, place, count)):
+        text, count = text + more, count + 1
+        if text.strip() and (text.count('"') % 2 == 0 or not more.strip()):
+            break
+    return text.replace("\n", " ").strip(), count
+
+
+def _no_header(first: str, place: Place) -> RecordingError:
+    """The error for a file without line 1."""
+    if _BARE.match(first):
+        message = f"{place}: the Motive file has no header, so that its units, frame rate and axes are unknown"
+        return RecordingError(message, value=first[:60], fix=f"{_FIX}, with 'Header Information' switched on")
+    shown = first if len(first) <= 60 else first[:60] + "..."
+    return RecordingError(f"{place}: this is no Motive CSV ('{shown}')", allowed="'Format Version' in the first line")
+
+
+def _facts(cells: list[str]) -> dict[str, str]:
+    """Names and values in turn; where a comma too many puts them out of step, any cell followed by its neighbour."""
+    cells = [cell.strip() for cell in cells]
+    pairs = list(zip(cells, [*cells[1:], ""], strict=True))
+    return {name.lower(): value for name, value in pairs[1::2][::-1] + pairs[::2][::-1] if name}
+
+
+def _rows(stream: TextIO, place: Place, delimiter: str) -> tuple[list[list[str]], Place]:
+    """The rows above the numbers that are not blank, and the place of the last, which begins with ``Frame``."""
+    rows: list[list[str]] = []
+    for below in range(_MAX_LINES):
+        text = read_line(stream, place, below)
+        if not text:
+            break
+        if is_blank(text, delimiter):
+            continue
+        rows.append([" ".join(cell.split()) for cell in read_cells(text, delimiter)])
+        if rows[-1][0].lower() == "frame":
+            if len(rows) < 4:
+                message = f"{place.below(below)}: the rows with types, names and 'Position' are missing above"
+                raise RecordingError(message, value=len(rows), fix=_FIX)
+            return rows, place.below(below)
+    message = f"{place.source}: the row that names the columns, beginning with 'Frame', is missing below the header"
+    raise RecordingError(message, fix=f"The file may be cut off. {_FIX}")
+
+
+def _extra_columns(rows: list[list[str]]) -> int:
+    """Number of columns between the time and the first item, which belong to nothing."""
+    kinds = rows[-2]
+    return next((i for i, kind in enumerate(kinds[2:]) if kind), len(kinds) - 2)
+
+
+def _items(rows: list[list[str]], place: Place) -> tuple[Item, ...]:
+    """Columns put together to bodies, bones and markers."""
+    types, names, *more = _named_rows(rows)
+    items: list[Item] = []
+    for column in range(2, len(rows[-1])):
+        kind, axis = rows[-2][column].lower(), rows[-1][column].upper()
+        if kind not in ("position", "rotation") or not axis:
+            continue
+        key = (types[column], names[column], *(row[column] for row in more))
+        if not items or items[-1].key != key or axis in getattr(items[-1], kind):
+            items.append(Item(types[column], _readable(names[column]) or f"column {column + 1}", key))
+        getattr(items[-1], kind)[axis] = column
+    for item in items:
+        _check(item, place)
+    if not items:
+        raise RecordingError(f"{place}: the file holds no rigid body, bone or marker", fix=f"{_FIX}, with some of them")
+    return tuple(items)
+
+
+def _named_rows(rows: list[list[str]]) -> list[list[str]]:
+    """Rows with types, names and, where there is one, identifiers: by their words, in 1.21 by their order."""
+    words = {row[1].lower(): row for row in rows[:-2] if row[1].lower() in _ROWS}
+    if "type" in words and "name" in words:
+        return [words[word] for word in _ROWS if word in words]
+    return rows[:-2][:3]
+
+
+def _readable(name: str) -> str:
+    """A name without blanks around it and control characters in it."""
+    return "".join(letter if ord(letter) >= 32 else " " for letter in name).strip()
+
+
+def _check(item: Item, place: Place) -> None:
+    """Turn away what has part of a position or rotation only."""
+    where = f"{place}: {item.type.lower()[:40] or 'the column'} '{item.name[:40]}'"
+    missing = [axis for axis in "XYZ" if axis not in item.position] if item.position else []
+    if missing:
+        raise RecordingError(f"{where} has no position along {' and '.join(missing)}", fix=_FIX)
+    missing = [axis for axis in "XYZ" if axis not in item.rotation] if item.rotation else []
+    if missing:
+        raise RecordingError(f"{where} has a rotation without {' and '.join(missing)}", fix=_FIX)
+
+
+def _labels(rows: list[list[str]], items: tuple[Item, ...]) -> list[str]:
+    """A name for each column."""
+    labels = [
+        f"{name} {kind} {axis}".strip() for name, kind, axis in zip(_named_rows(rows)[1], *rows[-2:], strict=True)
+    ]
+    last = max(max((*item.position.values(), *item.rotation.values())) for item in items)
+    while len(labels) > last + 1 and not labels[-1]:
+        labels.pop()
+    return ["Frame", rows[-1][1] or "Time", *labels[2:]]

@@ -1,0 +1,251 @@
+"""Qualisys TSV files: lines of a name and its values, then a table of markers (3D) or of rigid bodies (6D).
+
+    NO_OF_FRAMES    1000
+    NO_OF_MARKERS   2
+    FREQUENCY       100
+    DATA_INCLUDED   3D
+    MARKER_NAMES    elbow     wrist
+    Frame  Time     elbow X   elbow Y   elbow Z   wrist X   wrist Y   wrist Z
+    1      0.00000  316.209   673.199   528.081   nan       nan       nan
+
+The row of column names is missing in older files, the columns Frame and Time where they were not asked for. What was
+not seen is ``nan``, an empty cell, NULL, or 0 0 0, as chosen on export. Lengths are millimetres.
+
+In a 6D file each body has the columns X Y Z, three angles, Residual and Rot[0] to Rot[8]: the rotation matrix from the
+body's axes to those of the room, column by column. The angles, whose meaning can be set on export, are not used.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.demonstration.files.csv_cells import (
+    MISSING,
+    Dialect,
+    Place,
+    Rows,
+    check_columns,
+    check_names,
+    read_cells,
+    read_rows,
+    shown,
+)
+from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
+from armdesign.demonstration.files.formats.lines_ahead import LinesAhead
+from armdesign.demonstration.files.formats.marker_columns import (
+    clean_name,
+    column_names,
+    decimal_mark,
+    hide_zeros,
+    once_each,
+    positions,
+)
+from armdesign.demonstration.files.formats.row_steps import count, row_steps
+from armdesign.demonstration.files.quaternions import from_matrices
+from armdesign.demonstration.files.sniff import open_text, text_head
+from armdesign.demonstration.recording import Step, Take
+from armdesign.errors import RecordingError
+
+_KEYS = (
+    *("FILE_VERSION", "NO_OF_FRAMES", "NO_OF_CAMERAS", "NO_OF_MARKERS", "NO_OF_BODIES", "FREQUENCY"),
+    *("NO_OF_ANALOG", "ANALOG_FREQUENCY", "DESCRIPTION", "TIME_STAMP", "DATA_INCLUDED", "EVENT"),
+    *("MARKER_NAMES", "TRAJECTORY_TYPES", "BODY_NAMES"),
+)
+_POSITION = ("X", "Y", "Z")
+_POSE = (*_POSITION, "Roll", "Pitch", "Yaw", "Residual", *(f"Rot[{i}]" for i in range(9)))
+_ROTATION = 7  # column of Rot[0] among those of a body
+_SKEW = 0.01  # a rotation matrix is orthonormal to this much; five decimals are usual
+_FIX = "Export the measurement from Qualisys Track Manager again"
+
+
+class _Layout(NamedTuple):
+    """What the columns hold."""
+
+    leading: tuple[str, ...]  # "frame" and "time", as far as there
+    names: list[str]
+    parts: tuple[str, ...]  # columns of each marker or body
+
+
+def matches(head: bytes) -> bool:
+    """Whether a file beginning with these bytes is a Qualisys TSV file."""
+    lines = [line for line in text_head(head).split("\n") if line.strip()][:2]
+    return len(lines) == 2 and all(_key(line) is not None for line in lines)
+
+
+def read(path: Path) -> Take:
+    """Read a 3D or 6D TSV file.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Markers, or origins and orientations of bodies.
+
+    Raises:
+        RecordingError: The file cannot be read, or something in it is wrong; the message says what and where.
+    """
+    with open_text(path) as stream:
+        lines = LinesAhead(stream, path)
+        facts = _read_facts(lines)
+        layout = _read_layout(lines, facts)
+        decimal = decimal_mark(lines.peek(), "\t")
+        dialect = Dialect("\t", MISSING, decimal, ragged=True, may_be_cut=True, keep_empty=not layout.leading)
+        rows = read_rows(lines, column_names(layout.leading, layout.names, layout.parts), lines.place, dialect)
+    columns = {name: i for i, name in enumerate(layout.leading)}
+    clock = frame_clock(rows, columns.get("frame"), columns.get("time"), _rate(facts))
+    names, name_steps = once_each(layout.names)
+    points, turns, zero_steps = _series(rows, layout, names)
+    odd_rows = row_steps(rows, count(_first(facts, "NO_OF_FRAMES")))
+    return Take(
+        time=clock.time,
+        points=points,
+        orientations=turns,
+        source=str(path),
+        format=f"Qualisys TSV {'6D' if turns else '3D'}",
+        units="mm",
+        rate=clock.rate,
+        steps=(*odd_rows, *_count_steps(facts, layout), *name_steps, *zero_steps, *clock.steps),
+    )
+
+
+def _key(text: str) -> str | None:
+    """The name at the beginning of a header line; None if it is none of those known."""
+    word = re.split(r"[\s,;]", text.strip(' \t"'), maxsplit=1)[0].strip('"')
+    return word if word in _KEYS else None
+
+
+def _read_facts(lines: LinesAhead) -> dict[str, list[str]]:
+    """The lines of a name and its values."""
+    facts: dict[str, list[str]] = {}
+    while (key := _key(lines.skip_blank())) is not None:
+        facts[key] = [cell.strip() for cell in read_cells(lines.readline(), "\t")][1:]
+    return facts
+
+
+def _first(facts: Mapping[str, list[str]], key: str) -> str:
+    """The first value of a line; empty where there is none."""
+    return next(iter(facts.get(key, [])), "")
+
+
+def _rate(facts: Mapping[str, list[str]]) -> float | None:
+    """The frame rate."""
+    return read_rate(_first(facts, "FREQUENCY"))
+
+
+def _read_layout(lines: LinesAhead, facts: Mapping[str, list[str]]) -> _Layout:
+    """What the columns hold, by the header and the row of column names or, without that, the number of cells."""
+    included = _first(facts, "DATA_INCLUDED").upper()
+    if included not in ("", "3D", "6D"):
+        message = f"{lines.place.source}: the file holds '{shown(included)}' data"
+        raise RecordingError(message, value=included, allowed=("3D", "6D"), fix=_FIX)
+    parts = _POSE if included == "6D" or "BODY_NAMES" in facts else _POSITION
+    names = [clean_name(name) for name in facts.get("BODY_NAMES" if parts is _POSE else "MARKER_NAMES", [])]
+    names = names[: max((i + 1 for i, name in enumerate(names) if name), default=0)]
+    cells = [cell.strip() for cell in read_cells(lines.peek().rstrip("\t\r\n"), "\t")]
+    place = lines.place
+    if not _is_label(cells):
+        layout = _Layout(_guessed_leading(len(cells), names, parts, place), names, parts)
+    else:
+        lines.readline()
+        layout = _labelled(cells, names, parts, place)
+    check_names(layout.names, place)
+    check_columns(len(layout.leading) + len(layout.names) * len(parts), place)
+    return layout._replace(names=[name or f"unnamed {i + 1}" for i, name in enumerate(layout.names)])
+
+
+def _is_label(cells: list[str]) -> bool:
+    """Whether a line is the row of column names: it has a word that stands for no number."""
+    return any(cell and cell.lower() not in (*MISSING, "nan") and not _is_number(cell) for cell in cells)
+
+
+def _is_number(cell: str) -> bool:
+    """Whether a cell holds a number."""
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _guessed_leading(cells: int, names: list[str], parts: tuple[str, ...], place: Place) -> tuple[str, ...]:
+    """Columns in front, in a file without column names."""
+    wanted = len(names) * len(parts)
+    if not names:
+        raise RecordingError(f"{place}: the header names no marker or body", fix=_FIX)
+    if cells == wanted + 1:
+        message = f"{place}: there is one column more than the {wanted} of the names, and no row of column names"
+        raise RecordingError(message, value=cells, fix=_FIX)
+    return ("frame", "time") if cells >= wanted + 2 else ()
+
+
+def _labelled(cells: list[str], names: list[str], parts: tuple[str, ...], place: Place) -> _Layout:
+    """Columns as their own row names them; the header's names where there are as many."""
+    lower = [cell.lower() for cell in cells]
+    leading = tuple(lower[: next((i for i, cell in enumerate(lower) if cell not in ("frame", "time")), len(lower))])
+    if len(set(leading)) < len(leading):
+        raise RecordingError(f"{place}: the column '{leading[0]}' stands twice", fix=_FIX)
+    groups, rest = divmod(len(cells) - len(leading), len(parts))
+    found = [clean_name(cell.rpartition(" ")[0]) for cell in cells[len(leading) :: len(parts)]]
+    if rest or not groups or not _are_parts(cells[len(leading) :], parts):
+        first = shown(", ".join(cells[len(leading) : len(leading) + len(parts)]), 80)
+        message = f"{place}: the columns '{first}' are none of this format"
+        raise RecordingError(message, allowed=f"for each name {', '.join(parts)}", fix=_FIX)
+    return _Layout(leading, names if len(names) == groups else found, parts)
+
+
+def _are_parts(cells: list[str], parts: tuple[str, ...]) -> bool:
+    """Whether column names end as they should: X Y Z, and Rot[0] to Rot[8] where there are more."""
+    fixed = [i for i, part in enumerate(parts) if part in _POSITION or part.startswith("Rot")]
+    return all(
+        cells[first + i].upper().endswith(parts[i].upper())
+        for first in range(0, len(cells) - len(parts) + 1, len(parts))
+        for i in fixed
+    )
+
+
+def _series(rows: Rows, layout: _Layout, names: list[str]) -> tuple[dict[str, Array], dict[str, Array], list[Step]]:
+    """Positions and orientations by name, and a word on those that were not seen."""
+    first, width = len(layout.leading), len(layout.parts)
+    if layout.parts is _POSITION:
+        points = positions(rows.values, first, names)
+        return points, {}, hide_zeros(points)
+    poses = positions(rows.values, first, names, width, width)
+    steps = hide_zeros({name: pose[:, _ROTATION:] for name, pose in poses.items()})
+    turns = {name: _turns(pose, name, rows) for name, pose in poses.items()}
+    return {name: pose[:, :3] for name, pose in poses.items()}, turns, steps
+
+
+def _turns(pose: Array, name: str, rows: Rows) -> Array:
+    """Quaternions of a body, shape (T, 4); its position is made "not seen" where the rotation is, in place.
+
+    Raises:
+        RecordingError: The nine numbers are no rotation matrix.
+    """
+    matrices = pose[:, _ROTATION:].reshape(-1, 3, 3).transpose(0, 2, 1)  # column by column
+    hidden = np.isnan(matrices).any(axis=(1, 2))
+    pose[hidden, :3] = np.nan
+    with np.errstate(all="ignore"):
+        skew = np.abs(matrices.transpose(0, 2, 1) @ matrices - np.eye(3)).max(axis=(1, 2))
+        bad = ~((skew <= _SKEW) & (np.linalg.det(matrices) > 0)) & ~hidden
+    if bad.any():
+        row = int(np.argmax(bad))
+        message = f"{rows.place(row)}, body '{shown(name)}': Rot[0] to Rot[8] are no rotation matrix"
+        raise RecordingError(message, value=pose[row, _ROTATION:], fix=_FIX)
+    return from_matrices(matrices)
+
+
+def _count_steps(facts: Mapping[str, list[str]], layout: _Layout) -> list[Step]:
+    """A word where the header announces another number of markers or bodies than there are columns for."""
+    key = "NO_OF_MARKERS" if layout.parts is _POSITION else "NO_OF_BODIES"
+    announced, found = count(_first(facts, key)), len(layout.names)
+    if announced in (None, found):
+        return []
+    what = key.rpartition("_")[2].lower()
+    sentence = f"The header announces {announced} {what}, the file holds columns for {found}; those were read."
+    return [Step("markers", sentence, {"announced": announced, "found": found})]

@@ -1,0 +1,113 @@
+"""Unit quaternions x, y, z, w (scalar last) over time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armdesign._types import Array
+
+_PARALLEL = 1e-6  # [rad] below this angle, straight and great-circle interpolation agree to rounding
+
+
+def unit_continuous(quaternions: Array) -> Array:
+    """Normalise, and choose each sign so that a quaternion lies in the same half-space as the one seen before it.
+
+    Args:
+        quaternions: Shape (T, 4); NaN = missing. No norm may be zero.
+
+    Returns:
+        The same rotations as unit quaternions, shape (T, 4); missing ones stay missing.
+    """
+    result: Array = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    seen = ~np.isnan(result[:, 0])
+    known = result[seen]
+    flips = np.where(np.sum(known[1:] * known[:-1], axis=1) < 0, -1.0, 1.0)
+    result[seen] = known * np.concatenate([np.ones(min(1, len(known))), np.cumprod(flips)])[:, None]
+    return result
+
+
+def slerp(time: Array, quaternions: Array, at: Array) -> Array:
+    """Interpolate along great circles, at constant angular velocity between two neighbours.
+
+    With the angle phi between the neighbours a, b and s in [0, 1]:
+    (sin((1 - s) phi) a + sin(s phi) b) / sin(phi).
+
+    Args:
+        time: Increasing times of the known quaternions, shape (K,) [s].
+        quaternions: Known unit quaternions with continuous signs, shape (K, 4).
+        at: Times wanted, within the known ones, shape (N,) [s].
+
+    Returns:
+        Shape (N, 4).
+    """
+    after = np.clip(np.searchsorted(time, at), 1, len(time) - 1)
+    a, b = quaternions[after - 1], quaternions[after]
+    s = ((at - time[after - 1]) / (time[after] - time[after - 1]))[:, None]
+    phi = 2.0 * np.arctan2(np.linalg.norm(b - a, axis=1), np.linalg.norm(b + a, axis=1))[:, None]
+    sine = np.sin(np.maximum(phi, _PARALLEL))
+    weight_a = np.where(phi < _PARALLEL, 1.0 - s, np.sin((1.0 - s) * phi) / sine)
+    weight_b = np.where(phi < _PARALLEL, s, np.sin(s * phi) / sine)
+    mixed = weight_a * a + weight_b * b
+    return np.asarray(mixed / np.linalg.norm(mixed, axis=1, keepdims=True))
+
+
+def rotation_matrices(quaternions: Array) -> Array:
+    """Rotation matrices of quaternions that are unit up to rounding or a few printed digits.
+
+    R = I + 2 (w [v]x + [v]x [v]x) / |q|^2 with v = (x, y, z).
+
+    Args:
+        quaternions: Shape (T, 4).
+
+    Returns:
+        Shape (T, 3, 3), body to reference axes.
+    """
+    x, y, z, w = quaternions.T
+    double = 2.0 / (x * x + y * y + z * z + w * w)
+    rows = [
+        [1 - double * (y * y + z * z), double * (x * y - z * w), double * (x * z + y * w)],
+        [double * (x * y + z * w), 1 - double * (x * x + z * z), double * (y * z - x * w)],
+        [double * (x * z - y * w), double * (y * z + x * w), 1 - double * (x * x + y * y)],
+    ]
+    return np.array(rows).transpose(2, 0, 1).copy()
+
+
+def from_matrices(matrices: Array) -> Array:
+    """Unit quaternions of rotation matrices; the inverse of ``rotation_matrices``.
+
+    4 q_i q stands in the matrix for every component q_i; that with the largest |q_i| is the one that loses no digits.
+
+    Args:
+        matrices: Shape (T, 3, 3); NaN = missing.
+
+    Returns:
+        Shape (T, 4), each with one of its two signs; missing ones stay missing.
+    """
+    m = np.asarray(matrices, dtype=float)
+    xx, yy, zz = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
+    xy, xz, yz = m[:, 1, 0] + m[:, 0, 1], m[:, 0, 2] + m[:, 2, 0], m[:, 2, 1] + m[:, 1, 2]
+    wx, wy, wz = m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]
+    rows = np.array(
+        [
+            [1 + xx - yy - zz, xy, xz, wx],
+            [xy, 1 - xx + yy - zz, yz, wy],
+            [xz, yz, 1 - xx - yy + zz, wz],
+            [wx, wy, wz, 1 + xx + yy + zz],
+        ]
+    )
+    best = np.einsum("iit->it", rows).argmax(axis=0)
+    chosen = rows[best, :, np.arange(len(m))]
+    return np.asarray(chosen / np.linalg.norm(chosen, axis=1, keepdims=True))
+
+
+def product(left: Array, right: Array) -> Array:
+    """Quaternions of the rotations ``right`` and then ``left``: R(product(a, b)) = R(a) R(b).
+
+    Args:
+        left: Shape (..., 4).
+        right: Shape (..., 4).
+    """
+    a, b = np.asarray(left), np.asarray(right)
+    u, v, p, q = a[..., :3], b[..., :3], a[..., 3:], b[..., 3:]
+    scalar = p * q - np.sum(u * v, axis=-1, keepdims=True)
+    return np.concatenate([p * v + q * u + np.cross(u, v), scalar], axis=-1)

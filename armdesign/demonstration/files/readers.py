@@ -1,0 +1,146 @@
+"""Recordings of any known format, told apart by what stands in the file, in metres with z up.
+
+A new format is one module in ``formats`` with one entry there.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from armdesign.demonstration.files import formats
+from armdesign.demonstration.files.formats.bone_csv import matches as bone_csv_matches
+from armdesign.demonstration.files.formats.bone_csv import read_bone_csv
+from armdesign.demonstration.files.legible import legible
+from armdesign.demonstration.files.sniff import describe_binary, read_head
+from armdesign.demonstration.points.standard import to_recording
+from armdesign.demonstration.recording import Recording, Step, Take
+from armdesign.errors import RecordingError
+
+_SAME_TIME = 1e-3  # [s] times of several files may differ by rounding
+
+
+@legible
+def read_take(path: str | os.PathLike[str]) -> Take:
+    """Read a file as it stands, in its own units and axes, whatever the ending of its name.
+
+    Args:
+        path: The file.
+
+    Raises:
+        RecordingError: The file cannot be read, has none of the known formats, or something in it is wrong.
+    """
+    source = Path(path)
+    head = read_head(source)
+    for form in formats.FORMATS:
+        if form.matches(head):
+            return form.read(source)
+    known = [form.name for form in formats.FORMATS]
+    message = f"{source} is not a recording of a known format"
+    raise RecordingError(message, value=str(source), allowed=known, fix=describe_binary(head))
+
+
+@legible
+def read_recording(
+    path: str | os.PathLike[str], *, units: str | None = None, up: str | None = None, mirror: bool = False
+) -> Recording:
+    """Read a recording into metres with z up, whatever the ending of its name.
+
+    Args:
+        path: The file.
+        units: Unit of length, ``m``, ``cm``, ``mm``, ``in`` or metres per unit; None for what the file says.
+        up: Axis that points up, ``x``, ``y`` or ``z``; None for what the file says.
+        mirror: Whether to exchange left and right.
+
+    Returns:
+        The recording; what was found and done is in its ``about.steps``. Nothing is filled or filtered.
+
+    Raises:
+        RecordingError: The file cannot be read, has none of the known formats, or something in it is wrong.
+        SettingsError: ``units`` or ``up`` is none of the values allowed.
+    """
+    return to_recording(read_take(path), units=units, up=up, mirror=mirror)
+
+
+@legible
+def read_recordings(
+    files: Mapping[str, str | os.PathLike[str]],
+    *,
+    rate: float | None = None,
+    units: str | None = None,
+    up: str | None = None,
+    mirror: bool = False,
+) -> Recording:
+    """Read several files with one body or point each as one recording.
+
+    Args:
+        files: Name of the point to its file.
+        rate: Frames per second, for files without times [1/s]; None where the files have times.
+        units: As for ``read_recording``.
+        up: As for ``read_recording``.
+        mirror: As for ``read_recording``.
+
+    Raises:
+        RecordingError: A file cannot be read or does not hold exactly one body, or the files differ in their length,
+            times or format.
+        SettingsError: ``units`` or ``up`` is none of the values allowed.
+    """
+    if not files:
+        raise RecordingError("no file is named", fix="Name one file for each point")
+    takes = {name: _read_one(Path(path), rate) for name, path in files.items()}
+    joined = _joined({name: _one_point(take, name) for name, take in takes.items()})
+    return to_recording(joined, units=units, up=up, mirror=mirror)
+
+
+def _read_one(path: Path, rate: float | None) -> Take:
+    """A file that is one of several; one of a bone may need the rate."""
+    return read_bone_csv(path, rate) if bone_csv_matches(read_head(path)) else read_take(path)
+
+
+def _one_point(take: Take, name: str) -> Take:
+    """A take of nothing but its one point or its one body, under another name."""
+    inside = list(take.points) if len(take.points) == 1 else [each for each in take.points if each in take.orientations]
+    if len(inside) != 1:
+        message = f"{take.source} holds {len(take.points)} points, but is to give the one point '{name}'"
+        fix = "Name files of one body each, or this file alone"
+        raise RecordingError(message, value=list(take.points)[:30], fix=fix)
+    points = {name: take.points[inside[0]]}
+    turns = {name: take.orientations[inside[0]]} if inside[0] in take.orientations else {}
+    return replace(take, points=points, orientations=turns, bodies={})
+
+
+def _joined(takes: Mapping[str, Take]) -> Take:
+    """Takes of the same length, times and axes as one."""
+    first = next(iter(takes.values()))
+    for take in takes.values():
+        _check_alike(first, take)
+    points = {name: values for take in takes.values() for name, values in take.points.items()}
+    turns = {name: values for take in takes.values() for name, values in take.orientations.items()}
+    sentence = (
+        f"Joined {len(takes)} files frame by frame: {', '.join(f'{n} from {t.source}' for n, t in takes.items())}."
+    )
+    step = Step("joined", sentence, {name: take.source for name, take in takes.items()})
+    steps = {step.sentence: step for take in takes.values() for step in take.steps}  # each once
+    return replace(first, points=points, orientations=turns, steps=(step, *steps.values()))
+
+
+def _check_alike(first: Take, other: Take) -> None:
+    """Turn away takes that cannot be joined frame by frame."""
+    both = f"{first.source} and {other.source}"
+    if len(first.time) != len(other.time):
+        message = f"{both} have {len(first.time)} and {len(other.time)} frames"
+        raise RecordingError(message, value=len(other.time), fix="Export the same stretch of one take into all files")
+    apart = np.abs(first.time - other.time)
+    if len(apart) and apart.max() > _SAME_TIME:
+        frame = int(np.argmax(apart > _SAME_TIME))
+        times = f"{first.time[frame]:.6g} s and {other.time[frame]:.6g} s"
+        message = f"{both} differ in their times, first in frame {frame + 1} ({times})"
+        raise RecordingError(message, value=frame, fix="Export the same stretch of one take into all files")
+    for what, ours, theirs in (("unit of length", first.units, other.units), ("up axis", first.up, other.up)):
+        if ours != theirs:
+            message = f"{both} differ in their {what} ({ours or 'not said'} and {theirs or 'not said'})"
+            raise RecordingError(message, value=theirs, fix="Export all files alike")

@@ -1,0 +1,165 @@
+"""Where a task comes from and what was done on the way, and the ``task.json`` that keeps it beside the task."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from armdesign._version import __version__
+from armdesign.demonstration import Chosen, Step
+from armdesign.errors import RunFolderError
+from armdesign.files import write_whole
+from armdesign.settings.sections import TaskSettings
+
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file that a recording was read from.
+
+    Attributes:
+        path: The file.
+        sha256: Digest of its content; None where it cannot be read.
+    """
+
+    path: str | None
+    sha256: str | None = None
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a task comes from.
+
+    Attributes:
+        sources: The files.
+        format: Format and version.
+        units: Unit of length it was read in.
+        up: Axis that pointed up.
+        mirror: Whether left and right were exchanged.
+        base: Expression for the base.
+        points: Expressions for the points.
+        orientation: Expression for the orientation; None for none.
+        base_mode: ``shoulder`` or ``fixed``.
+        settings: The other task settings that were used.
+    """
+
+    sources: tuple[Source, ...] = ()
+    format: str = ""
+    units: str | None = None
+    up: str | None = None
+    mirror: bool = False
+    base: str = ""
+    points: tuple[str, ...] = ()
+    orientation: str | None = None
+    base_mode: str = "shoulder"
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+def origin_of(chosen: Chosen, settings: TaskSettings) -> Origin:
+    """The origin of points chosen from a recording.
+
+    Args:
+        chosen: The points, from ``resolve``.
+        settings: The settings they were chosen and are cleaned by.
+    """
+    about = chosen.recording.about
+    named = {step.name: step.details for step in about.steps}
+    paths = list(settings.files.values()) or ([settings.recording] if settings.recording else [])
+    names = ("outliers", "max_gap", "repeats", "low_pass", "start", "stop", "cut", "rate", "scale", "file_rate")
+    return Origin(
+        sources=tuple(Source(path, fingerprint(path)) for path in paths),
+        format=about.format,
+        units=_text(named.get("units", {}).get("unit", settings.units or "m")),
+        up=_text(named.get("up", {}).get("axis", settings.up or "z")),
+        mirror=settings.mirror,
+        base=chosen.expressions.get(chosen.base, chosen.base),
+        points=tuple(chosen.expressions.get(name, name) for name in chosen.points),
+        orientation=None if chosen.orientation is None else chosen.expressions.get(chosen.orientation),
+        base_mode=settings.base_mode,
+        settings={name: getattr(settings, name) for name in names if getattr(settings, name) is not None},
+    )
+
+
+def fingerprint(path: str | None) -> str | None:
+    """SHA-256 of a file, so that a result can be told to belong to it; None where it cannot be read."""
+    if path is None:
+        return None
+    try:
+        digest = hashlib.sha256()
+        with Path(path).open("rb") as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+        return digest.hexdigest()
+    except OSError:
+        return None
+
+
+def write_task_json(path: Path, origin: Origin, steps: Sequence[Step], *, base: str, frames: int, rate: float) -> None:
+    """Write where a task comes from and what was done.
+
+    Args:
+        path: The file, ``task.json`` in a run folder or beside a converted recording.
+        origin: Where it comes from.
+        steps: What was found and done.
+        base: Name of the base.
+        frames: Number of frames T.
+        rate: Frames per second, from the median step [1/s].
+
+    Raises:
+        RunFolderError: It cannot be written.
+    """
+    content = {
+        "schema_version": SCHEMA_VERSION,
+        "armdesign_version": __version__,
+        "base_name": base,
+        "frames": frames,
+        "rate": rate,
+        **asdict(origin),
+        "steps": [asdict(step) for step in steps],
+    }
+    write_whole(path, json.dumps(as_json(content), indent=2, allow_nan=False) + "\n")
+
+
+def read_task_json(path: Path) -> tuple[str, Origin, tuple[Step, ...]]:
+    """Name of the base, origin and steps out of a ``task.json``, or out of the ``notes.json`` of earlier versions.
+
+    Raises:
+        RunFolderError: It is missing or damaged.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if "notes" in content:
+            return str(content["base"]), Origin(), tuple(Step("note", str(note)) for note in content["notes"])
+        entries = {name: content[name] for name in Origin.__dataclass_fields__}
+        entries["sources"] = tuple(Source(**source) for source in content["sources"])
+        entries["points"] = tuple(content["points"])
+        steps = tuple(Step(str(s["name"]), str(s["sentence"]), dict(s["details"])) for s in content["steps"])
+        return str(content["base_name"]), Origin(**entries), steps
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RunFolderError(f"{path} is missing or damaged", value=str(path)) from error
+
+
+def as_json(value: object) -> object:
+    """A value as plain JSON: arrays as lists, what is not finite as null, and anything else as text."""
+    if isinstance(value, Mapping):
+        return {str(key): as_json(entry) for key, entry in value.items()}
+    if isinstance(value, np.generic | np.ndarray):
+        return as_json(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [as_json(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if value is None or isinstance(value, (str, bool, int, float)) else str(value)
+
+
+def _text(value: object) -> str | None:
+    """A value as text, or None."""
+    return None if value is None else str(value)

@@ -1,0 +1,181 @@
+"""Where to mount a ready-made arm: the base pose with the least fitness r, by a seeded search.
+
+Low-discrepancy base poses all over the box are looked at roughly, with few start poses; from the best of them and the
+plain pose, the base at the shoulder without a turn, a particle swarm (eq. 7) goes on with the fitness proper. What is
+returned is its best, so it is never worse than the plain pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.demonstration import Task
+from armdesign.errors import SettingsError
+from armdesign.experiments.compare.polyline_arm import PolylineEvaluator, arm_problem
+from armdesign.experiments.compare.serial_arm import SerialArm
+from armdesign.fitness.block import PathResult, Scores
+from armdesign.fitness.problem import StartEffort, start_poses
+from armdesign.settings.sections import FitnessSettings, SolverSettings
+from armdesign.swarm import Box, make_swarm
+
+PARTICLES = 24
+FACTORS = {"w": 0.6, "c1": 0.8, "c2": 0.8}
+"""Factors of eq. 7; with so few moves the swarm has to draw together sooner than the published ones make it."""
+ROUGH = StartEffort(starts=128, descents=32, finalists=3)
+"""Effort for the start pose in the first look."""
+EVALUATIONS, HALF_WIDTH = 1000, 0.5
+PLAIN = np.zeros(4)
+"""The base at the shoulder, without a turn."""
+
+
+@dataclass(frozen=True)
+class BaseSearch:
+    """How the base pose is searched.
+
+    Attributes:
+        evaluations: Base poses that are tried, about.
+        half_width: Half the width of the box around the shoulder that the base is sought in [m].
+        seed: Seed of the random numbers.
+    """
+
+    evaluations: int = EVALUATIONS
+    half_width: float = HALF_WIDTH
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            SettingsError: One is out of range.
+        """
+        if not 1 <= self.evaluations <= 10**6:
+            raise SettingsError(
+                f"{self.evaluations} base poses are to be tried", value=self.evaluations, allowed="1 to 1000000"
+            )
+        if not 0.0 <= self.half_width <= 10.0:
+            raise SettingsError(
+                f"the box for the base is {self.half_width:g} m wide to each side", value=self.half_width,
+                allowed="0 to 10 m",
+            )  # fmt: skip
+        if self.seed < 0:
+            raise SettingsError(f"the seed is {self.seed}", value=self.seed, allowed="0 or more")
+
+
+@dataclass(frozen=True)
+class BaseProgress:
+    """How far the search for a base pose is.
+
+    Attributes:
+        evaluations: Base poses tried.
+        total: Base poses to try.
+        fitness: The best r so far, infinite while no pose reaches the start [m].
+    """
+
+    evaluations: int
+    total: int
+    fitness: float
+
+
+@dataclass(frozen=True, eq=False)
+class Mounted:
+    """A ready-made arm where it does best.
+
+    Attributes:
+        base: Base pose (x, y, z, yaw) in the task's frame, shape (4,) [m, rad].
+        scores: Fitness there, one entry each.
+        path: Path there; empty if no pose reaches the start.
+        evaluations: Base poses tried.
+    """
+
+    base: Array
+    scores: Scores
+    path: PathResult
+    evaluations: int
+
+
+def mount_arm(
+    arm: SerialArm,
+    task: Task,
+    fitness: FitnessSettings,
+    solver: SolverSettings,
+    how: BaseSearch | None = None,
+    on_progress: Callable[[BaseProgress], None] | None = None,
+) -> Mounted:
+    """Search the base pose of a ready-made arm for a task.
+
+    Args:
+        arm: The arm.
+        task: The task.
+        fitness: Settings of the fitness with resolved weights.
+        solver: Settings of the solver.
+        how: Effort, box and seed.
+        on_progress: Told after every round.
+    """
+    search = how or BaseSearch()
+    tell = on_progress or (lambda progress: None)
+    rng = np.random.default_rng(search.seed)
+    frames = (task.P, task.R, task.dt, fitness)
+    full = PolylineEvaluator(arm_problem(arm, *frames, solver), arm)
+    rough = full.on(arm_problem(arm, *frames, replace(solver, **ROUGH._asdict())))
+    poses = spread_poses(search, rng)
+    looks = looked_at(rough, poses, search, tell)
+    best = np.lexsort((looks.start_error, looks.fitness))
+    particles = poses[best[:PARTICLES]]
+    if 0 not in best[:PARTICLES]:
+        particles[-1] = PLAIN
+    base, tried = swarmed(full, particles, search, rng, tell)
+    if base is None:  # no pose reaches the start
+        base = poses[best[0]]
+    base = np.r_[base[:3], np.pi - np.mod(np.pi - base[3], 2.0 * np.pi)]
+    scores, path = full.follow_from(base)
+    return Mounted(base, scores, path, len(poses) + tried)
+
+
+def spread_poses(search: BaseSearch, rng: np.random.Generator) -> Array:
+    """Base poses all over the box, the plain one first; half of all that are to be tried, shape (N, 4)."""
+    count = max(1, search.evaluations // 2)
+    unit = (start_poses(count, np.tile([0.0, 1.0], (4, 1))) + rng.random(4)) % 1.0
+    poses = (2.0 * unit - 1.0) * np.r_[np.full(3, search.half_width), np.pi]
+    poses[0] = PLAIN
+    return np.asarray(poses)
+
+
+def looked_at(
+    rough: PolylineEvaluator, poses: Array, search: BaseSearch, tell: Callable[[BaseProgress], None]
+) -> Scores:
+    """Rough scores of base poses."""
+    parts = []
+    for first in range(0, len(poses), 2 * PARTICLES):
+        parts.append(rough.scores(poses[first : first + 2 * PARTICLES]))
+        done = min(first + 2 * PARTICLES, len(poses))
+        tell(BaseProgress(done, search.evaluations, min(float(part.fitness.min()) for part in parts)))
+    return Scores(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
+
+
+def swarmed(
+    full: PolylineEvaluator,
+    particles: Array,
+    search: BaseSearch,
+    rng: np.random.Generator,
+    tell: Callable[[BaseProgress], None],
+) -> tuple[Array | None, int]:
+    """Best base pose of a swarm, or None where none reaches the start; and how many it has tried.
+
+    A turn may go beyond half a turn either way, so that the swarm meets no wall there.
+    """
+    reach = np.r_[np.full(3, search.half_width), 2.0 * np.pi]
+    box = Box(-reach, reach, np.array([False, False, False, True]))
+    swarm = make_swarm("pso", box, len(particles), rng, sample=lambda _rng, _count: particles, **FACTORS)
+    before = max(1, search.evaluations // 2)
+    rounds = max(1, (search.evaluations - before) // len(particles))
+    for k in range(rounds):
+        scores = full.scores(swarm.ask(), swarm.personal_best_fitness)
+        swarm.tell(scores.fitness, scores.valid)
+        tried = min(before + (k + 1) * len(particles), search.evaluations)
+        tell(BaseProgress(search.evaluations if k == rounds - 1 else tried, search.evaluations, swarm.best_fitness))
+    found = swarm.best_position if np.isfinite(swarm.best_fitness) else None
+    return found, rounds * len(particles)

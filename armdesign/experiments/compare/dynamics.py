@@ -1,0 +1,44 @@
+"""What it takes to move an arm along its path: inverse dynamics with gravity, of designs and of ready-made arms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from armdesign._types import Array
+from armdesign.experiments.compare.serial_arm import SerialArm
+from armdesign.export.joint_load import GRAVITY, dynamic_model, smooth_motion
+from armdesign.export.solids import BodyOptions
+from armdesign.kinematics.dh import DHTable
+
+
+def design_model(table: DHTable, payload: float = 0.0) -> pin.Model:
+    """A design with the body that its URDF has by default, and a point mass at the tool [kg]."""
+    return dynamic_model(table, BodyOptions(), payload)
+
+
+def ready_made_model(arm: SerialArm, payload: float = 0.0) -> pin.Model:
+    """A ready-made arm with its file's masses, its base level, and a point mass at the tool [kg]."""
+    model = arm.model()
+    load = pin.Inertia(payload, np.zeros(3), np.zeros((3, 3)))
+    model.appendBodyToJoint(arm.dof, load, pin.SE3(arm.placements[-1]))
+    return model
+
+
+def peak_torques(model: pin.Model, time: Array, q: Array) -> Array:
+    """Largest inverse-dynamics torque of each joint along a smoothed path, shape (n,) [N m].
+
+    Args:
+        model: The arm, z up.
+        time: Frame times, shape (T,) [s].
+        q: Joint angles, shape (T, n) [rad].
+    """
+    model.gravity.linear = np.array(GRAVITY)
+    data, motion = model.createData(), smooth_motion(time, q)
+    states = zip(motion.q, motion.v, motion.a, strict=True)
+    return np.asarray(np.abs([pin.rnea(model, data, *state) for state in states]).max(axis=0))
+
+
+def moving_mass(model: pin.Model) -> float:
+    """Mass of all that moves [kg]."""
+    return float(sum(inertia.mass for inertia in model.inertias[1:]))

@@ -1,0 +1,284 @@
+"""RA-PSO against PSO with the same seeds: what its moves do to fitness and computational effort, over D."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from armdesign.errors import SettingsError
+from armdesign.experiments.studies.statistics import Change, Pairs, change
+from armdesign.experiments.studies.study_plan import Asked, Defaults, Record, Tasks, Unit, search_unit, task_name
+from armdesign.experiments.studies.study_tables import Cell, Column, Spread, Table
+from armdesign.files import write_whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+TITLE = "RA-PSO against PSO"
+RANGES = ("valid", "box")
+READINGS = {"valid": "extent over the valid particles", "box": "width of the bounds"}
+QUANTITIES = {"fitness": "fitness", "effort": "CE"}
+MUCH = -50.0
+"""Change of CE in percent that still counts as much lower; the paper's are -66.5 to -76.0."""
+FEW = 6
+"""Fewer pairs than this make a bootstrap interval that holds the truth less often than it says."""
+
+
+def defaults(quick: bool) -> Defaults:
+    """Both readings of range, D = 2..5 as in the paper."""
+    options = {"d": (2, 3, 4, 5), "range": RANGES}
+    if quick:
+        return Defaults(8, (3,), options, {"particles": 60, "iterations": 30})
+    return Defaults(10, (3, 4, 5, 6), options)
+
+
+def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
+    """For every task, n and seed a PSO, and an RA-PSO for every D and reading of range; the same seeds are pairs."""
+    intervals, ranges = read_options(asked)
+    units = []
+    for key in asked.tasks:
+        for n in asked.dof:
+            for seed in asked.seeds:
+                units.append(search_unit(key, tasks[key, n], "pso", algorithm="pso", seed=seed))
+                units += [
+                    search_unit(
+                        key, tasks[key, n], f"rapso-D{D}-{reading}",
+                        algorithm="rapso", seed=seed, angle_interval=D, range=reading,
+                    )
+                    for reading in ranges for D in intervals
+                ]  # fmt: skip
+    return units
+
+
+def read_options(asked: Asked) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """The values of D and the readings of range.
+
+    Raises:
+        SettingsError: One cannot be.
+    """
+    intervals, ranges = tuple(asked.options["d"]), tuple(asked.options["range"])
+    for reading in ranges:
+        if reading not in RANGES:
+            raise SettingsError(f"--range has {reading!r}", value=reading, allowed=list(RANGES))
+    if not intervals or not ranges:
+        raise SettingsError("--d or --range is empty", fix="Name at least one of each")
+    return intervals, ranges
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the table: a task with a number of joints, or the mean over all.
+
+    Attributes:
+        dof: n; None for the mean.
+        task: Name of the task.
+        fitness: Change of the fitness over D.
+        effort: Change of CE over D.
+    """
+
+    dof: int | None
+    task: str
+    fitness: Change
+    effort: Change
+
+
+def rows_of(asked: Asked, records: Sequence[Record], reading: str) -> list[Row]:
+    """The rows for a reading of range, the mean last; a task and n without a complete pair has none."""
+    groups = {
+        (n, task_name(key)): pairs
+        for n in asked.dof
+        for key in asked.tasks
+        if (pairs := pairs_of(asked, records, task_name(key), n, reading)) is not None
+    }
+    rows = [Row(n, task, *(change([pair], asked.seed) for pair in both)) for (n, task), both in groups.items()]
+    if groups:
+        rows.append(Row(None, "", *(change(pairs, asked.seed) for pairs in zip(*groups.values(), strict=True))))
+    return rows
+
+
+def pairs_of(asked: Asked, records: Sequence[Record], task: str, n: int, reading: str) -> tuple[Pairs, Pairs] | None:
+    """Fitness and CE of the seeds with which PSO and RA-PSO at every D have found an arm; None where there is none."""
+    intervals, _ = read_options(asked)
+    found: dict[int, dict[int, tuple[float, float]]] = {}
+    for record in records:
+        search = record.unit.prepared.study.search
+        if not record.finished or (record.task, record.dof) != (task, n):
+            continue
+        if record.algorithm == "rapso" and search.range != reading:
+            continue
+        D = search.angle_interval if record.algorithm == "rapso" else 0
+        values = float(record.content["fitness"]), float(record.content["computational_effort"])
+        found.setdefault(record.seed, {})[D] = values
+    complete = [by_D for _, by_D in sorted(found.items()) if all(D in by_D for D in (0, *intervals))]
+    if not complete:
+        return None
+    told = np.array([[by_D[D] for D in (0, *intervals)] for by_D in complete])  # (S, 1 + K, 2)
+    return Pairs(told[:, 0, 0], told[:, 1:, 0]), Pairs(told[:, 0, 1], told[:, 1:, 1])
+
+
+def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
+    """The paper's table for every reading of range, its claims below it."""
+    _, ranges = read_options(asked)
+    return [table_of(asked, records, reading) for reading in ranges]
+
+
+def table_of(asked: Asked, records: Sequence[Record], reading: str) -> Table:
+    """The paper's table: joints by tasks, fitness and CE over D."""
+    intervals, _ = read_options(asked)
+    rows = rows_of(asked, records, reading)
+    columns: list[Column | str] = ["n", "task", "pairs"]
+    columns += [Column(f"{name} D={D}", 1) for name in QUANTITIES.values() for D in intervals]
+    cells: list[tuple[Cell, ...]] = [
+        (
+            "mean" if row.dof is None else str(row.dof),
+            row.task,
+            row.fitness.pairs,
+            *spreads(row.fitness),
+            *spreads(row.effort),
+        )
+        for row in rows
+    ]
+    title = (
+        f"RA-PSO against PSO, range = {reading} ({READINGS[reading]}): change of the mean in %, negative is better; "
+        "± half of the 95 % interval (same seeds, bootstrap; the ends are in intervals.csv)"
+    )
+    return Table(f"range-{reading}", title, columns, cells, claims(rows, intervals))
+
+
+def spreads(values: Change) -> list[Cell]:
+    """Changes with half of their intervals; alone where there is a single pair."""
+    halves = (values.high - values.low) / 2.0
+    return [
+        Spread(float(x), float(half), values.pairs) if np.isfinite(half) else float(x)
+        for x, half in zip(values.percent, halves, strict=True)
+    ]
+
+
+def claims(rows: Sequence[Row], intervals: Sequence[int]) -> tuple[str, ...]:
+    """A sentence for each of the paper's claims: whether it holds here. From the row of the mean."""
+    if not rows:
+        return ()
+    mean = rows[-1]
+    sentences = [claim_effort(mean.effort, intervals)]
+    if 2 in intervals:
+        k = list(intervals).index(2)
+        sentences.append(claim_fitness(mean.fitness, k))
+        if len(intervals) > 1:
+            sentences.append(claim_trade_off(mean, intervals, k))
+    if min(row.fitness.pairs for row in rows) < FEW:
+        sentences.append(
+            f"With fewer than {FEW} pairs in a row the intervals are too narrow to build on: raise --reps."
+        )
+    return tuple(sentences)
+
+
+def claim_effort(effort: Change, intervals: Sequence[int]) -> str:
+    """Whether RA-PSO's CE is much lower at every D."""
+    told = ", ".join(f"{interval(effort, k)} at D = {D}" for k, D in enumerate(intervals))
+    claim = "Paper: RA-PSO's computational effort is much lower at every D (-66.5 to -76.0 % on average)."
+    if np.isnan(effort.low).any():
+        return f"{claim} Here: {told}; a single pair tells nothing sure."
+    if (effort.high < MUCH).all():
+        return f"{claim} Here it holds: {told}."
+    if (effort.high < 0.0).all():
+        return f"{claim} Here it is lower at every D, but not surely by half: {told}."
+    lower = [D for D, high in zip(intervals, effort.high, strict=True) if high < 0.0]
+    where = f"only at D = {', '.join(map(str, lower))}" if lower else "at no D"
+    return f"{claim} Here it does not hold, CE is surely lower {where}: {told}."
+
+
+def claim_fitness(fitness: Change, k: int) -> str:
+    """Whether the fitness is as good as PSO's at D = 2."""
+    claim = "Paper: at D = 2 the fitness is not compromised (-0.17 % on average)."
+    told = interval(fitness, k)
+    if np.isnan(fitness.low[k]):
+        return f"{claim} Here: {told}; a single pair tells nothing sure."
+    if fitness.low[k] > 0.0:
+        return f"{claim} Here it does not hold: {told}, surely worse."
+    if fitness.high[k] < 0.0:
+        return f"{claim} Here it holds, it is even better: {told}."
+    return f"{claim} Here nothing contradicts it: {told}, the interval holds 0."
+
+
+def claim_trade_off(mean: Row, intervals: Sequence[int], k: int) -> str:
+    """Whether D = 2 is the best trade-off: the best fitness of all D, at a lower effort than PSO's."""
+    claim = "Paper: D = 2 is the best trade-off, the least loss of fitness while CE is far lower."
+    best = int(mean.fitness.percent.argmin())
+    share = f"D = 2 has the best fitness in {100 * mean.fitness.least[k]:.0f} % of the resamples"
+    if not mean.effort.percent[k] < 0.0:
+        return f"{claim} Here it does not hold: at D = 2 CE is not lower ({interval(mean.effort, k)}); {share}."
+    if best == k:
+        return f"{claim} Here it holds: {share}, and CE changes by {interval(mean.effort, k)}."
+    other = f"D = {intervals[best]} has the best mean fitness, {interval(mean.fitness, best)}"
+    return f"{claim} Here it does not hold: {other} against {interval(mean.fitness, k)}; {share}."
+
+
+def interval(values: Change, k: int) -> str:
+    """A change with its interval."""
+    if np.isnan(values.low[k]):
+        return f"{values.percent[k]:+.1f} %"
+    return f"{values.percent[k]:+.1f} % [{values.low[k]:+.1f}, {values.high[k]:+.1f}]"
+
+
+def figure(asked: Asked, records: Sequence[Record]) -> Figure:
+    """Change of fitness and of CE over D: the mean with its interval, every task and n as a thin line."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    intervals, ranges = read_options(asked)
+    picture = Figure(figsize=(4.3 * len(QUANTITIES), 2.7 * len(ranges) + 0.3), layout="constrained")
+    axes = picture.subplots(len(ranges), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
+    for line, reading in zip(axes, ranges, strict=True):
+        rows = rows_of(asked, records, reading)
+        for axis, (name, title) in zip(line, QUANTITIES.items(), strict=True):
+            draw_changes(axis, rows, intervals, name)
+            axis.set(title=f"range = {reading}", ylabel=f"change of {title} [%]", xticks=intervals)
+    for axis in axes[-1]:
+        axis.set_xlabel("D")
+    handles, labels = axes[0][0].get_legend_handles_labels()
+    picture.legend(handles, labels, loc="outside lower center", ncols=4, fontsize="small")
+    return picture
+
+
+def draw_changes(axis: Axes, rows: Sequence[Row], intervals: Sequence[int], name: str) -> None:
+    """The lines of one panel: a colour for every n, dashes for every task."""
+    from armdesign.views.report.drawing import line_style  # noqa: PLC0415
+
+    axis.axhline(0.0, color="black", linewidth=0.8)
+    single = [row for row in rows if row.dof is not None]
+    joints, tasks = (list(dict.fromkeys(getattr(row, key) for row in single)) for key in ("dof", "task"))
+    for row in single:
+        values: Change = getattr(row, name)
+        colour = line_style(joints.index(row.dof) + 1)["color"]
+        dashes = line_style(tasks.index(row.task))["linestyle"]
+        axis.plot(intervals, values.percent, linewidth=0.8, marker=".", label=f"{row.task}, n = {row.dof}",
+                  color=colour, linestyle=dashes)  # fmt: skip
+    if rows:
+        mean: Change = getattr(rows[-1], name)
+        errors = np.nan_to_num(np.stack([mean.percent - mean.low, mean.high - mean.percent]))
+        axis.errorbar(intervals, mean.percent, np.maximum(errors, 0.0), color="black", linewidth=2.0, capsize=4,
+                      marker="o", label="mean")  # fmt: skip
+
+
+def more(asked: Asked, records: Sequence[Record], folder: Path) -> tuple[str, ...]:
+    """Write intervals.csv: every change with the ends of its interval."""
+    intervals, ranges = read_options(asked)
+    buffer = io.StringIO()
+    table = csv.writer(buffer, lineterminator="\n")
+    table.writerow(["range", "n", "task", "quantity", "D", "pairs", "change_percent", "low", "high", "share_least"])
+    for reading in ranges:
+        for row in rows_of(asked, records, reading):
+            for name in QUANTITIES:
+                values: Change = getattr(row, name)
+                columns = zip(intervals, values.percent, values.low, values.high, values.least, strict=True)
+                for D, *numbers in columns:
+                    head = [reading, "mean" if row.dof is None else row.dof, row.task, name, D, values.pairs]
+                    table.writerow([*head, *("" if np.isnan(x) else float(x) for x in numbers)])
+    write_whole(folder / "intervals.csv", buffer.getvalue())
+    return ("intervals.csv",)

@@ -1,0 +1,85 @@
+"""The record to beat: the best arm ever found for a task and a number of joints, with how it was found."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from armdesign.errors import SettingsError
+from armdesign.files import write_whole
+from armdesign.search.prepare import Prepared
+
+FILE = Path(__file__).resolve().parents[3] / "benchmarks" / "best_known.json"
+"""Where it is kept; a part of the repository, not of the installed package."""
+DIGITS = 6
+FIELDS = (
+    "weights", "w_0", "free", "metric", "mount", "lambda_f", "lambda_E", "delta", "radius", "lower", "upper", "reach",
+    "start_paths", "every",
+)  # fmt: skip
+"""Numbers of the problem that the fitness depends on."""
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best known arm.
+
+    Attributes:
+        task: Name of the task, with its settings where it takes any.
+        dof: Number of joints n.
+        fitness: r [m].
+        phi: The design, the free entries of its DH table [rad, m].
+        found: How it was found.
+    """
+
+    task: str
+    dof: int
+    fitness: float
+    phi: tuple[float, ...]
+    found: str
+
+
+def fingerprint(prepared: Prepared) -> str:
+    """What the fitness of a design depends on, as a digest: task to the micrometre, weights, bounds and limits.
+
+    How hard the solver tries is left out, but for the number of start poses that are carried along the path.
+    """
+    problem, space = prepared.problem(), prepared.space()
+    R = problem.R if problem.record["w_0"][0] > 0.0 else np.zeros((1, 3, 3))
+    numbers = [np.asarray(problem.record[name], dtype=float).ravel() for name in FIELDS]
+    bounds = np.array([*space.length, *space.coaxial])
+    digest = hashlib.sha256(",".join(space.names).encode())
+    for values in (problem.P, R, space.lower, space.upper, bounds, *numbers):
+        digest.update((np.round(values, DIGITS) + 0.0).tobytes())
+    return digest.hexdigest()[:16]
+
+
+def read_best(path: Path = FILE) -> dict[str, Best]:
+    """The best known arms by fingerprint; none where there is no file.
+
+    Raises:
+        SettingsError: The file is damaged.
+    """
+    try:
+        content: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return {key: Best(**{**entry, "phi": tuple(entry["phi"])}) for key, entry in content.items()}
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise SettingsError(f"the best known arms in {path} cannot be read: {error}", value=str(path)) from error
+
+
+def write_best(best: Mapping[str, Best], path: Path = FILE) -> None:
+    """Write the best known arms, by task and joints."""
+    ordered = sorted(best.items(), key=lambda item: (item[1].task, item[1].dof))
+    write_whole(path, json.dumps({key: asdict(entry) for key, entry in ordered}, indent=1) + "\n")
+
+
+def better_of(known: Best | None, found: Best) -> Best:
+    """The better one of two."""
+    return found if known is None or found.fitness < known.fitness else known

@@ -1,0 +1,229 @@
+"""The study of searches for the whole robot: the robot fitness r by opytimizer's ABC, GA, PSO, SA, and by ours.
+
+All spend the same number of evaluations, N M, on the same objective from the same first generation. Opytimizer's
+algorithms know of no constraints: an invalid design gets a large finite number that falls with the distance from being
+valid, see ``penalised``. They need every value in full, so that nothing is pruned for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from armdesign.errors import SearchError, SettingsError, counted
+from armdesign.experiments.studies.opytimizer_swarms import check_budget, check_opytimizer, minimise
+from armdesign.experiments.studies.penalised import MISSED, WIDTH, PenalisedFitness
+from armdesign.experiments.studies.study_plan import (
+    Asked,
+    Defaults,
+    Record,
+    Tasks,
+    Unit,
+    search_unit,
+    task_name,
+    work_unit,
+)
+from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
+from armdesign.experiments.sweep.jobs import Steer
+from armdesign.search.evaluation import evaluate_design
+from armdesign.search.prepare import Prepared
+from armdesign.settings.sections import SearchSettings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TITLE = "Searches for the whole robot"
+NAME = "robot"
+FOREIGN = {"abc": "abc", "ga": "ga", "pso-opytimizer": "pso", "sa": "sa", "sa-default": "sa-default"}
+"""Opytimizer's algorithms, by the names they have here."""
+OWN = ("pso", "rapso")
+TITLES = {
+    "abc": "ABC", "ga": "GA", "pso-opytimizer": "PSO of opytimizer", "sa": "SA", "sa-default": "SA, its defaults",
+    "pso": "PSO", "rapso": "RA-PSO",
+}  # fmt: skip
+TEMPERATURE = 1.0
+"""What SA starts at: r differs by some decimetres between good arms [m]."""
+OWN_WAYS = ("patience", "target", "time_limit", "first")
+"""Settings by which our own searches would end before the others or begin ahead of them."""
+LOOK_EVERY = 50
+"""Evaluations between two looks whether to stop."""
+
+
+def defaults(quick: bool) -> Defaults:
+    """Three repetitions at the published N = 400 and M = 200; two of 800 evaluations each in a quick one."""
+    options = {"algorithms": tuple(name for name in TITLES if name != "sa-default")}
+    if quick:
+        return Defaults(2, (3, 5), options, {"particles": 40, "iterations": 20})
+    return Defaults(3, (3, 4, 5, 6), options)
+
+
+def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
+    """One unit per task, number of joints, algorithm and seed.
+
+    Raises:
+        SettingsError: There is no such algorithm, or fewer evaluations than one iteration takes.
+        MissingExtraError: opytimizer is needed and not installed.
+    """
+    wanted = asked.options["algorithms"]
+    for name in wanted:
+        if name not in TITLES:
+            raise SettingsError(f"there is no search algorithm '{name}'", value=name, allowed=list(TITLES))
+    if any(name in FOREIGN for name in wanted):
+        check_opytimizer()
+    for task in tasks.values():
+        check_search(task.study.search, foreign=any(name in FOREIGN for name in wanted))
+    return [
+        unit_for(key, tasks[key, n], name, seed)
+        for key in asked.tasks
+        for n in asked.dof
+        for name in wanted
+        for seed in asked.seeds
+    ]
+
+
+def check_search(search: SearchSettings, *, foreign: bool) -> None:
+    """Refuse settings under which the searches would not spend the same, from the same first generation.
+
+    Raises:
+        SettingsError: Fewer evaluations than an iteration of opytimizer's takes, or what only our own would heed.
+    """
+    if foreign:
+        fix = "Raise --iterations: a search has particles times iterations evaluations"
+        check_budget(search.particles * search.iterations, search.particles, fix)
+    for name in OWN_WAYS:
+        if (value := getattr(search, name)) is not None:
+            raise SettingsError(
+                f"search.{name} is set, but the searches of this study all spend the same evaluations from the same "
+                "first generation",
+                value=value,
+                fix=f"Leave search.{name} out of the settings",
+            )
+
+
+def unit_for(key: str, prepared: Prepared, name: str, seed: int) -> Unit:
+    """One search: our own as a run, the others as a work."""
+    if name in OWN:
+        return search_unit(key, prepared, name, algorithm=name, seed=seed)
+    return work_unit(key, prepared, f"{name}-seed{seed}", {"study": NAME, "algorithm": name, "seed": seed})
+
+
+def perform(prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
+    """Search by one of opytimizer's algorithms.
+
+    Raises:
+        SearchError: It has found no valid design.
+    """
+    search, fitness = prepared.study.search, PenalisedFitness(prepared)
+    budget, seed = search.particles * search.iterations, int(work["seed"])
+
+    def report(spent: int, best: float) -> None:
+        if spent % LOOK_EVERY == 0:
+            steer(spent, budget, best if best < MISSED else np.inf)
+
+    first = fitness.space.sample(np.random.default_rng(seed), search.particles)  # as our own searches draw it
+    found = minimise(
+        FOREIGN[str(work["algorithm"])], fitness, np.zeros(fitness.dimension), np.full(fitness.dimension, WIDTH),
+        budget=budget, agents=search.particles, seed=seed, temperature=TEMPERATURE,
+        first=fitness.positions(first), prefetch=fitness.many, on_evaluation=report,
+    )  # fmt: skip
+    if found.value >= MISSED:
+        raise SearchError(f"no valid arm was found in {found.evaluations} evaluations")
+    Phi = fitness.phi(found.x[None])[0]
+    best = evaluate_design(fitness.space.table(Phi), prepared)
+    return {
+        "Phi": Phi,
+        "fitness": best.fitness,
+        "path_fitness": best.path_fitness,
+        "area": best.area,
+        "length": best.table.length,
+        "evaluations": found.evaluations,
+    }
+
+
+def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
+    """Mean r over all n by algorithm, as the paper has it; then by number of joints."""
+    names = [task_name(key) for key in asked.tasks]
+    return [summary(asked, records, names), by_joints(asked, records, names)]
+
+
+def summary(asked: Asked, records: Sequence[Record], names: Sequence[str]) -> Table:
+    """The table in the paper's form."""
+    rows: list[list[Cell]] = []
+    for algorithm in asked.options["algorithms"]:
+        runs = [record for record in records if record.algorithm == algorithm]
+        done = [record for record in runs if record.finished]
+        times = spread_of(record.wall_time for record in done if record.wall_time is not None)
+        calls = spread_of(float(record.content["evaluations"]) for record in done)
+        rows.append([
+            TITLES[algorithm], *(mean_fitness(done, name) for name in names), mean_fitness(done),
+            times, calls and round(calls.mean), f"{len(done)}/{len(runs)}",
+        ])  # fmt: skip
+    columns: list[Column | str] = [
+        "search", *(Column(f"r, {name}", 3) for name in names), Column("r, all", 3), Column("time [s]", 1),
+        "evaluations", "runs",
+    ]  # fmt: skip
+    notes = [
+        f"Mean ± standard deviation of the robot fitness r [m] over n = {', '.join(map(str, asked.dof))} and "
+        f"{counted(asked.reps, 'seed')}; time of one search on one core.",
+        "ABC, GA, SA and PSO of opytimizer need every value in full; PSO and RA-PSO drop candidates that cannot beat "
+        "their own best, which changes nothing but the time.",
+    ]
+    return Table(NAME, "Robot fitness r [m] by search, over all n", columns, rows, notes)
+
+
+def by_joints(asked: Asked, records: Sequence[Record], names: Sequence[str]) -> Table:
+    """Mean r and its spread over the seeds by number of joints."""
+    rows: list[list[Cell]] = []
+    for name in names:
+        for algorithm in asked.options["algorithms"]:
+            done = [record for record in records if record.finished and record.algorithm == algorithm]
+            cells = [mean_fitness(done, name, n) for n in asked.dof]
+            rows.append([name, TITLES[algorithm], *cells])
+    columns: list[Column | str] = ["task", "search", *(Column(f"n = {n}", 3) for n in asked.dof)]
+    return Table("joints", "Robot fitness r [m] by number of joints", columns, rows)
+
+
+def mean_fitness(done: Sequence[Record], task: str | None = None, n: int | None = None) -> Cell:
+    """Mean r of finished runs, of one task and one number of joints if asked for."""
+    kept = [record for record in done if task in (None, record.task) and n in (None, record.dof)]
+    return spread_of(float(record.content["fitness"]) for record in kept)
+
+
+def figure(asked: Asked, records: Sequence[Record]) -> Figure:
+    """R of every run by number of joints and algorithm, with the means: a panel per task."""
+    from matplotlib.figure import Figure  # noqa: PLC0415 (slow to load)
+
+    names, algorithms = [task_name(key) for key in asked.tasks], asked.options["algorithms"]
+    picture = Figure(figsize=(4.2 * len(names) + 1.6, 3.6), layout="constrained")
+    panels = picture.subplots(1, len(names), squeeze=False)[0]
+    for axes, name in zip(panels, names, strict=True):
+        for i, algorithm in enumerate(algorithms):
+            draw_algorithm(axes, asked, [r for r in records if r.task == name and r.finished], algorithm, i)
+        axes.set_title(name)
+        axes.set_xticks(range(len(asked.dof)), [f"n = {n}" for n in asked.dof])
+        axes.set_ylim(bottom=0.0)
+        axes.grid(visible=False, axis="x")
+    panels[0].set_ylabel("robot fitness r [m]")
+    handles, labels = panels[0].get_legend_handles_labels()
+    picture.legend(handles, labels, loc="outside right center", handlelength=1.5)
+    return picture
+
+
+def draw_algorithm(
+    axes: Any,  # noqa: ANN401 (Matplotlib)
+    asked: Asked,
+    records: Sequence[Record],
+    algorithm: str,
+    i: int,
+) -> None:
+    """A column of marks per number of joints, its mean as a bar."""
+    count = len(asked.options["algorithms"])
+    shift = (i - (count - 1) / 2) * 0.8 / count
+    for k, n in enumerate(asked.dof):
+        values = [float(r.content["fitness"]) for r in records if r.algorithm == algorithm and r.dof == n]
+        axes.plot([k + shift] * len(values), values, ".", color=f"C{i}", markersize=4, alpha=0.6)
+        if values:
+            axes.plot([k + shift], [np.mean(values)], "_", color=f"C{i}", markersize=12, markeredgewidth=2)
+    axes.plot([], [], "_", color=f"C{i}", markersize=12, markeredgewidth=2, label=TITLES[algorithm])

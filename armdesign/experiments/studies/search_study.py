@@ -1,0 +1,225 @@
+"""The package's own searches against each other: how near to the best known arm every seed comes, and at what cost."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.errors import SettingsError
+from armdesign.experiments.studies.record import fingerprint, read_best
+from armdesign.experiments.studies.study_plan import Asked, Defaults, Record, Tasks, Unit, search_unit, task_name
+from armdesign.experiments.studies.study_tables import Cell, Column, Table
+from armdesign.runs.reading import read_history
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+TITLE = "The searches against each other"
+ALGORITHMS = ("multibasin", "rapso", "pso")
+NEAR = 1.01
+"""What counts as the best known arm: 1 % above its fitness."""
+
+
+def defaults(quick: bool) -> Defaults:
+    """Multibasin with 25,000 candidates, the swarms with the 80,000 of the paper's settings."""
+    options = {"algorithms": ALGORITHMS, "budget": 25_000, "swarms": 80_000}
+    if quick:
+        return Defaults(2, (3,), options | {"algorithms": ALGORITHMS[:2], "budget": 4_000, "swarms": 6_000})
+    return Defaults(10, (3, 4, 5, 6), options)
+
+
+def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
+    """Every search for every task, n and seed.
+
+    Raises:
+        SettingsError: An algorithm or a number of candidates cannot be.
+    """
+    check_options(asked)
+    units = []
+    for key in asked.tasks:
+        for n in asked.dof:
+            prepared = tasks[key, n]
+            particles = prepared.study.search.particles
+            size = {"budget": asked.options["budget"], "iterations": max(1, asked.options["swarms"] // particles)}
+            units += [
+                search_unit(key, prepared, algorithm, algorithm=algorithm, seed=seed, **size)
+                for algorithm in asked.options["algorithms"] for seed in asked.seeds
+            ]  # fmt: skip
+    return units
+
+
+def check_options(asked: Asked) -> None:
+    """Refuse what cannot be.
+
+    Raises:
+        SettingsError: An algorithm is unknown, or a number of candidates too small.
+    """
+    for algorithm in asked.options["algorithms"]:
+        if algorithm not in ALGORITHMS:
+            raise SettingsError(f"there is no search '{algorithm}'", value=algorithm, allowed=list(ALGORITHMS))
+    for name in ("budget", "swarms"):
+        if asked.options[name] < 100:
+            raise SettingsError(f"{asked.options[name]} candidates are asked for", allowed="100 or more")
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished search.
+
+    Attributes:
+        fitness: r [m].
+        candidates: Candidates evaluated.
+        seconds: Time it took [s].
+        best: Best fitness so far, batch by batch, shape (M,) [m].
+        evaluations: Candidates up to there, shape (M,).
+    """
+
+    fitness: float
+    candidates: int
+    seconds: float
+    best: Array
+    evaluations: Array
+
+    def at(self, candidates: float) -> float:
+        """Best fitness after so many candidates, +inf before the first batch is through."""
+        k = int(np.searchsorted(self.evaluations, candidates, side="right")) - 1
+        return float(self.best[k]) if k >= 0 else np.inf
+
+    def reaches(self, fitness: float) -> float:
+        """Candidates until the best was this good, +inf for never."""
+        good = np.flatnonzero(self.best <= fitness)
+        return float(self.evaluations[good[0]]) if len(good) else np.inf
+
+
+Group = tuple[int, str, str]
+
+
+def runs_of(records: Sequence[Record]) -> dict[Group, list[Run]]:
+    """Finished searches by joints, task and algorithm."""
+    groups: dict[Group, list[Run]] = {}
+    for record in records:
+        if record.finished:
+            groups.setdefault((record.dof, record.task, record.algorithm), []).append(run_of(record))
+    return groups
+
+
+def run_of(record: Record) -> Run:
+    """A finished search with its history."""
+    content, history = record.content, read_history(record.folder / "history.csv")
+    candidates = int(content["evaluations"])
+    best = history.get("best", np.array([float(content["fitness"])]))
+    told = history.get("evaluations", np.array([float(candidates)]))
+    return Run(float(content["fitness"]), candidates, float(content["wall_time"]), best, told)
+
+
+def best_known(records: Sequence[Record], path: Path | None = None) -> dict[tuple[int, str], float]:
+    """Best known fitness by joints and task: of these runs, and of the record where it holds the task."""
+    record_to_beat = read_best() if path is None else read_best(path)
+    best: dict[tuple[int, str], float] = {}
+    prints: dict[tuple[int, str], str] = {}
+    for record in records:
+        group = record.dof, record.task
+        if group not in prints:
+            prints[group] = fingerprint(record.unit.prepared)
+            known = record_to_beat.get(prints[group])
+            best[group] = known.fitness if known is not None else np.inf
+        if record.finished:
+            best[group] = min(best[group], float(record.content["fitness"]))
+    return best
+
+
+def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
+    """One row per joints, task and algorithm; of the swarms also what they had at multibasin's budget."""
+    best, groups = best_known(records), runs_of(records)
+    rows = []
+    for n in asked.dof:
+        for task in map(task_name, asked.tasks):
+            for algorithm in asked.options["algorithms"]:
+                rows += rows_of((n, task, algorithm), groups, best.get((n, task), np.inf), asked.options["budget"])
+    columns: list[Column | str] = [
+        "n", "task", "search", "seeds", Column("best known", 4), Column("median", 4), Column("best", 4),
+        Column("worst", 4), Column("within 1 % [%]", 0), Column("candidates", 0), Column("to 1 %", 0), Column("s", 1),
+    ]  # fmt: skip
+    notes = (
+        "Fitness r in m, lower is better. within 1 %: share of the seeds that end within 1 % of the best known arm; "
+        "to 1 %: candidates until half of the seeds were.",
+        "Best known: the best of these runs and of benchmarks/best_known.json where it holds the task.",
+    )
+    return [Table("search", TITLE, columns, rows, notes)]
+
+
+def rows_of(group: Group, groups: dict[Group, list[Run]], best: float, budget: int) -> list[tuple[Cell, ...]]:
+    """Rows of a task with n joints and an algorithm: at its end, and at the budget where it goes on beyond that."""
+    runs = groups.get(group)
+    if not runs:
+        return []
+    n, task, algorithm = group
+    seconds = float(np.median([run.seconds for run in runs]))
+    candidates = float(np.median([run.candidates for run in runs]))
+    reached = float(np.median([run.reaches(NEAR * best) for run in runs]))
+    ends = [run.fitness for run in runs]
+    rows = [(n, task, algorithm, len(runs), best, *spread(ends, best), candidates, finite(reached), seconds)]
+    if candidates > 1.05 * budget:
+        early = [run.at(budget) for run in runs]
+        title = f"{algorithm} at {budget:,}"
+        rows.insert(0, (n, task, title, len(runs), best, *spread(early, best), float(budget), None, None))
+    return rows
+
+
+def spread(values: Sequence[float], best: float) -> tuple[Cell, ...]:
+    """Median, best, worst, and the share within 1 % in percent."""
+    within = float(np.mean(np.array(values) <= NEAR * best))
+    return float(np.median(values)), min(values), max(values), 100.0 * within
+
+
+def finite(value: float) -> float | None:
+    """The value, or None where it is infinite."""
+    return value if np.isfinite(value) else None
+
+
+def figure(asked: Asked, records: Sequence[Record]) -> Figure:
+    """How far above the best known arm the median seed is, over the candidates; the band holds all seeds."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    best, groups = best_known(records), runs_of(records)
+    places = [(n, task_name(key)) for n in asked.dof for key in asked.tasks]
+    wide = min(len(asked.tasks) if len(asked.tasks) > 1 else 2, len(places)) or 1
+    high = -(-len(places) // wide) or 1
+    picture = Figure(figsize=(4.2 * wide, 2.8 * high), layout="constrained")
+    axes = np.atleast_1d(picture.subplots(high, wide, squeeze=False).ravel())
+    for ax, (n, task) in zip(axes, places, strict=False):
+        for k, algorithm in enumerate(asked.options["algorithms"]):
+            draw(ax, groups.get((n, task, algorithm), []), best.get((n, task), np.inf), algorithm, f"C{k}")
+        ax.set_title(f"{task}, n = {n}", fontsize=9)
+    for ax in axes[len(places) :]:
+        ax.set_axis_off()
+    if places:
+        axes[0].legend(fontsize=7)
+    return picture
+
+
+def draw(ax: Axes, runs: Sequence[Run], best: float, label: str, colour: str) -> None:
+    """Curves of one search."""
+    if not runs or not np.isfinite(best):
+        return
+    marks = np.geomspace(200, max(run.candidates for run in runs), 120)
+    curves = np.array([[100.0 * (run.at(mark) / best - 1.0) for mark in marks] for run in runs])
+    curves = np.where(np.isfinite(curves), np.maximum(curves, 0.05), np.nan)
+    shown = np.isfinite(curves).all(axis=0)
+    ax.plot(marks[shown], np.median(curves, axis=0)[shown], color=colour, label=label)
+    lowest, highest = (bound(curves, axis=0)[shown] for bound in (np.min, np.max))
+    ax.fill_between(marks[shown], lowest, highest, color=colour, alpha=0.2)
+    ax.axhline(1.0, color="0.6", linewidth=0.8)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_formatter(lambda value, _: "")
+    ax.set_xlabel("candidates", fontsize=8)
+    ax.set_ylabel("above the best known [%]", fontsize=8)

@@ -1,0 +1,150 @@
+"""What a study is asked, the units it consists of, and what comes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from armdesign.errors import SettingsError
+from armdesign.experiments.sweep.sweep_plan import MOST_UNITS, Tasks, Unit
+from armdesign.search.prepare import Prepared
+
+__all__ = ["Asked", "Defaults", "Record", "Tasks", "Unit", "check_units", "search_unit", "task_name", "work_unit"]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked of a study.
+
+    Attributes:
+        study: Its name.
+        tasks: Keys of the tasks: the path of a recording or of a settings file, or the name of a built-in example.
+        dof: Numbers of joints n.
+        reps: Number of repetitions; may grow later.
+        seed: Seed of the first repetition; the others have those that follow.
+        options: What else it can be told, by name, as JSON values; lists may grow later, the rest stays as it is.
+    """
+
+    study: str
+    tasks: tuple[str, ...]
+    dof: tuple[int, ...]
+    reps: int
+    seed: int
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """One seed per repetition."""
+        return tuple(range(self.seed, self.seed + self.reps))
+
+
+@dataclass(frozen=True)
+class Defaults:
+    """What a study runs with where nothing is asked for.
+
+    Attributes:
+        reps: Number of repetitions.
+        dof: Numbers of joints n.
+        options: As in ``Asked``.
+        search: Changes to the [search] settings.
+    """
+
+    reps: int
+    dof: tuple[int, ...]
+    options: Mapping[str, Any] = field(default_factory=dict)
+    search: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Record:
+    """What came of a unit.
+
+    Attributes:
+        unit: The unit.
+        state: finished, failed, interrupted or waiting.
+        reason: Why it failed, in a sentence.
+        content: Of a finished one: the result.json of a search, or what the work has found.
+        folder: Its run folder.
+        wall_time: Time it took [s]; None where it is not finished.
+    """
+
+    unit: Unit
+    state: str
+    reason: str
+    content: Mapping[str, Any]
+    folder: Path
+    wall_time: float | None = None
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is content."""
+        return self.state == "finished"
+
+    @property
+    def task(self) -> str:
+        """Name of the task."""
+        return task_name(self.unit.recording)
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return self.unit.prepared.study.design.dof
+
+    @property
+    def algorithm(self) -> str:
+        """What searched or solved: of a work what its entry ``algorithm`` says."""
+        work = self.unit.work
+        return self.unit.prepared.study.search.algorithm if work is None else str(work.get("algorithm", ""))
+
+    @property
+    def seed(self) -> int:
+        """Seed: of a work its entry ``seed``."""
+        work = self.unit.work
+        return self.unit.prepared.study.search.seed if work is None else int(work.get("seed", 0))
+
+
+def task_name(key: str) -> str:
+    """Name of a task by its key: the file's name without its ending."""
+    return Path(key).stem
+
+
+def search_unit(key: str, prepared: Prepared, label: str, **search: Any) -> Unit:  # noqa: ANN401 (settings)
+    """A whole search as a unit; its run folder is TASK-nN-LABEL-seedS.
+
+    Args:
+        key: Key of the task.
+        prepared: The task, prepared.
+        label: What tells the search from others with the same joints and seed.
+        **search: Changes to the [search] settings, such as algorithm and seed.
+
+    Raises:
+        SettingsError: A setting is not allowed.
+    """
+    study = prepared.study.replace({"search": search})
+    name = f"{task_name(key)}-n{study.design.dof}-{label}-seed{study.search.seed}"
+    return Unit(name, Path(key).name, replace(prepared, study=study))
+
+
+def work_unit(key: str, prepared: Prepared, name: str, work: Mapping[str, Any]) -> Unit:
+    """Other work as a unit.
+
+    Args:
+        key: Key of the task.
+        prepared: The task, prepared.
+        name: Name of its folder, behind TASK-nN-.
+        work: What to do, as JSON values; ``study`` is the name of the study whose ``perform`` does it, ``algorithm``
+            and ``seed`` show in the table of runs.
+    """
+    return Unit(f"{task_name(key)}-n{prepared.study.design.dof}-{name}", Path(key).name, prepared, work)
+
+
+def check_units(units: Sequence[Unit]) -> None:
+    """Refuse a study without end.
+
+    Raises:
+        SettingsError: There are too many units.
+    """
+    if len(units) > MOST_UNITS:
+        raise SettingsError(f"the study has {len(units)} runs", value=len(units), allowed=f"up to {MOST_UNITS}")

@@ -1,0 +1,90 @@
+"""The studies by name. A study is a module with the functions of ``StudyModule``, loaded when it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+from armdesign.errors import SettingsError
+from armdesign.experiments.sweep.jobs import Steer
+from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
+from armdesign.search.prepare import Prepared
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from armdesign.experiments.studies.study_plan import Asked, Defaults, Record
+    from armdesign.experiments.studies.study_tables import Table
+
+STUDIES: Mapping[str, str] = MappingProxyType(
+    {
+        "temporal": "armdesign.experiments.studies.temporal_study",
+        "robot": "armdesign.experiments.studies.robot_study",
+        "rapso": "armdesign.experiments.studies.rapso_study",
+        "designs": "armdesign.experiments.studies.designs_study",
+        "search": "armdesign.experiments.studies.search_study",
+    }
+)
+"""Module of every study."""
+
+
+class StudyModule(Protocol):
+    """What a study's module offers.
+
+    It may also have ``more(asked, records, folder) -> tuple[str, ...]``, which writes further files into the study's
+    folder and returns their names, and ``warm_up(prepared)``, which compiles what its works need beside the evaluator's
+    kernels.
+    """
+
+    TITLE: str
+
+    def defaults(self, quick: bool) -> Defaults:
+        """What it runs with where nothing is asked for."""
+        ...
+
+    def plan(self, asked: Asked, tasks: Tasks) -> list[Unit]:
+        """Its units; names are unique and do not depend on how many repetitions there are.
+
+        Raises:
+            SettingsError: An option cannot be.
+        """
+        ...
+
+    def tables(self, asked: Asked, records: Sequence[Record]) -> list[Table]:
+        """What came of it; records of units that failed or have yet to run have no content."""
+        ...
+
+    def figure(self, asked: Asked, records: Sequence[Record]) -> Figure:
+        """The same as a picture."""
+        ...
+
+    def perform(self, prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
+        """Do the work of a unit that is no search; returns JSON values. Only where the plan has such."""
+        ...
+
+
+def study_module(name: str) -> StudyModule:
+    """The module of a study.
+
+    Raises:
+        SettingsError: There is no such study.
+    """
+    if name not in STUDIES:
+        raise SettingsError(f"there is no study '{name}'", value=name, allowed=list(STUDIES))
+    return cast(StudyModule, import_module(STUDIES[name]))
+
+
+def warm_up(name: str, tasks: Tasks) -> None:
+    """Compile what the works of a study need, once for all processes."""
+    compile_more = getattr(study_module(name), "warm_up", None)
+    if compile_more is not None:
+        compile_more(next(iter(tasks.values())))
+
+
+def further_files(module: StudyModule, asked: Asked, records: Sequence[Record], folder: Path) -> tuple[str, ...]:
+    """Have a study write its further files, if it has any."""
+    more = getattr(module, "more", None)
+    return () if more is None else tuple(more(asked, records, folder))

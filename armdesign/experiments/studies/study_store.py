@@ -1,0 +1,146 @@
+"""What a study keeps of its own: `study.json` with what was asked, and its tasks, ready for new runs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from armdesign._version import __version__
+from armdesign.demonstration.provenance import as_json
+from armdesign.errors import ArmDesignError, RunFolderError, SettingsError, resume_command
+from armdesign.experiments.auto_dof.dof_records import holds_auto
+from armdesign.experiments.studies.study_plan import Asked, Tasks, task_name
+from armdesign.experiments.sweep.sweep_store import (
+    NEW_FOLDER,
+    differences,
+    holds_sweep,
+    keep_tasks,
+    same_task,
+    task_folder,
+)
+from armdesign.files import write_whole
+from armdesign.runs.resumable import open_run
+
+STUDY = "study.json"
+
+
+def settle_study(folder: Path, asked: Asked, tasks: Tasks) -> None:
+    """Write down what was asked, or extend the study that is there.
+
+    Raises:
+        RunFolderError: The folder cannot be written, holds something else, or the study in it is damaged.
+        SettingsError: It holds another study, one with other settings, or one with runs that are not asked for now.
+    """
+    if holds_sweep(folder):
+        raise RunFolderError(f"{folder} holds a sweep, not a study", value=str(folder), fix=NEW_FOLDER)
+    if holds_auto(folder):
+        message = f"{folder} holds a search for the number of joints, not a study"
+        raise RunFolderError(message, value=str(folder), fix=NEW_FOLDER)
+    if (folder / STUDY).exists():
+        check_study(folder, asked, tasks)
+    keep_tasks(folder, tasks)
+    content = {"armdesign_version": __version__, **asdict(asked)}
+    write_whole(folder / STUDY, json.dumps(as_json(content), indent=2, allow_nan=False) + "\n")
+
+
+def read_asked(folder: Path) -> Asked:
+    """What was asked of the study in a folder.
+
+    Raises:
+        RunFolderError: The folder holds no study, or it is damaged.
+    """
+    try:
+        content = json.loads((folder / STUDY).read_text(encoding="utf-8"))
+        names = Asked.__dataclass_fields__
+        entries = {name: content[name] for name in names}
+        entries["tasks"], entries["dof"] = tuple(entries["tasks"]), tuple(entries["dof"])
+        entries["options"] = {name: frozen(value) for name, value in entries["options"].items()}
+    except FileNotFoundError as error:
+        fix = "Name the folder that the study told at its end, such as runs/study-temporal"
+        raise RunFolderError(f"{folder} holds no study: {STUDY} is missing", value=str(folder), fix=fix) from error
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RunFolderError(f"{folder / STUDY} cannot be read: {error!r}", value=str(folder)) from error
+    return Asked(**entries)
+
+
+def read_study_folder(folder: Path, name: str | None = None) -> tuple[Asked, Tasks]:
+    """What was asked of the study in a folder, with the tasks, to the last bit as they were.
+
+    Args:
+        folder: The study's folder.
+        name: Name that the study has to have, if it matters.
+
+    Raises:
+        RunFolderError: The folder holds no study, or it is damaged.
+        SettingsError: It holds another one.
+    """
+    asked = read_asked(folder)
+    if name is not None and asked.study != name:
+        fix = f"Go on with: {resume_command(f'study {asked.study}', folder)}"
+        raise SettingsError(f"{folder} holds the study '{asked.study}', not '{name}'", value=name, fix=fix)
+    try:
+        tasks = {(key, n): open_run(task_folder(folder, key, n)) for key in asked.tasks for n in asked.dof}
+    except ArmDesignError as error:
+        raise RunFolderError(f"the study in {folder} is damaged: {error}", value=str(folder)) from error
+    return asked, tasks
+
+
+def check_study(folder: Path, asked: Asked, tasks: Tasks) -> None:
+    """Refuse what would leave the folder with runs of different kinds, or with runs that are not asked for.
+
+    Raises:
+        SettingsError: Another study, other settings, another task, or a run that is there is not asked for.
+    """
+    earlier, known = read_study_folder(folder)
+    if earlier.study != asked.study:
+        raise SettingsError(f"{folder} holds the study '{earlier.study}'", value=asked.study, fix=NEW_FOLDER)
+    differing = changed(earlier, asked)
+    for key, n in known.keys() & tasks.keys():
+        there, here = known[key, n], tasks[key, n]
+        words = differences(there.study.to_dict(), here.study.to_dict())
+        differing += [f"{task_name(key)}: {entry}" for entry in words if f"{task_name(key)}: {entry}" not in differing]
+        if not same_task(there.task, here.task):
+            raise SettingsError(f"{key} is not what it was when the study in {folder} began", value=key, fix=NEW_FOLDER)
+    if differing:
+        raise SettingsError(
+            f"the study in {folder} has other settings: {'; '.join(differing)}", value=differing, fix=NEW_FOLDER
+        )
+    refuse_fewer(folder, earlier, asked)
+
+
+def changed(earlier: Asked, asked: Asked) -> list[str]:
+    """Settings of a study, its lists aside, with different values, each in words."""
+    there = {"seed": earlier.seed, **earlier.options}
+    here = {"seed": asked.seed, **asked.options}
+    return [
+        f"{name} is {there.get(name, 'not set')} there and {here.get(name, 'not set')} here"
+        for name in dict.fromkeys([*there, *here])
+        if there.get(name) != here.get(name)
+        and not (isinstance(there.get(name), tuple) and isinstance(here.get(name), tuple))
+    ]
+
+
+def refuse_fewer(folder: Path, earlier: Asked, asked: Asked) -> None:
+    """Refuse lists that leave out what is there.
+
+    Raises:
+        SettingsError: Something there is not asked for.
+    """
+    lists = {"tasks": (earlier.tasks, asked.tasks), "dof": (earlier.dof, asked.dof)}
+    lists["repetitions"] = (tuple(range(1, earlier.reps + 1)), tuple(range(1, asked.reps + 1)))
+    lists |= {name: (value, asked.options[name]) for name, value in earlier.options.items() if isinstance(value, tuple)}
+    for name, (there, here) in lists.items():
+        absent = [entry for entry in there if entry not in here]
+        if absent:
+            raise SettingsError(
+                f"the study in {folder} also has {name.replace('_', ' ')} {', '.join(map(str, absent))}",
+                value=absent,
+                fix=f"Ask for these as well, or name another folder with --out; --resume {folder} goes on as it is",
+            )
+
+
+def frozen(value: Any) -> Any:  # noqa: ANN401 (a JSON value)
+    """A JSON value with lists as tuples."""
+    return tuple(frozen(entry) for entry in value) if isinstance(value, (list, tuple)) else value

@@ -1,0 +1,296 @@
+"""The study of solvers for a single frame: the temporal fitness G of random valid designs, by many solvers.
+
+For every task and number of joints, random valid designs (the repetitions) at the first, middle and last frame are
+solved by every solver. All metaheuristics have the same budget of evaluations. G is min over q of eq. 3 within the
+joint limits; there is no previous pose, so that no ball around it applies, and the mount is the identity, since within
+a single frame it could turn any orientation error to 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign.errors import SearchError, SettingsError, counted
+from armdesign.experiments.studies.frame_fitness import FrameFitness
+from armdesign.experiments.studies.frame_solvers import AGENTS, REFERENCE, SOLVERS, TITLES, FrameSolvers
+from armdesign.experiments.studies.opytimizer_swarms import ALGORITHMS, check_budget, check_opytimizer
+from armdesign.experiments.studies.study_plan import Asked, Defaults, Record, Tasks, Unit, task_name, work_unit
+from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
+from armdesign.experiments.sweep.jobs import Steer
+from armdesign.fitness.robot import RobotFitness
+from armdesign.search.prepare import Prepared
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TITLE = "Solvers of the temporal fitness"
+NAME = "temporal"
+WITHIN = 1e-5
+"""How near the best known value counts as found [m]."""
+DRAWN, MOST_DRAWS = 16, 1000
+"""Designs drawn at a time, and how often, until a valid one is among them."""
+FREE_SIGMA = "slsqp-paper"
+LINEAR = 0.01
+"""Excess up to which the figure's axis is linear [mm]."""
+
+Key = tuple[str, int, int, int]
+"""Task, number of joints, design, frame."""
+
+
+def defaults(quick: bool) -> Defaults:
+    """Ten designs and 20,000 evaluations as in the paper; three and 5,000 in a quick one."""
+    solvers = tuple(name for name in SOLVERS if name != REFERENCE)
+    options = {"algorithms": solvers, "budget": 5000 if quick else 20_000}
+    return Defaults(3 if quick else 10, (3, 5) if quick else (3, 4, 5, 6), options)
+
+
+def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
+    """One unit per task, number of joints, design and solver; the reference is always among the solvers.
+
+    Raises:
+        SettingsError: There is no such solver, or the budget is too small for one iteration.
+        MissingExtraError: opytimizer is needed and not installed.
+    """
+    wanted = asked.options["algorithms"]
+    for name in wanted:
+        if name not in SOLVERS:
+            raise SettingsError(f"there is no solver '{name}'", value=name, allowed=list(SOLVERS))
+    if any(name in ALGORITHMS for name in wanted):
+        check_opytimizer()
+        check_budget(asked.options["budget"], AGENTS, "Raise --budget")
+    names = dict.fromkeys([*(name for name in SOLVERS if name in wanted), REFERENCE])
+    return [
+        work_unit(key, tasks[key, n], f"{name}-design{k}", work_for(asked, name, k))
+        for key in asked.tasks
+        for n in asked.dof
+        for name in names
+        for k in range(asked.reps)
+    ]
+
+
+def work_for(asked: Asked, name: str, k: int) -> dict[str, Any]:
+    """What a unit is to do."""
+    return {
+        "study": NAME,
+        "algorithm": name,
+        "design": k,
+        "seed": asked.seed,
+        "budget": asked.options["budget"] if name in ALGORITHMS else None,
+    }
+
+
+def perform(prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
+    """Solve the first, middle and last frame for one design by one solver."""
+    n, k, seed = prepared.study.design.dof, int(work["design"]), int(work["seed"])
+    Phi = valid_design(prepared, np.random.default_rng([seed, n, k]))
+    table, solvers = prepared.space().table(Phi), FrameSolvers(prepared)
+    frames, solved = instants(len(prepared.task.P)), []
+    for i, frame in enumerate(frames):
+        steer(i, len(frames))
+        own = int(np.random.SeedSequence([seed, n, k, i]).generate_state(1)[0])
+        solved.append(solvers.solve(str(work["algorithm"]), table, frame, int(work["budget"] or 0), own))
+    return {
+        "Phi": Phi,
+        "frames": frames,
+        "g": [found.g for found in solved],
+        "q": [found.q for found in solved],
+        "evaluations": sum(found.evaluations for found in solved),
+        "cpu_times": [found.seconds for found in solved],
+    }
+
+
+def warm_up(prepared: Prepared) -> None:
+    """Compile the kernels of single frames."""
+    arm = prepared.space().table(prepared.space().sample(np.random.default_rng(0), 1)[0])
+    fitness = FrameFitness(arm, prepared.problem(), 0)
+    q = np.zeros(fitness.dof)
+    fitness(q)
+    fitness.with_gradient(q)
+    fitness.with_sigma(np.r_[q, np.zeros(fitness.free)])
+
+
+def valid_design(prepared: Prepared, rng: np.random.Generator) -> NDArray[np.float64]:
+    """The first design drawn uniformly from Omega_l that reaches the start of the task, shape (D,).
+
+    Raises:
+        SearchError: None of very many does.
+    """
+    space = prepared.space()
+    fitness = RobotFitness(prepared.problem(), space)
+    at_once = np.full(DRAWN, -np.inf)  # the start decides, the path need not be followed
+    for _ in range(MOST_DRAWS):
+        Phi = space.sample(rng, DRAWN)
+        scores, _ = fitness.evaluate(Phi, at_once)
+        if scores.valid.any():
+            chosen: NDArray[np.float64] = Phi[int(np.argmax(scores.valid))]
+            return chosen
+    raise SearchError(
+        f"none of {DRAWN * MOST_DRAWS} random arms reaches the start of the task", fix="Use more joints (--dof)"
+    )
+
+
+def instants(count: int) -> list[int]:
+    """First, middle and last frame of a recording with so many, each once."""
+    return sorted({0, count // 2, count - 1})
+
+
+def results(records: Sequence[Record]) -> dict[str, dict[Key, tuple[float, float, int]]]:
+    """G [m], processor time [s] and evaluations by solver and instance."""
+    found: dict[str, dict[Key, tuple[float, float, int]]] = {}
+    for record in records:
+        if record.finished:
+            work, content = record.unit.work or {}, record.content
+            share = int(content["evaluations"]) // len(content["frames"])
+            for frame, g, seconds in zip(content["frames"], content["g"], content["cpu_times"], strict=True):
+                key = (record.task, record.dof, int(work["design"]), int(frame))
+                found.setdefault(record.algorithm, {})[key] = (float(g), float(seconds), share)
+    return found
+
+
+def best_known(found: Mapping[str, Mapping[Key, tuple[float, float, int]]]) -> dict[Key, float]:
+    """The least G any solver has found, by instance [m]; of those that have the reference."""
+    best: dict[Key, float] = {}
+    for values in found.values():
+        for key, (g, _, _) in values.items():
+            best[key] = min(g, best.get(key, np.inf))
+    return {key: g for key, g in best.items() if key in found.get(REFERENCE, {})}
+
+
+def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
+    """Mean G, time and share of the best known; then the share by number of joints."""
+    found = results(records)
+    best = best_known(found)
+    groups = [(name, solver) for name in map(task_name, asked.tasks) for solver in found]
+    return [main_table(asked, groups, found, best), share_table(asked, groups, found, best)]
+
+
+def main_table(
+    asked: Asked,
+    groups: Sequence[tuple[str, str]],
+    found: Mapping[str, Mapping[Key, tuple[float, float, int]]],
+    best: Mapping[Key, float],
+) -> Table:
+    """The table in the paper's form."""
+    rows: list[list[Cell]] = []
+    for name in map(task_name, asked.tasks):
+        for task, solver in groups:
+            if task == name:
+                entries = {key: value for key, value in found[solver].items() if key[0] == name}
+                spreads = [
+                    spread_of(1e3 * g for (_, n, _, _), (g, _, _) in entries.items() if n == m) for m in asked.dof
+                ]
+                seconds = spread_of(value[1] for value in entries.values())
+                calls = spread_of(value[2] for value in entries.values())
+                share = share_of(entries, best)
+                rows.append([
+                    name, title_of(solver), *spreads, seconds and seconds.mean, share, calls and round(calls.mean),
+                ])  # fmt: skip
+        spreads = [spread_of(1e3 * g for key, g in best.items() if key[:2] == (name, n)) for n in asked.dof]
+        rows.append([name, "best known", *spreads, None, None, None])
+    columns: list[Column | str] = [
+        "task", "solver", *(Column(f"n = {n}", 1) for n in asked.dof),
+        Column("time [s]", 4), Column("found [%]", 0), "evaluations",
+    ]  # fmt: skip
+    count = max((len({key[2:] for key in best if key[:2] == group[:2]}) for group in best), default=0)
+    notes = [
+        f"Mean ± standard deviation over {counted(asked.reps, 'random valid design')} at the first, middle and last "
+        f"frame ({count} instances per n); time: processor time of one solve.",
+        f"found: share of instances within {1e3 * WITHIN:g} mm of the best known, which is the least that any solver "
+        "of this table has found.",
+        "evaluations: of DLS its steps; DLS and SLSQP end by themselves, whatever the budget of the others.",
+    ]
+    if any(solver in ALGORITHMS for solver in found):
+        notes.append(f"Metaheuristics of opytimizer, {AGENTS} agents, sigma eliminated exactly for them as for DLS.")
+    if FREE_SIGMA in found:
+        notes.append(
+            f"{TITLES[FREE_SIGMA]}: sigma as variables beside q, finite differences, one random start, as the paper "
+            "probably ran it."
+        )
+    return Table("temporal", "Temporal fitness G [mm] by solver", columns, rows, notes)
+
+
+def share_table(
+    asked: Asked,
+    groups: Sequence[tuple[str, str]],
+    found: Mapping[str, Mapping[Key, tuple[float, float, int]]],
+    best: Mapping[Key, float],
+) -> Table:
+    """How often each solver finds the best known value, and how far it is from it on the mean, by number of joints."""
+    rows: list[list[Cell]] = []
+    for task, solver in groups:
+        row: list[Cell] = [task, title_of(solver)]
+        for n in asked.dof:
+            entries = {key: value for key, value in found[solver].items() if key[:2] == (task, n)}
+            excess = spread_of(1e3 * (g - best[key]) for key, (g, _, _) in entries.items() if key in best)
+            row += [share_of(entries, best), excess and excess.mean]
+        rows.append(row)
+    pairs = [(Column(f"n = {n} [%]", 0), Column("excess [mm]", 2)) for n in asked.dof]
+    columns: list[Column | str] = ["task", "solver", *(column for pair in pairs for column in pair)]
+    title = f"Share of instances within {1e3 * WITHIN:g} mm of the best known, and mean excess over it"
+    return Table("found", title, columns, rows)
+
+
+def share_of(entries: Mapping[Key, tuple[float, float, int]], best: Mapping[Key, float]) -> float | None:
+    """Share of instances solved as well as is known [%]."""
+    hits = [g - best[key] <= WITHIN for key, (g, _, _) in entries.items() if key in best]
+    return 100.0 * sum(hits) / len(hits) if hits else None
+
+
+def title_of(solver: str) -> str:
+    """A solver's name in the table."""
+    return TITLES.get(solver, solver.upper())
+
+
+def figure(asked: Asked, records: Sequence[Record]) -> Figure:
+    """Mean excess over the best known value against the time of a solve: a panel per task and number of joints."""
+    from matplotlib.figure import Figure  # noqa: PLC0415 (slow to load)
+
+    found = results(records)
+    best = best_known(found)
+    names = [task_name(key) for key in asked.tasks]
+    picture = Figure(figsize=(3.1 * len(asked.dof) + 1.9, 2.9 * len(names) + 0.6), layout="constrained")
+    panels = picture.subplots(len(names), len(asked.dof), sharex=True, sharey=True, squeeze=False)
+    for row, name in zip(panels, names, strict=True):
+        for axes, n in zip(row, asked.dof, strict=True):
+            draw_panel(axes, (name, n), found, best)
+            axes.set_title(f"{name}, n = {n}")
+    for axes in panels[-1]:
+        axes.set_xlabel("time of a solve [s]")
+    for axes in panels[:, 0]:
+        axes.set_ylabel("excess over best known [mm]")
+    panels[0, 0].set_ylim(bottom=-0.2 * LINEAR, top=2.0 * max(LINEAR, panels[0, 0].get_ylim()[1]))
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    picture.legend(handles, labels, loc="outside right center", handlelength=1.5)
+    return picture
+
+
+def draw_panel(
+    axes: Any,  # noqa: ANN401 (Matplotlib)
+    group: tuple[str, int],
+    found: Mapping[str, Mapping[Key, tuple[float, float, int]]],
+    best: Mapping[Key, float],
+) -> None:
+    """One mark per solver."""
+    for i, (solver, values) in enumerate(found.items()):
+        entries = [(g - best[key], t) for key, (g, t, _) in values.items() if key[:2] == group and key in best]
+        excess, seconds = mean(1e3 * e for e, _ in entries), mean(t for _, t in entries)
+        family = ("dls", "slsqp").index(solver.partition("-")[0]) if solver.startswith(("dls", "slsqp")) else 2
+        axes.plot(
+            [seconds], [excess], linestyle="none", marker="Dso"[family], color=f"C{i % 10}", markersize=7,
+            markeredgecolor="white", markeredgewidth=0.6, label=title_of(solver), clip_on=False,
+        )  # fmt: skip
+    axes.set_xscale("log")
+    axes.set_yscale("symlog", linthresh=LINEAR)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
+
+
+def mean(values: Iterable[float]) -> float:
+    """Mean of values; NaN of none."""
+    found = spread_of(values)
+    return float("nan") if found is None else found.mean

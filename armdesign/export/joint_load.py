@@ -1,0 +1,209 @@
+"""Speed and torque limits that a given motion needs, with a margin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armdesign._types import Array
+from armdesign.errors import DesignError, SettingsError
+from armdesign.export.options import PEAK_WINDOW, BodyOptions
+from armdesign.export.solids import link_bodies, tool_inertial
+from armdesign.kinematics.dh import DHTable
+
+GRAVITY = (0.0, 0.0, -9.81)
+"""Gravity in the base frame [m/s^2]."""
+
+
+@dataclass(frozen=True)
+class TrajectoryLimits:
+    """Limits for the n joints.
+
+    Attributes:
+        velocity: Speed limits, shape (n,) [rad/s].
+        effort: Torque limits, shape (n,) [N m].
+    """
+
+    velocity: Array
+    effort: Array
+
+
+@dataclass(frozen=True)
+class SmoothMotion:
+    """A joint path and its derivatives at evenly spaced times.
+
+    Attributes:
+        q: Joint angles, shape (T, n) [rad].
+        v: Joint speeds, shape (T, n) [rad/s].
+        a: Joint accelerations, shape (T, n) [rad/s^2].
+    """
+
+    q: Array
+    v: Array
+    a: Array
+
+
+def trajectory_limits(
+    table: DHTable,
+    time: ArrayLike,
+    q: ArrayLike,
+    *,
+    body: BodyOptions | None = None,
+    payload: float = 0.0,
+    margin: float = 1.5,
+    velocity_floor: float = 1.0,
+    effort_floor: float = 1.0,
+    window: float = PEAK_WINDOW,
+    gravity: ArrayLike = GRAVITY,
+) -> TrajectoryLimits:
+    """Peak speed and peak inverse-dynamics torque of every joint over a motion, times a margin, never below a floor.
+
+    The torque is what holds and moves the arm's own solids and the payload. Friction is not in it; the margin is there
+    to cover it.
+
+    Args:
+        table: The arm, n joints.
+        time: Times of the frames, shape (T,), T >= 3, increasing [s].
+        q: Joint angles without jumps by a full turn, shape (T, n) [rad].
+        body: What the arm is built of.
+        payload: Point mass carried at tool0 [kg].
+        margin: Factor on both peaks, 1 or more.
+        velocity_floor: Least speed limit [rad/s].
+        effort_floor: Least torque limit [N m].
+        window: Length of the smoothing window [s], see ``smooth_motion``.
+        gravity: Gravity in the base frame, shape (3,) [m/s^2].
+
+    Raises:
+        DesignError: The motion does not fit the arm, or its times do not increase.
+        SettingsError: A setting is out of range.
+    """
+    _check_settings(payload=payload, margin=margin, velocity_floor=velocity_floor, effort_floor=effort_floor)
+    motion = smooth_motion(time, q, window)
+    if motion.q.shape[1] != table.dof:
+        raise DesignError(f"the motion has {motion.q.shape[1]} joints, but the arm has {table.dof}")
+    torque = joint_torques(table, motion, body or BodyOptions(), payload, gravity)
+    return TrajectoryLimits(
+        velocity=np.maximum(margin * np.abs(motion.v).max(axis=0), velocity_floor),
+        effort=np.maximum(margin * np.abs(torque).max(axis=0), effort_floor),
+    )
+
+
+def smooth_motion(time: ArrayLike, q: ArrayLike, window: float = PEAK_WINDOW) -> SmoothMotion:
+    """Smooth a joint path and differentiate it, by Savitzky-Golay on T evenly spaced times.
+
+    Uneven times are first brought to even ones by linear interpolation. Angles and speeds come from a cubic fitted over
+    the window, accelerations from a quadratic: inside the path the two give the same acceleration, while at its ends
+    the quadratic does not blow up noise. The window is the odd number of frames next to ``window``, at least 5; with
+    3 or 4 frames one quadratic through 3 of them serves for everything.
+
+    Args:
+        time: Shape (T,), T >= 3, increasing [s].
+        q: Shape (T, n) [rad].
+        window: Length of the window [s].
+
+    Raises:
+        DesignError: There are too few frames, shapes do not match, values are not finite, or times do not increase.
+        SettingsError: The window is not a positive number.
+    """
+    from scipy.signal import savgol_filter  # noqa: PLC0415, slow to import
+
+    times, angles = checked_motion(time, q)
+    if not (np.isfinite(window) and window > 0.0):
+        raise SettingsError(f"the smoothing window is {window!r} s", value=window, allowed="> 0")
+    even = np.linspace(times[0], times[-1], len(times))
+    angles = np.stack([np.interp(even, times, column) for column in angles.T], axis=1)
+    dt = float(times[-1] - times[0]) / (len(times) - 1)
+    length = _window_frames(window / dt, len(times))
+    order = min(3, length - 1)
+    return SmoothMotion(
+        q=savgol_filter(angles, length, order, axis=0),
+        v=savgol_filter(angles, length, order, deriv=1, delta=dt, axis=0),
+        a=savgol_filter(angles, length, 2, deriv=2, delta=dt, axis=0),
+    )
+
+
+def joint_torques(table: DHTable, motion: SmoothMotion, body: BodyOptions, payload: float, gravity: ArrayLike) -> Array:
+    """Inverse dynamics of the arm along a motion, tau = M(q) a + C(q, v) v + g(q), by Pinocchio's ``rnea``.
+
+    Args:
+        table: The arm, n joints.
+        motion: The motion, T frames.
+        body: What the arm is built of.
+        payload: Point mass at tool0 [kg].
+        gravity: Gravity in the base frame, shape (3,) [m/s^2].
+
+    Returns:
+        Torques, shape (T, n) [N m].
+    """
+    import pinocchio as pin  # noqa: PLC0415, slow to import
+
+    pull = np.asarray(gravity, dtype=float)
+    if pull.shape != (3,) or not np.isfinite(pull).all():
+        raise SettingsError("gravity is not a finite vector", value=gravity, allowed="three numbers [m/s^2]")
+    model = dynamic_model(table, body, payload)
+    model.gravity.linear = pull
+    data = model.createData()
+    return np.stack([pin.rnea(model, data, *state) for state in zip(motion.q, motion.v, motion.a, strict=True)])
+
+
+def dynamic_model(table: DHTable, body: BodyOptions, payload: float = 0.0) -> Any:  # noqa: ANN401 (a pin.Model)
+    """The Pinocchio model of an arm with the inertias of its solids.
+
+    Args:
+        table: The arm, n joints.
+        body: What the arm is built of.
+        payload: Point mass at tool0 [kg].
+    """
+    import pinocchio as pin  # noqa: PLC0415, slow to import
+
+    from armdesign.kinematics.models import arm_model  # noqa: PLC0415, imports Pinocchio
+
+    model = arm_model(table)
+    for joint, link in enumerate(link_bodies(table, body)[1:], start=1):
+        inertial = link.inertial
+        model.appendBodyToJoint(joint, pin.Inertia(inertial.mass, inertial.com, inertial.inertia), pin.SE3.Identity())
+    tool = pin.SE3(table.placements()[-1])
+    hand = tool_inertial(body)
+    model.appendBodyToJoint(table.dof, pin.Inertia(hand.mass, hand.com, hand.inertia), tool)
+    model.appendBodyToJoint(table.dof, pin.Inertia(payload, np.zeros(3), np.zeros((3, 3))), tool)
+    return model
+
+
+def _window_frames(wanted: float, frames: int) -> int:
+    """The odd window nearest to ``wanted`` frames, from 5 up to all of them; 3 where there are no 5 frames."""
+    if frames < 5:
+        return 3
+    most = frames if frames % 2 else frames - 1
+    nearest = 2 * round((min(wanted, most) - 1.0) / 2.0) + 1
+    return int(np.clip(nearest, 5, most))
+
+
+def checked_motion(time: ArrayLike, q: ArrayLike) -> tuple[Array, Array]:
+    """Times (T,) and angles (T, n) as arrays, once they make sense together."""
+    times, angles = np.array(time, dtype=float), np.array(q, dtype=float)
+    if times.ndim != 1 or angles.ndim != 2 or len(times) != len(angles) or angles.shape[1] < 1:
+        raise DesignError(f"times of shape {times.shape} and angles of shape {angles.shape}", allowed="(T,) and (T, n)")
+    if len(times) < 3:
+        raise DesignError(f"the motion has {len(times)} frame(s)", value=len(times), allowed="3 or more")
+    if not (np.isfinite(times).all() and np.isfinite(angles).all()):
+        bad = int(np.flatnonzero(~(np.isfinite(times) & np.isfinite(angles).all(axis=1)))[0])
+        raise DesignError(f"frame {bad} of the motion holds a value that is not finite", value=bad)
+    if (np.diff(times) <= 0.0).any():
+        bad = int(np.flatnonzero(np.diff(times) <= 0.0)[0]) + 1
+        moment = float(times[bad])
+        raise DesignError(f"the time of frame {bad}, {moment!r} s, is not after the one before", value=moment)
+    return times, angles
+
+
+def _check_settings(*, payload: float, margin: float, velocity_floor: float, effort_floor: float) -> None:
+    """Check the numbers that shape the limits."""
+    least = {"payload": (payload, 0.0), "margin": (margin, 1.0)}
+    for name, (value, bound) in least.items():
+        if not (np.isfinite(value) and value >= bound):
+            raise SettingsError(f"{name} is {value!r}", value=value, allowed=f"{bound:g} or more")
+    for name, value in {"velocity_floor": velocity_floor, "effort_floor": effort_floor}.items():
+        if not (np.isfinite(value) and value > 0.0):
+            raise SettingsError(f"{name} is {value!r}", value=value, allowed="> 0")

@@ -1,0 +1,240 @@
+"""The trajectory of a finished run as a file: smoothed, timed, written, and told in words what that changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armdesign.errors import RunFolderError, SettingsError, counted
+from armdesign.export.trajectory.scaling import (
+    MAX_ACCELERATION,
+    MAX_VELOCITY,
+    RAMP,
+    SPEED_RANGE,
+    Motion,
+    Timing,
+    fastest_speed,
+    sample,
+    timing_of,
+)
+from armdesign.export.trajectory.smooth import CUTOFF, SmoothPath, fit_path
+from armdesign.export.trajectory.tool_poses import ToolDeviation, tool_deviation
+from armdesign.export.trajectory.trajectory_files import csv_text, npz_bytes, ros_yaml
+from armdesign.files import write_whole
+
+if TYPE_CHECKING:
+    from armdesign.runs.reading import FinishedRun
+
+FILES = {
+    "csv": "joint_trajectory.csv",
+    "ros": "joint_trajectory.yaml",
+    "ros2-bag": "joint_trajectory_bag",
+    "npz": "joint_trajectory.npz",
+}
+"""Kinds of trajectory, and what each is called in a folder; the bag is a folder itself."""
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written.
+
+    Attributes:
+        path: The file, or the bag's folder.
+        notes: What smoothing and timing did, one sentence each.
+    """
+
+    path: Path
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """The trajectory of a run, ready to be written.
+
+    Attributes:
+        path: The smooth path.
+        timing: When the arm is where on it.
+        motion: Its samples.
+        deviation: How far smoothing moved the end-effector.
+        notes: What smoothing and timing did, one sentence each.
+    """
+
+    path: SmoothPath
+    timing: Timing
+    motion: Motion
+    deviation: ToolDeviation
+    notes: tuple[str, ...]
+
+
+def make_trajectory(
+    run: FinishedRun,
+    *,
+    rate: float | None = None,
+    speed: float = 1.0,
+    fit_limits: bool = False,
+    max_velocity: ArrayLike = MAX_VELOCITY,
+    max_acceleration: ArrayLike = MAX_ACCELERATION,
+    cutoff: float = CUTOFF,
+    ramp: float = RAMP,
+) -> Trajectory:
+    """Smooth the joint path of a run, time it and sample it.
+
+    Args:
+        run: The run.
+        rate: Samples per second [1/s]; None for the demonstration's frame rate.
+        speed: Factor on the demonstrated speed.
+        fit_limits: Slow down as far as the velocity and acceleration limits ask for, never speed up.
+        max_velocity: Joint velocity limits, one or shape (n,) [rad/s].
+        max_acceleration: Joint acceleration limits, one or shape (n,) [rad/s^2].
+        cutoff: Frequency of the motion that smoothing keeps by half [Hz].
+        ramp: Length of the ramps from and to rest [s of the demonstration]; 0 for none.
+
+    Raises:
+        SettingsError: A number is out of range.
+    """
+    q, task = run.evaluation.path.q, run.prepared.task
+    path = fit_path(task.time, q, run.limits, cutoff=cutoff)
+    timing = timing_of(path, speed=speed, ramp=ramp)
+    deviation = tool_deviation(run.table, q, path)
+    notes = [*smoothing_notes(path, deviation)]
+    if fit_limits:
+        timing, told = _slowed(path, timing, max_velocity, max_acceleration)
+        notes.append(told)
+    motion = sample(path, timing, 1.0 / task.dt if rate is None else rate)
+    return Trajectory(path, timing, motion, deviation, (*notes, *timing_notes(timing, motion)))
+
+
+def export_trajectory(
+    run: FinishedRun,
+    kind: str,
+    folder_or_path: str | Path,
+    *,
+    overwrite: bool = False,
+    rate: float | None = None,
+    speed: float = 1.0,
+    fit_limits: bool = False,
+    max_velocity: ArrayLike = MAX_VELOCITY,
+    max_acceleration: ArrayLike = MAX_ACCELERATION,
+    cutoff: float = CUTOFF,
+    ramp: float = RAMP,
+) -> Exported:
+    """Write the trajectory of a run as one kind of file.
+
+    Args:
+        run: The run.
+        kind: ``csv``, ``ros``, ``ros2-bag`` or ``npz``.
+        folder_or_path: The file where its ending is the kind's, else the folder for it, made if need be; the names
+            there are those of ``FILES``. A bag always goes into the folder given.
+        overwrite: Replace what is there.
+        rate: As for ``make_trajectory``, like the rest.
+        speed: Factor on the demonstrated speed.
+        fit_limits: Slow down as far as the limits ask for.
+        max_velocity: Joint velocity limits [rad/s].
+        max_acceleration: Joint acceleration limits [rad/s^2].
+        cutoff: Frequency of the motion that smoothing keeps by half [Hz].
+        ramp: Length of the ramps from and to rest [s of the demonstration].
+
+    Returns:
+        Where it was written, and what was done to the motion.
+
+    Raises:
+        SettingsError: The kind is unknown, or a number is out of range.
+        RunFolderError: There is something at that place already, or it cannot be written to.
+        MissingExtraError: A bag was asked for, and rosbags is not installed.
+    """
+    place = place_for(kind, Path(folder_or_path), overwrite=overwrite)
+    trajectory = make_trajectory(
+        run, rate=rate, speed=speed, fit_limits=fit_limits, max_velocity=max_velocity,
+        max_acceleration=max_acceleration, cutoff=cutoff, ramp=ramp,
+    )  # fmt: skip
+    _make_folder(place.parent)
+    if kind == "ros2-bag":
+        from armdesign.export.trajectory.ros2_bag import write_bag  # noqa: PLC0415, an extra
+
+        write_bag(place, trajectory.motion, overwrite=overwrite)
+    else:
+        writers: dict[str, Callable[[Motion], str | bytes]] = {"csv": csv_text, "ros": ros_yaml, "npz": npz_bytes}
+        write_whole(place, writers[kind](trajectory.motion))
+    return Exported(place, trajectory.notes)
+
+
+def place_for(kind: str, given: Path, *, overwrite: bool = False) -> Path:
+    """Where a kind of trajectory goes.
+
+    Raises:
+        SettingsError: The kind is unknown.
+        RunFolderError: There is something else, or anything without ``overwrite``.
+    """
+    if kind not in FILES:
+        raise SettingsError(f"trajectory kind '{kind}' is unknown", value=kind, allowed=list(FILES))
+    ending = Path(FILES[kind]).suffix
+    is_file = bool(ending) and given.suffix.lower() == ending and not given.is_dir()
+    place = given if is_file else given / FILES[kind]
+    if place.exists() and not overwrite:
+        fix = "Add --overwrite, or choose another place"
+        raise RunFolderError(f"{place} is there already", value=str(place), fix=fix)
+    return place
+
+
+def smoothing_notes(path: SmoothPath, deviation: ToolDeviation) -> list[str]:
+    """What the fit changed."""
+    distance = deviation.distance * 1e3
+    notes = [
+        f"Smoothed at a cutoff of {path.cutoff:g} Hz: joint angles change by up to "
+        f"{np.degrees(path.deviation.max()):.2f} deg, the end-effector by up to {distance.max():.2f} mm "
+        f"(mean {distance.mean():.2f} mm) and {np.degrees(deviation.angle.max()):.2f} deg."
+    ]
+    if path.bounded:
+        joints = ", ".join(f"joint_{joint + 1}" for joint in path.bounded)
+        notes.append(f"The fit was held inside the limits of {joints}.")
+    return notes
+
+
+def timing_notes(timing: Timing, motion: Motion) -> list[str]:
+    """How long the motion takes, and how fast the joints go."""
+    ramps = f", at rest at both ends by ramps of {timing.ramp / timing.speed:.3g} s" if timing.ramp > 0.0 else ""
+    duration = f"{timing.total:.3f} s for {timing.duration:.3f} s of demonstration"
+    return [
+        f"{counted(len(motion.time), 'sample')}: {duration} at {timing.speed:.4g} times the speed{ramps}.",
+        f"Peaks: {np.degrees(np.abs(motion.v).max()):.0f} deg/s and {np.abs(motion.a).max():.1f} rad/s^2.",
+    ]
+
+
+def _slowed(path: SmoothPath, timing: Timing, velocity: ArrayLike, acceleration: ArrayLike) -> tuple[Timing, str]:
+    """The timing slowed down to the limits, and what that took.
+
+    Raises:
+        SettingsError: The limits would need a speed below the lowest.
+    """
+    most, what = fastest_speed(path, ramp=timing.ramp, velocity=velocity, acceleration=acceleration)
+    if most >= timing.speed:
+        return timing, "The velocity and acceleration limits hold without slowing down."
+    if most < SPEED_RANGE[0]:
+        raise SettingsError(
+            f"the limits would take {most:.2g} times the demonstrated speed", value=most,
+            allowed=f"{SPEED_RANGE[0]:g} or more", fix=f"Raise the limit on {what}",
+        )  # fmt: skip
+    told = f"Slowed down to {most / timing.speed:.4g} of the speed asked for, so that {what} keeps its limit."
+    return timing_of(path, speed=most, ramp=timing.ramp), told
+
+
+def _make_folder(folder: Path) -> None:
+    """Make the folder for a file.
+
+    Raises:
+        RunFolderError: It cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        why = (
+            "part of the path is a file" if isinstance(error, (FileExistsError, NotADirectoryError)) else error.strerror
+        )
+        raise RunFolderError(
+            f"cannot make the folder {folder}: {why}", value=str(folder), fix="Name another"
+        ) from error

@@ -1,0 +1,80 @@
+"""Batches of candidates on their way through the lanes, one behind the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign._types import Array
+from armdesign.fitness.kernels.solver_state import OUTCOME
+
+Outcome = NDArray[np.void]
+NONE_GIVEN: Array = np.empty(0)
+
+
+class Batch(NamedTuple):
+    """Candidates.
+
+    Attributes:
+        rows: DH rows (alpha, a, d, theta), tool last, shape (N, n + 1, 4) [rad, m, m, rad].
+        yaw: Base yaw, shape (N,) [rad].
+        cutoff: Fitness beyond which a candidate may be dropped, shape (N,).
+        poses: Start poses already known, shape (N, n) [rad]; a row that is not finite stands for none.
+        mounts: Hand frames in the end-effector's frame, shape (N, 3, 3); NaN where the start decides.
+    """
+
+    rows: Array
+    yaw: Array
+    cutoff: Array
+    poses: Array = NONE_GIVEN
+    mounts: Array = NONE_GIVEN
+
+    def whole(self) -> Batch:
+        """The same with every array as the kernels read it, what is not given filled with NaN."""
+        count, n = len(self.rows), self.rows.shape[1] - 1
+        poses = np.full((count, n), np.nan) if self.poses.shape == NONE_GIVEN.shape else self.poses
+        mounts = np.full((count, 3, 3), np.nan) if self.mounts.shape == NONE_GIVEN.shape else self.mounts
+        arrays = (self.rows, self.yaw, self.cutoff, poses, mounts)
+        return Batch(*(np.array(values, dtype=float, order="C") for values in arrays))
+
+
+class Flow:
+    """Candidates in the order in which they begin, and what has come of them.
+
+    Attributes:
+        batch: All of them so far.
+        outcome: OUTCOME records of those that are done, shape (N,).
+        cursor: How many have begun.
+        unfinished: How many are not done.
+    """
+
+    def __init__(self, batch: Batch) -> None:
+        """Begin with a batch."""
+        self.batch = batch
+        self.outcome: Outcome = np.zeros(len(batch.rows), dtype=OUTCOME)
+        self.ends, self.cursor, self.unfinished, self.given = [len(batch.rows)], 0, len(batch.rows), 0
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether all have begun."""
+        return self.cursor == len(self.batch.rows)
+
+    def add(self, batch: Batch) -> None:
+        """Put another batch behind the others."""
+        self.batch = Batch(*(np.concatenate(pair) for pair in zip(self.batch, batch, strict=True)))
+        self.outcome = np.concatenate([self.outcome, np.zeros(len(batch.rows), dtype=OUTCOME)])
+        self.ends.append(len(self.batch.rows))
+        self.unfinished += len(batch.rows)
+
+    def complete(self) -> Iterator[Outcome]:
+        """Outcomes, shape (N,), of the next batches that are done and have not been given yet."""
+        while self.given < len(self.ends) and self.cursor >= self.ends[self.given]:
+            first = self.ends[self.given - 1] if self.given else 0
+            part = self.outcome[first : self.ends[self.given]]
+            if not part["done"].all():
+                return
+            self.given += 1
+            yield part

@@ -1,0 +1,341 @@
+"""Evaluate candidate arms on a task: the robot fitness r = lambda_f f + lambda_E E, eq. 6, for many designs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign._types import Array
+from armdesign.errors import DesignError
+from armdesign.fitness.batch import NONE_GIVEN, Batch, Flow
+from armdesign.fitness.kernels.solver_state import REPLAY, TRACE
+from armdesign.fitness.problem import Problem
+from armdesign.fitness.slots import Lanes, widths
+from armdesign.kinematics.dh import DHTable
+
+JOINTS_PER_BLOCK = 96
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Fitness of N candidates; entries of candidates that are invalid or pruned are infinite.
+
+    Attributes:
+        fitness: r, shape (N,) [m].
+        path_fitness: f, shape (N,) [m].
+        area: E, shape (N,) [m].
+        valid: Whether the start is reached, shape (N,).
+        pruned: Whether the candidate was dropped at its cutoff, shape (N,).
+        start_error: Distance of the hand to its first point at the start; of the best try where invalid, (N,) [m].
+        q0: The start pose whose path counts, shape (N, n) [rad]; NaN where invalid.
+        mount: Hand frame in the end-effector's frame there, shape (N, 3, 3); NaN where invalid.
+        miss_frame: Frame in which the end-effector misses the hand and the candidate is invalid for it, shape (N,);
+            0 where the start is missed, -1 where valid.
+        miss: Distance of the two in that frame, shape (N,) [m]; 0 where valid.
+        steps: Kernel evaluations spent, shape (N,).
+        start_steps: Those of them spent on the start, shape (N,).
+        accepted: Accepted steps, shape (N,).
+        frames: Frames solved, those of all paths, shape (N,).
+        slopes: Gradient of r by Phi, shape (N, D), NaN where there is none; shape (N, 0) where nobody has asked.
+    """
+
+    fitness: Array
+    path_fitness: Array
+    area: Array
+    valid: NDArray[np.bool_]
+    pruned: NDArray[np.bool_]
+    start_error: Array
+    q0: Array
+    mount: Array
+    miss_frame: NDArray[np.int64]
+    miss: Array
+    steps: NDArray[np.int64]
+    start_steps: NDArray[np.int64]
+    accepted: NDArray[np.int64]
+    frames: NDArray[np.int64]
+    slopes: Array
+
+
+@dataclass(frozen=True)
+class PathResult:
+    """One arm on one task, frame by frame.
+
+    Attributes:
+        q: Joint angles, shape (T, n) [rad].
+        g: Temporal fitness G_t, shape (T,) [m].
+        area: E_t, shape (T,) [m].
+        orientation_error: e_R, shape (T,) [rad].
+        sigma: Places of the points on the arm, arc length / L, shape (T, m).
+        distance: Distances of the points to their places, shape (T, m) [m].
+        mount: Hand frame in the end-effector's frame, shape (3, 3).
+        start_error: Distance of the end-effector to the hand at the first frame [m].
+    """
+
+    q: Array
+    g: Array
+    area: Array
+    orientation_error: Array
+    sigma: Array
+    distance: Array
+    mount: Array
+    start_error: float
+
+
+class BlockEvaluator:
+    """Evaluates candidate arms of n joints on one problem, a block of them at a time.
+
+    The fitness is a pure function of the candidate: it does not depend on the block size, on the other candidates or
+    on what was evaluated before.
+    """
+
+    def __init__(self, problem: Problem, block: int | None = None) -> None:
+        """Allocate a block.
+
+        Args:
+            problem: What to evaluate on.
+            block: Number of arms B side by side; by default as many as keep the Pinocchio model small.
+        """
+        self.problem = problem
+        n = problem.dof
+        size = min(32, max(1, JOINTS_PER_BLOCK // n)) if block is None else block
+        self.lanes = [Lanes(width, n) for width in widths(size)]
+
+    def evaluate(
+        self,
+        rows: Array,
+        yaw: Array,
+        cutoff: Array | None = None,
+        poses: Array | None = None,
+        mounts: Array | None = None,
+    ) -> Scores:
+        """Fitness of many candidates.
+
+        Args:
+            rows: DH rows (alpha, a, d, theta), tool last, shape (N, n + 1, 4) [rad, m, m, rad].
+            yaw: Base yaw, shape (N,) [rad].
+            cutoff: Fitness beyond which a candidate may be dropped, shape (N,); none by default.
+            poses: Start poses known from elsewhere, shape (N, n) [rad]. The first frame is solved from that pose
+                alone, which spares the search for it; a row that is not finite stands for none.
+            mounts: Hand frames in the end-effector's frame, shape (N, 3, 3), that hold instead of the one the
+                settings ask for; NaN where there is none.
+
+        Returns:
+            The scores.
+        """
+        return next(self.stream(batch_of(rows, yaw, cutoff, poses, mounts), lambda: None))
+
+    def with_paths(self, batch: Batch) -> tuple[Scores, Array]:
+        """Fitness of many candidates with their joint paths.
+
+        Returns:
+            The scores, and the paths, shape (N, T, n) [rad]; NaN where a candidate is invalid or dropped.
+        """
+        paths = np.full((len(batch.rows), self.problem.frames, self.problem.dof), np.nan)
+        outcome = next(self._run(batch, lambda: None, paths=paths))
+        return self._scores(outcome), paths
+
+    def stream(self, first: Batch, more: Callable[[], Batch | None]) -> Iterator[Scores]:
+        """Scores of batches in their order; the arms of the next batch begin beside the last ones of this.
+
+        Args:
+            first: The first batch.
+            more: Gives the next batch, or None if there is none yet; asked whenever arms could begin. The stream ends
+                when all are done and there is none.
+        """
+        for outcome in self._run(first, more):
+            yield self._scores(outcome)
+
+    def follow(
+        self, table: DHTable, pose: Array | None = None, mount: Array | None = None
+    ) -> tuple[Scores, PathResult]:
+        """Fitness of one arm, with its path frame by frame, up to where it misses the hand.
+
+        Args:
+            table: The arm.
+            pose: Start pose known from elsewhere, shape (n,) [rad]; see ``evaluate``.
+            mount: Hand frame in the end-effector's frame, shape (3, 3), instead of the one the settings ask for.
+        """
+        rows, yaw = as_rows([table])
+        poses, mounts = (None if given is None else np.asarray(given, dtype=float)[None] for given in (pose, mount))
+        return self._traced(batch_of(rows, yaw, None, poses, mounts))
+
+    def replay(self, table: DHTable, q: Array, mount: Array | None = None) -> PathResult:
+        """Book given joint angles on the problem's frames as they are, without solving anything.
+
+        Args:
+            table: The arm.
+            q: Joint angles, shape (T, n) [rad].
+            mount: Hand frame in the end-effector's frame, shape (3, 3); identity by default.
+        """
+        rows, yaw = as_rows([table])
+        lane = self.lanes[-1]
+        trace = np.zeros((1, self.problem.frames), dtype=TRACE)
+        trace[0]["q"][:, : table.dof] = q
+        lane.clear()
+        flow = Flow(batch_of(rows, yaw).whole())
+        self._exchange(lane, flow)
+        lane.walks[0]["phase"] = REPLAY
+        lane.attitudes[0]["mount"] = np.eye(3) if mount is None else mount
+        lane.arms.q[:] = q[0]
+        lane.walks[0]["trial"][: table.dof] = q[0]
+        while lane.advance(self.problem, trace) == 0:
+            pass
+        self._exchange(lane, flow)
+        return self._path(trace[0], flow.outcome[0])
+
+    @property
+    def _trace_length(self) -> int:
+        """TRACE records of a candidate, K T for K paths."""
+        return int(self.problem.record["start_paths"][0]) * self.problem.frames
+
+    def _traced(self, batch: Batch) -> tuple[Scores, PathResult]:
+        """Scores of a single candidate with its path."""
+        trace = np.zeros((1, self._trace_length), dtype=TRACE)
+        outcome = next(self._run(batch, lambda: None, trace))
+        return self._scores(outcome), self._path(trace[0], outcome[0])
+
+    def _run(
+        self,
+        batch: Batch,
+        more: Callable[[], Batch | None],
+        trace: NDArray[np.void] | None = None,
+        paths: Array | None = None,
+    ) -> Iterator[NDArray[np.void]]:
+        """Walk every candidate to its end; gives the OUTCOME records of a batch, shape (N,), once all are done.
+
+        Args:
+            batch: The first batch.
+            more: See ``stream``.
+            trace: TRACE records to fill, shape (1, K T) for K paths, where there is but one candidate.
+            paths: Joint paths to fill, shape (N, T, n), where there is but one batch.
+        """
+        flow = Flow(self._checked(batch))
+        for lanes in self.lanes:
+            lanes.keep_traces(0 if paths is None else self._trace_length)
+        lanes = self._narrowest(flow.unfinished)
+        lanes.clear()
+        self._exchange(lanes, flow)
+        yield from flow.complete()
+        while True:
+            if flow.exhausted and (batch_behind := more()) is not None:
+                flow.add(self._checked(batch_behind))
+                lanes = self._moved(lanes, flow.unfinished)
+                self._exchange(lanes, flow)
+                yield from flow.complete()
+            if not flow.unfinished:
+                return
+            done = lanes.advance(self.problem, lanes.traces if trace is None else trace)
+            if done:
+                if paths is not None:
+                    lanes.hand_in(paths)
+                flow.unfinished -= done
+                self._exchange(lanes, flow)
+                yield from flow.complete()
+                lanes = self._moved(lanes, flow.unfinished)
+
+    def _checked(self, batch: Batch) -> Batch:
+        """The batch as the kernels read it.
+
+        Raises:
+            DesignError: The arms or their start poses have another number of joints than the problem, or a start pose
+                or a mount is missing.
+        """
+        count, n = len(batch.rows), self.problem.dof
+        if batch.rows.shape[1:] != (n + 1, 4):
+            raise DesignError(f"designs have shape {batch.rows.shape[1:]}", allowed=(n + 1, 4))
+        whole = batch.whole()
+        for what, values, shape in (("start poses", whole.poses, (count, n)), ("mounts", whole.mounts, (count, 3, 3))):
+            if values.shape != shape:
+                raise DesignError(f"the {what} have shape {values.shape}", value=values.shape, allowed=shape)
+        return whole
+
+    def _narrowest(self, count: int) -> Lanes:
+        """The fewest lanes that hold so many arms; the widest where none do."""
+        return next((lanes for lanes in reversed(self.lanes) if len(lanes) >= count), self.lanes[0])
+
+    def _moved(self, lanes: Lanes, count: int) -> Lanes:
+        """As many lanes as that many arms take, with the walks of these."""
+        fitting = self._narrowest(count)
+        if fitting is not lanes:
+            fitting.take_over(lanes)
+        return fitting
+
+    def _exchange(self, lanes: Lanes, flow: Flow) -> None:
+        """Collect what is done, load what is next."""
+        flow.cursor = lanes.exchange(self.problem, flow.batch, flow.outcome, flow.cursor)
+
+    def _scores(self, outcome: NDArray[np.void]) -> Scores:
+        """Turn finished walks into scores."""
+        record, frames, n = self.problem.record[0], self.problem.frames, self.problem.dof
+        valid, pruned = outcome["valid"] == 1, outcome["pruned"] == 1
+        scored = valid & ~pruned
+        f, E = outcome["f_sum"] / frames, outcome["E_sum"] / frames
+        r = record["lambda_f"] * f + record["lambda_E"] * E
+        for values in (r, f, E):
+            values[~scored] = np.inf
+        oriented = record["w_0"] > 0.0
+        mount = outcome["mount"].copy() if oriented else np.tile(np.eye(3), (len(outcome), 1, 1))
+        q0 = outcome["best_q"][:, :n].copy()
+        q0[~valid], mount[~valid] = np.nan, np.nan
+        return Scores(
+            fitness=r,
+            path_fitness=f,
+            area=E,
+            valid=valid,
+            pruned=pruned,
+            start_error=outcome["start_error"].copy(),
+            q0=q0,
+            mount=mount,
+            miss_frame=np.where(valid, -1, outcome["miss_frame"]),
+            miss=np.where(valid, 0.0, outcome["miss"]),
+            steps=outcome["steps"].copy(),
+            start_steps=outcome["start_steps"].copy(),
+            accepted=outcome["accepted"].copy(),
+            frames=outcome["frames"].copy(),
+            slopes=np.zeros((len(outcome), 0)),
+        )
+
+    def _path(self, trace: NDArray[np.void], outcome: np.void) -> PathResult:
+        """Copy the path that counts out of a trace."""
+        n, m = self.problem.dof, self.problem.points
+        first = int(outcome["path"]) * self.problem.frames
+        rows = trace[first : first + int(outcome["t"])]
+        return PathResult(
+            q=rows["q"][:, :n].copy(),
+            g=rows["g"].copy(),
+            area=rows["area"].copy(),
+            orientation_error=rows["orientation_error"].copy(),
+            sigma=rows["sigma"][:, :m].copy(),
+            distance=rows["distance"][:, :m].copy(),
+            mount=outcome["mount"].copy() if self.problem.record[0]["w_0"] > 0.0 else np.eye(3),
+            start_error=float(outcome["start_error"]),
+        )
+
+
+def batch_of(
+    rows: Array,
+    yaw: Array,
+    cutoff: Array | None = None,
+    poses: Array | None = None,
+    mounts: Array | None = None,
+) -> Batch:
+    """Candidates as a batch, see BlockEvaluator.evaluate; what is None is not given."""
+    limits = np.full(len(rows), np.inf) if cutoff is None else cutoff
+    given = (NONE_GIVEN if values is None else np.asarray(values, dtype=float) for values in (poses, mounts))
+    return Batch(rows, yaw, limits, *given)
+
+
+def as_rows(tables: Sequence[DHTable]) -> tuple[Array, Array]:
+    """DH tables as the arrays the evaluator takes: rows (N, n + 1, 4) and base yaw (N,)."""
+    rows = np.stack([np.stack([t.alpha, t.a, t.d, t.theta], axis=1) for t in tables])
+    return rows, np.array([t.base_yaw for t in tables])
+
+
+def compile_kernels(problem: Problem) -> None:
+    """Compile the kernels, or load them from the disk cache, by evaluating nothing but one arm on one frame."""
+    first = replace(problem, P=problem.P[:1].copy(), R=problem.R[:1].copy())
+    straight = DHTable(np.zeros(problem.dof + 1), np.full(problem.dof + 1, 0.1), np.full(problem.dof + 1, 0.1))
+    BlockEvaluator(first, block=1).follow(straight)

@@ -1,0 +1,1 @@
+"""Compiled kernels of the fitness: association, temporal and path fitness, area, and their gradients."""

@@ -1,0 +1,197 @@
+"""Temporal fitness of one frame, eq. 3, with its first and second derivatives.
+
+    g(q) = sqrt(S) / m + w_0 e_R,    S = sum_i w_i |s(sigma_i, q) - p_i|^2,  sigma exact.
+
+Without orientation the solver minimises S / 2, which has the same minimisers and is smooth; with it, g itself. A
+point that slides inside its segment, or a pool of points that slides together, has its displacement along the
+segment eliminated: the derivatives are those of the minimum over sigma.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armdesign.fitness.kernels.association import MAX_POINTS, associate
+from armdesign.fitness.kernels.orientation import compare_orientation, orientation_jacobian
+from armdesign.kinematics.compilation import branch, leaf
+from armdesign.kinematics.kernels.skeleton import MAX_DOF
+
+FRAME = np.dtype(
+    [
+        ("square", np.float64),  # S [m^2]
+        ("root", np.float64),  # sqrt(S) [m]
+        ("value", np.float64),  # what the solver minimises: S / 2 without orientation, g with it
+        ("g", np.float64),  # eq. 3 with the weights of the evaluation [m]
+        ("slope", np.float64, MAX_DOF),  # gradient of the position part of value
+        ("newton", np.float64, (MAX_DOF, MAX_DOF)),  # its full second derivative, lower triangle
+        ("gauss", np.float64, (MAX_DOF, MAX_DOF)),  # its Gauss-Newton part, positive semidefinite
+    ]
+)
+"""Objective at the last trial and derivatives at the last accepted one; one record an arm."""
+
+MOTION = np.dtype(
+    [
+        ("column", np.float64, (MAX_POINTS, MAX_DOF, 3)),  # d place_i / d q_j with sigma held
+        ("torque", np.float64, (MAX_DOF, 3)),  # sum of column x force, couples a joint to those before it
+        ("slide", np.float64, MAX_DOF),  # how a pool's sliding couples to q
+    ]
+)
+"""Scratch of the differentiation; one record serves a whole block, so that it stays in the fastest cache."""
+
+SMALLEST_ROOT = 1e-12
+
+
+@branch
+def evaluate_frame(frame, match, attitude, chain, points, target, weights, free, w_0, metric):
+    """Write value and g (eq. 3) for the present pose.
+
+    Args:
+        frame: Record of type FRAME, written.
+        match: Record of type MATCH, written.
+        attitude: Record of type ATTITUDE; written where w_0 > 0.
+        chain: Record of type CHAIN, up to date.
+        points: Shape (m, 3) [m].
+        target: R_hand, shape (3, 3).
+        weights: w_1..w_m.
+        free: Number of free sigma.
+        w_0: Orientation weight; 0 for none.
+        metric: Orientation metric.
+    """
+    associate(match, chain, points, weights, free)
+    m = len(points)
+    frame.square = 0.0
+    for i in range(m):
+        frame.square += weights[i] * match.distance[i] * match.distance[i]
+    frame.root = np.sqrt(frame.square)
+    frame.g = frame.root / m
+    if w_0 > 0.0:
+        compare_orientation(attitude, chain, target, metric)
+        frame.g += w_0 * attitude.error
+        frame.value = frame.g
+    else:
+        frame.value = 0.5 * frame.square
+
+
+@leaf
+def differentiate_frame(frame, motion, match, attitude, chain, jacobian, first, weights, w_0, metric):
+    """Write slope, newton and gauss of the position part, and K of the orientation part.
+
+    Args:
+        frame: Record of type FRAME, after evaluate_frame.
+        motion: Record of type MOTION, written.
+        match: Record of type MATCH, after evaluate_frame.
+        attitude: Record of type ATTITUDE.
+        chain: Record of type CHAIN.
+        jacobian: World Jacobian of the block as (joints, 6).
+        first: Index of the arm's first joint.
+        weights: w_1..w_m, shape (m,).
+        w_0: Orientation weight.
+        metric: Orientation metric.
+    """
+    n = chain.dof
+    for i in range(n):
+        frame.slope[i] = 0.0
+        motion.torque[i, 0] = motion.torque[i, 1] = motion.torque[i, 2] = 0.0
+        for j in range(i + 1):
+            frame.gauss[i, j] = 0.0
+    for p in range(len(weights)):
+        if weights[p] > 0.0:
+            add_point(frame, motion, match, p, chain.row[match.segment[p]], jacobian, first, weights[p])
+    for j in range(n):
+        x, y, z = motion.torque[j, 0], motion.torque[j, 1], motion.torque[j, 2]
+        for i in range(j + 1):
+            k = first + i
+            turn = jacobian[k, 3] * x + jacobian[k, 4] * y + jacobian[k, 5] * z
+            frame.newton[j, i] = frame.gauss[j, i] + turn
+    remove_sliding(frame, motion, match, chain, jacobian, first, weights)
+    if w_0 > 0.0:
+        take_root(frame, n, len(weights))
+        orientation_jacobian(attitude, jacobian, first, n, metric)
+
+
+@leaf
+def add_point(frame, motion, match, p, movers, jacobian, first, weight):
+    """Add w |r|^2 / 2 of one point with sigma held.
+
+    Columns are v_j + omega_j x place (Pinocchio's world Jacobian); the second derivative of a place by joints
+    i <= j is omega_i x column_j.
+    """
+    x, y, z = match.place[p, 0], match.place[p, 1], match.place[p, 2]
+    fx, fy, fz = weight * match.residual[p, 0], weight * match.residual[p, 1], weight * match.residual[p, 2]
+    column = motion.column[p]
+    for j in range(movers):
+        k = first + j
+        cx = jacobian[k, 0] + jacobian[k, 4] * z - jacobian[k, 5] * y
+        cy = jacobian[k, 1] + jacobian[k, 5] * x - jacobian[k, 3] * z
+        cz = jacobian[k, 2] + jacobian[k, 3] * y - jacobian[k, 4] * x
+        column[j, 0], column[j, 1], column[j, 2] = cx, cy, cz
+        frame.slope[j] += cx * fx + cy * fy + cz * fz
+        motion.torque[j, 0] += cy * fz - cz * fy
+        motion.torque[j, 1] += cz * fx - cx * fz
+        motion.torque[j, 2] += cx * fy - cy * fx
+        cx, cy, cz = weight * cx, weight * cy, weight * cz
+        for i in range(j + 1):
+            frame.gauss[j, i] += column[i, 0] * cx + column[i, 1] * cy + column[i, 2] * cz
+
+
+@leaf
+def remove_sliding(frame, motion, match, chain, jacobian, first, weights):
+    """Eliminate the sliding of every pool: subtract b b^T / W, W the pool's weight.
+
+    b_j = sum_i w_i (u . column_ij + r_i . (omega_j x u)) couples the place along the segment's direction u to q_j;
+    the Gauss-Newton part leaves out the second term, as its residual does not turn with the segment.
+    """
+    p = 0
+    while p < len(weights):
+        end = p + 1
+        while end < len(weights) and match.pool[end] == p:
+            end += 1
+        total = 0.0
+        for i in range(p, end):
+            total += weights[i]
+        if match.sliding[p] == 1 and total > 0.0:
+            u = chain.direction[match.segment[p]]
+            movers = chain.row[match.segment[p]]
+            for full in range(2):
+                for j in range(movers):
+                    motion.slide[j] = sliding_slope(motion, match, jacobian, first + j, j, u, p, end, weights, full)
+                for j in range(movers):
+                    for i in range(j + 1):
+                        product = motion.slide[j] * motion.slide[i] / total
+                        if full == 0:
+                            frame.gauss[j, i] -= product
+                        else:
+                            frame.newton[j, i] -= product
+        p = end
+
+
+@leaf
+def sliding_slope(motion, match, jacobian, joint, j, u, start, end, weights, full):
+    """b_j of one pool, with the turning of the segment (full = 1) or without (full = 0)."""
+    total = 0.0
+    for i in range(start, end):
+        if weights[i] > 0.0:
+            column, r = motion.column[i, j], match.residual[i]
+            along = u[0] * column[0] + u[1] * column[1] + u[2] * column[2]
+            if full == 1:
+                along += jacobian[joint, 3] * (u[1] * r[2] - u[2] * r[1])
+                along += jacobian[joint, 4] * (u[2] * r[0] - u[0] * r[2])
+                along += jacobian[joint, 5] * (u[0] * r[1] - u[1] * r[0])
+            total += weights[i] * along
+    return total
+
+
+@branch
+def take_root(frame, n, m):
+    """Turn the derivatives of S / 2 into those of sqrt(S) / m.
+
+    The Gauss-Newton part keeps the majorizer of the reweighted norm; the full one subtracts the radial direction.
+    """
+    scale = 1.0 / (m * max(frame.root, SMALLEST_ROOT))
+    radial = scale / max(frame.square, SMALLEST_ROOT * SMALLEST_ROOT)
+    for i in range(n):
+        for j in range(i + 1):
+            frame.gauss[i, j] *= scale
+            frame.newton[i, j] = scale * frame.newton[i, j] - radial * frame.slope[i] * frame.slope[j]
+    for i in range(n):
+        frame.slope[i] *= scale

@@ -1,0 +1,143 @@
+"""One damped least squares step of a walk: the model of the objective, the trial it proposes, and what comes of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armdesign.fitness.kernels.solver_state import DESCEND, FOLLOW, GAUSS, NEWTON, SMALLEST_DAMPING
+from armdesign.kinematics.compilation import branch, leaf
+from armdesign.kinematics.kernels.dls import multiply, propose
+
+KINK = 1e-7  # e_R below which the orientation counts as met [rad]
+KINK_RANGE = 0.3  # e_R below which meeting it in one step is tried [rad]
+ROUGH = 1e-3  # tolerance of the descents
+RACE_FROM, RACE = 3, 3.0  # a descent is given up that after so many steps needs so many times the gain it promises
+TRUST = 1.0  # longest step of a start pose [rad]
+
+
+@leaf
+def compose(step, frame, attitude, n, model, stiffness):
+    """Model of the whole objective: the position part plus stiffness |rho + K x|^2 / 2."""
+    for i in range(n):
+        step.gradient[i] = frame.slope[i]
+        for j in range(i + 1):
+            step.matrix[i, j] = frame.newton[i, j] if model == NEWTON else frame.gauss[i, j]
+    if stiffness > 0.0:
+        K, rho = attitude.K, attitude.base_rho
+        for i in range(n):
+            step.gradient[i] += stiffness * (K[i, 0] * rho[0] + K[i, 1] * rho[1] + K[i, 2] * rho[2])
+            for j in range(i + 1):
+                step.matrix[i, j] += stiffness * (K[i, 0] * K[j, 0] + K[i, 1] * K[j, 1] + K[i, 2] * K[j, 2])
+
+
+@leaf
+def error_after(attitude, move, n):
+    """e_R the linear model expects behind a move, |rho + K x|."""
+    x, y, z = attitude.base_rho[0], attitude.base_rho[1], attitude.base_rho[2]
+    for j in range(n):
+        x += attitude.K[j, 0] * move[j]
+        y += attitude.K[j, 1] * move[j]
+        z += attitude.K[j, 2] * move[j]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@branch
+def solve_model(step, frame, attitude, walk, problem, n, radius, mu, w_0):
+    """Leave the best step of the present model in ``step.move``; False where the model is not convex.
+
+    With orientation the model is the position part plus w_0 |rho + K x|, a norm with a kink where the orientation is
+    met. That is first tried to be the answer (a stiff square); where it costs more than w_0 per radian, the norm is
+    reweighted with the error it leads to.
+    """
+    if w_0 == 0.0:
+        compose(step, frame, attitude, n, walk.model, 0.0)
+        return propose(step, n, walk.q, walk.previous, radius, problem.lower, problem.upper, mu)
+    if attitude.base_error < KINK_RANGE:
+        compose(step, frame, attitude, n, walk.model, w_0 / KINK)
+        if not propose(step, n, walk.q, walk.previous, radius, problem.lower, problem.upper, mu):
+            return False
+        if error_after(attitude, step.move, n) <= KINK:
+            return True
+    error = attitude.base_error
+    for _ in range(3):
+        compose(step, frame, attitude, n, walk.model, w_0 / max(error, KINK))
+        if not propose(step, n, walk.q, walk.previous, radius, problem.lower, problem.upper, mu):
+            return False
+        error = error_after(attitude, step.move, n)
+    return True
+
+
+@leaf
+def predicted_decrease(step, frame, attitude, walk, n, w_0):
+    """How much the model says the objective falls with ``step.move``."""
+    multiply(frame.newton if walk.model == NEWTON else frame.gauss, step.move, step.work, n)
+    total = 0.0
+    for i in range(n):
+        total -= (frame.slope[i] + 0.5 * step.work[i]) * step.move[i]
+    if w_0 > 0.0:
+        total += w_0 * (attitude.base_error - error_after(attitude, step.move, n))
+    return total
+
+
+@leaf
+def out_of_the_race(walk, problem):
+    """Whether a descent will hardly come among the best few: it needs far more than its next step promises."""
+    if walk.tries < RACE_FROM or walk.final_count < problem.finalists:
+        return False
+    return walk.value - RACE * walk.predicted > walk.final_value[problem.finalists - 1]
+
+
+@branch
+def propose_trial(step, frame, attitude, walk, problem, n, w_0, m):
+    """Propose the next trial from the model at q. Returns False where the frame counts as solved."""
+    radius = problem.radius if walk.phase == FOLLOW else TRUST
+    tolerance = max(problem.tolerance, ROUGH) if walk.phase == DESCEND else problem.tolerance
+    trace = 0.0
+    for j in range(n):
+        trace += frame.gauss[j, j]
+        if walk.phase != FOLLOW:
+            walk.previous[j] = walk.q[j]
+    while True:
+        mu = walk.damping * (trace / n + 1e-12)
+        if solve_model(step, frame, attitude, walk, problem, n, radius, mu, w_0):
+            break
+        if walk.model == NEWTON:
+            walk.model = GAUSS
+        elif walk.damping > 1e6:
+            return False
+        else:
+            walk.damping *= 10.0
+    walk.predicted = predicted_decrease(step, frame, attitude, walk, n, w_0)
+    gain = walk.predicted
+    if w_0 == 0.0:
+        gain = walk.g - np.sqrt(max(2.0 * (walk.value - walk.predicted), 0.0)) / m
+    if not gain > max(tolerance * walk.g, problem.floor):
+        return False
+    if walk.phase == DESCEND and out_of_the_race(walk, problem):
+        return False
+    for j in range(n):
+        walk.trial[j] = min(max(walk.q[j] + step.move[j], problem.lower[j]), problem.upper[j])
+    return True
+
+
+@leaf
+def judge(frame, walk, problem, n):
+    """Accept or reject the trial just evaluated, and set damping and model for the next one."""
+    walk.tries += 1
+    walk.steps += 1
+    if walk.fresh == 0 and not frame.value < walk.value:
+        walk.damping = max(10.0 * walk.damping, 1e-3)
+        walk.model = GAUSS
+        return False
+    if walk.fresh == 0:
+        ratio = (walk.value - frame.value) / walk.predicted
+        if ratio > 0.5:
+            walk.damping = max(0.1 * walk.damping, SMALLEST_DAMPING)
+        elif ratio < 0.1:
+            walk.damping = max(4.0 * walk.damping, 1e-4)
+        walk.model = NEWTON if problem.second_order == 1 else GAUSS
+        walk.accepted += 1
+    walk.fresh, walk.value, walk.g = 0, frame.value, frame.g
+    for j in range(n):
+        walk.q[j] = walk.trial[j]
+    return True

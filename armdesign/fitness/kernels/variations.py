@@ -1,0 +1,235 @@
+"""Every number of a DH table as a joint of its own: how the arm moves when the design changes.
+
+A twist or the base yaw turns all that hangs behind it, a length shifts it, as a revolute or a prismatic joint would.
+Joint angles and design entries together are the coordinates of an arm, in the order in which they act:
+
+    yaw, then per row alpha, a, d and, for rows that carry a joint, q
+
+Coordinate c of row i is 1 + 4 i + (0 for alpha, 1 for a, 2 for d, 3 for q).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armdesign.fitness.kernels.association import MAX_POINTS, SMALLEST_WEIGHT
+from armdesign.kinematics.compilation import branch, leaf
+from armdesign.kinematics.kernels.skeleton import ALONG_X, MAX_DOF, ORIGIN, X, Z
+
+MAX_COORDINATES = 4 * MAX_DOF + 4
+A, D, Q = 1, 2, 3
+
+VARIATION = np.dtype(
+    [
+        ("poses", np.float64, (MAX_DOF, 12)),  # joint poses: the axes x, y, z, then the origin
+        ("axis", np.float64, (MAX_COORDINATES, 6)),  # world Jacobian: linear, then angular
+        ("column", np.float64, (MAX_POINTS, MAX_COORDINATES, 3)),  # d place_i / d coordinate with sigma held
+        ("movers", np.int64, MAX_POINTS),  # number of coordinates that move place_i
+        ("bend", np.float64, (MAX_POINTS, MAX_COORDINATES)),  # how sliding couples to a coordinate
+        ("glide", np.float64, (MAX_POINTS, MAX_COORDINATES)),  # d along_i / d coordinate, sigma exact
+        ("torque", np.float64, (MAX_COORDINATES, 3)),  # sum of column x force
+        ("slope", np.float64, MAX_COORDINATES),  # gradient of the objective; where e_R is at its kink, without e_R
+        ("pull", np.float64, MAX_DOF),  # gradient by the joints, e_R's least pull at its kink included
+        ("at_limit", np.int64, MAX_DOF),
+        ("scale", np.float64),  # mean curvature of the position part
+        ("mixed", np.float64, (MAX_DOF, MAX_COORDINATES)),  # its second derivative by a joint and a coordinate
+        ("stretch", np.float64, MAX_COORDINATES),  # d L / d coordinate
+        # of the area
+        ("area", np.float64, MAX_COORDINATES),  # gradient of E_t
+        ("force", np.float64, 3),
+        ("moment", np.float64, 3),
+        # of the orientation
+        ("normal", np.float64, 3),  # rho / e_R
+        ("curvature", np.float64),
+        ("met", np.int64),  # 1: e_R is at its kink
+        ("tool_turn", np.float64, (MAX_COORDINATES, 3)),  # how the start turns the tool, in the tool's frame
+        # of the path
+        ("dq", np.float64, (MAX_DOF, MAX_COORDINATES)),  # d q_t / d entry
+        ("f", np.float64, MAX_COORDINATES),  # sums over the frames
+        ("E", np.float64, MAX_COORDINATES),
+    ]
+)
+"""Derivatives of one arm; one record serves all arms."""
+
+
+@branch
+def place_joints(poses, placements, q, n):
+    """Joint poses, shape (n, 12), from the placements, shape (n, 12), and the joint angles."""
+    for i in range(n):
+        c, s = np.cos(q[i]), np.sin(q[i])
+        local, pose = placements[i], poses[i]
+        for r in range(3):
+            if i == 0:
+                x, y, z, o = local[r], local[3 + r], local[6 + r], local[ORIGIN + r]
+            else:
+                up = poses[i - 1]
+                x = up[r] * local[0] + up[3 + r] * local[1] + up[6 + r] * local[2]
+                y = up[r] * local[3] + up[3 + r] * local[4] + up[6 + r] * local[5]
+                z = up[r] * local[6] + up[3 + r] * local[7] + up[6 + r] * local[8]
+                o = up[r] * local[9] + up[3 + r] * local[10] + up[6 + r] * local[11] + up[ORIGIN + r]
+            pose[r], pose[3 + r], pose[6 + r], pose[ORIGIN + r] = c * x + s * y, c * y - s * x, z, o
+
+
+@leaf
+def set_turn(axis, x, y, z, ox, oy, oz):
+    """Jacobian of a turn about an axis through a point."""
+    axis[3], axis[4], axis[5] = x, y, z
+    axis[0], axis[1], axis[2] = oy * z - oz * y, oz * x - ox * z, ox * y - oy * x
+
+
+@leaf
+def set_shift(axis, x, y, z):
+    """Jacobian of a shift."""
+    axis[0], axis[1], axis[2] = x, y, z
+    axis[3], axis[4], axis[5] = 0.0, 0.0, 0.0
+
+
+@branch
+def set_axes(variation, chain, rows, n):
+    """World Jacobian of all coordinates at the present joint poses, and what they add to L."""
+    axis, poses = variation.axis, variation.poses
+    set_turn(axis[0], 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    for c in range(4 * n + 4):
+        variation.stretch[c] = 0.0
+    for i in range(n + 1):
+        k = 1 + 4 * i
+        if i > 0:
+            x, o = poses[i - 1, X : X + 3], poses[i - 1, ORIGIN : ORIGIN + 3]
+            set_turn(axis[k], x[0], x[1], x[2], o[0], o[1], o[2])
+            set_shift(axis[k + A], x[0], x[1], x[2])
+        else:
+            set_turn(axis[k], chain.base_x[0], chain.base_x[1], chain.base_x[2], 0.0, 0.0, 0.0)
+            set_shift(axis[k + A], chain.base_x[0], chain.base_x[1], chain.base_x[2])
+        if i < n:
+            z, o = poses[i, Z : Z + 3], poses[i, ORIGIN : ORIGIN + 3]
+            set_shift(axis[k + D], z[0], z[1], z[2])
+            set_turn(axis[k + Q], z[0], z[1], z[2], o[0], o[1], o[2])
+        else:
+            t = chain.tip_rotation
+            set_shift(axis[k + D], t[0, 2], t[1, 2], t[2, 2])
+        variation.stretch[k + A] = -1.0 if rows[i, A] < 0.0 else 1.0
+        variation.stretch[k + D] = -1.0 if rows[i, D] < 0.0 else 1.0
+
+
+@leaf
+def own_shift(chain, k):
+    """Coordinate that is the length of segment k."""
+    return 1 + 4 * chain.row[k] + (A if chain.kind[k] == ALONG_X else D)
+
+
+@branch
+def tie_points(variation, match, chain, weights, m):
+    """Columns of the places, with what couples them to the sliding, and how each glides along the arm.
+
+    A place strictly inside its segment moves with what is before the segment's length; one at a corner with the
+    length in front of it, too.
+    """
+    for p in range(m):
+        k = match.segment[p]
+        movers = own_shift(chain, k)
+        variation.movers[p] = movers
+        if match.sliding[p] == 0:
+            if match.along[p] > 0.0:
+                variation.movers[p] = movers + 1
+            else:
+                variation.movers[p] = own_shift(chain, k - 1) + 1 if k > 0 else 0
+        for c in range(MAX_COORDINATES):
+            variation.glide[p, c] = 0.0
+        add_columns(variation, match, chain.direction[k], p)
+        if match.sliding[p] == 0 and match.along[p] > 0.0:
+            variation.glide[p, movers] = variation.stretch[movers]
+    glide_pools(variation, match, weights, m)
+
+
+@leaf
+def add_columns(variation, match, u, p):
+    """Columns of one place, and b_c = u . column + r . (omega x u)."""
+    x, y, z = match.place[p, 0], match.place[p, 1], match.place[p, 2]
+    r = match.residual[p]
+    tx, ty, tz = u[1] * r[2] - u[2] * r[1], u[2] * r[0] - u[0] * r[2], u[0] * r[1] - u[1] * r[0]
+    for c in range(variation.movers[p]):
+        axis, column = variation.axis[c], variation.column[p, c]
+        column[0] = axis[0] + axis[4] * z - axis[5] * y
+        column[1] = axis[1] + axis[5] * x - axis[3] * z
+        column[2] = axis[2] + axis[3] * y - axis[4] * x
+        variation.bend[p, c] = (
+            u[0] * column[0] + u[1] * column[1] + u[2] * column[2] + axis[3] * tx + axis[4] * ty + axis[5] * tz
+        )
+
+
+@branch
+def glide_pools(variation, match, weights, m):
+    """Points that slide in one pool share their glide: minus the weighted mean of their b."""
+    p = 0
+    while p < m:
+        end = p + 1
+        while end < m and match.pool[end] == p:
+            end += 1
+        if match.sliding[p] == 1:
+            total = 0.0
+            for i in range(p, end):
+                total += max(weights[i], SMALLEST_WEIGHT)
+            for c in range(variation.movers[p]):
+                mean = 0.0
+                for i in range(p, end):
+                    mean += max(weights[i], SMALLEST_WEIGHT) * variation.bend[i, c]
+                for i in range(p, end):
+                    variation.glide[i, c] = -mean / total
+        p = end
+
+
+@branch
+def differentiate_position(variation, match, weights, m, n):
+    """Slope of S / 2 by every coordinate, and its second derivatives by a joint and a coordinate, sigma exact.
+
+    The second derivative of a place by coordinates i <= j is omega_i x column_j; what slides adds b_i d along / d j.
+    """
+    count = 4 * n + 4
+    for c in range(count):
+        variation.slope[c] = 0.0
+        variation.torque[c, 0] = variation.torque[c, 1] = variation.torque[c, 2] = 0.0
+        for j in range(n):
+            variation.mixed[j, c] = 0.0
+    for p in range(m):
+        if weights[p] > 0.0:
+            add_place(variation, match, weights[p], p, n)
+    for j in range(n):
+        q = 1 + 4 * j + Q
+        for c in range(count):
+            first, last = min(q, c), max(q, c)
+            axis, torque = variation.axis[first], variation.torque[last]
+            variation.mixed[j, c] += axis[3] * torque[0] + axis[4] * torque[1] + axis[5] * torque[2]
+
+
+@leaf
+def add_place(variation, match, weight, p, n):
+    """Add w |r|^2 / 2 of one point: slope, torque, and the products of its columns."""
+    movers, column = variation.movers[p], variation.column[p]
+    fx, fy, fz = weight * match.residual[p, 0], weight * match.residual[p, 1], weight * match.residual[p, 2]
+    for c in range(movers):
+        x, y, z = column[c, 0], column[c, 1], column[c, 2]
+        variation.slope[c] += x * fx + y * fy + z * fz
+        variation.torque[c, 0] += y * fz - z * fy
+        variation.torque[c, 1] += z * fx - x * fz
+        variation.torque[c, 2] += x * fy - y * fx
+    for j in range(n):
+        q = 1 + 4 * j + Q
+        if q < movers:
+            x, y, z = weight * column[q, 0], weight * column[q, 1], weight * column[q, 2]
+            bend = weight * variation.bend[p, q] if match.sliding[p] == 1 else 0.0
+            for c in range(movers):
+                variation.mixed[j, c] += column[c, 0] * x + column[c, 1] * y + column[c, 2] * z
+                variation.mixed[j, c] += bend * variation.glide[p, c]
+
+
+@branch
+def root_of_position(variation, root, m, n):
+    """Turn the derivatives of S / 2 into those of sqrt(S) / m."""
+    scale = 1.0 / (m * max(root, 1e-12))
+    radial = scale / max(root * root, 1e-24)
+    for j in range(n):
+        slope = radial * variation.slope[1 + 4 * j + Q]
+        for c in range(4 * n + 4):
+            variation.mixed[j, c] = scale * variation.mixed[j, c] - slope * variation.slope[c]
+    for c in range(4 * n + 4):
+        variation.slope[c] *= scale

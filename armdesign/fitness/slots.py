@@ -1,0 +1,113 @@
+"""Arms side by side, each with the walk it is on: what one call of Pinocchio and one of the kernel serve at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign._types import Array
+from armdesign.fitness.batch import Batch
+from armdesign.fitness.kernels.association import MATCH
+from armdesign.fitness.kernels.orientation import ATTITUDE
+from armdesign.fitness.kernels.path import advance, exchange
+from armdesign.fitness.kernels.solver_state import DONE, IDLE, TRACE, WALK
+from armdesign.fitness.kernels.temporal import FRAME, MOTION
+from armdesign.fitness.problem import Problem
+from armdesign.kinematics.kernels.dls import STEP
+from armdesign.kinematics.kernels.skeleton import CHAIN
+from armdesign.kinematics.models import ArmBlock
+
+NARROWING = 3
+
+
+class Lanes:
+    """B arms of n joints in one Pinocchio model, and the state of the walk of each.
+
+    A walk's numbers do not depend on its lane or on the number of lanes, so that it can move on to other lanes.
+
+    Attributes:
+        arms: The block of arms.
+        walks: Where each of them is, WALK records, shape (B,); the next three are part of it.
+        chains: CHAIN records, shape (B,).
+        frames: FRAME records, shape (B,).
+        attitudes: ATTITUDE records, shape (B,).
+    """
+
+    def __init__(self, size: int, dof: int) -> None:
+        """Allocate the lanes; none is in use.
+
+        Args:
+            size: Number of lanes B.
+            dof: Joints per arm n.
+        """
+        self.arms = ArmBlock(size, dof)
+        self.walks = np.zeros(size, dtype=WALK)
+        self.walks["phase"] = IDLE
+        self.chains = np.zeros(size, dtype=CHAIN)
+        self.frames = np.zeros(size, dtype=FRAME)
+        self.attitudes = np.zeros(size, dtype=ATTITUDE)
+        self.scratch = tuple(np.zeros(1, dtype=kind) for kind in (MOTION, MATCH, STEP))
+        self.traces = np.zeros((size, 0), dtype=TRACE)
+
+    def __len__(self) -> int:
+        return len(self.walks)
+
+    def keep_traces(self, rows: int) -> None:
+        """Have ``traces`` take so many TRACE records of every walk; 0 for none."""
+        if self.traces.shape[1] != rows:
+            self.traces = np.zeros((len(self.walks), rows), dtype=TRACE)
+
+    def hand_in(self, paths: Array) -> None:
+        """Write the joint paths of the walks that are done, out of their traces, to paths (N, T, n)."""
+        frames, n = paths.shape[1:]
+        for b in np.flatnonzero(self.walks["phase"] == DONE):
+            walk = self.walks[b]
+            if walk["valid"] == 1 and walk["pruned"] == 0:
+                first = int(walk["path"]) * frames
+                paths[walk["candidate"]] = self.traces["q"][b, first : first + frames, :n]
+
+    def clear(self) -> None:
+        """Give up whatever is under way."""
+        self.walks["phase"] = IDLE
+
+    def exchange(self, problem: Problem, batch: Batch, outcome: NDArray[np.void], cursor: int) -> int:
+        """Collect the walks that are done, begin the next ones; returns the index of the next candidate."""
+        arms, task = self.arms, (problem.record, problem.starts)
+        state = (self.walks, self.chains, self.attitudes, arms.placements, arms.q)
+        return int(exchange(*state, *task, *batch, outcome, cursor))
+
+    def advance(self, problem: Problem, trace: NDArray[np.void]) -> int:
+        """One step on every lane; returns how many are done.
+
+        Args:
+            problem: The task and its settings.
+            trace: TRACE records, shape (B, K T) for K paths, or (B, 0) to keep none.
+        """
+        arms = self.arms
+        arms.update()
+        state = (self.walks, self.chains, self.frames, self.attitudes, *self.scratch)
+        task = (problem.record, problem.P, problem.R, problem.starts)
+        return int(advance(*state, *task, arms.poses, arms.jacobian, arms.q, trace))
+
+    def take_over(self, other: Lanes) -> None:
+        """Go on with the walks of other lanes, which are idle then; as many as there is room for at most.
+
+        Their traces come along where both lanes keep them.
+        """
+        n = self.arms.dof
+        for here, there in enumerate(np.flatnonzero(other.walks["phase"] != IDLE)):
+            for name in ("walks", "chains", "frames", "attitudes"):
+                getattr(self, name)[here] = getattr(other, name)[there]
+            to, of = slice(here * n, (here + 1) * n), slice(there * n, (there + 1) * n)
+            self.arms.placements[to], self.arms.q[to] = other.arms.placements[of], other.arms.q[of]
+            if self.traces.shape[1] == other.traces.shape[1]:
+                self.traces[here] = other.traces[there]
+        other.clear()
+
+
+def widths(widest: int) -> list[int]:
+    """Numbers of lanes to keep ready, from the widest down to one: the last walks need not drag idle lanes along."""
+    sizes = [widest]
+    while sizes[-1] > 1:
+        sizes.append(max(1, sizes[-1] // NARROWING))
+    return sizes

@@ -1,0 +1,1 @@
+"""Compiled kernels of the arm's chain and the damped least squares step."""

@@ -1,8 +1,0 @@
-"""The preview: arms performing their tasks in MeshCat, as one page that needs nothing from elsewhere."""
-
-from __future__ import annotations
-
-from armdesign.preview.page import preview_html
-from armdesign.preview.server import PageServer
-
-__all__ = ["PageServer", "preview_html"]

@@ -1,8 +1,0 @@
-"""A finished run as one HTML page that needs no network, and as a PDF where a browser is there to print it."""
-
-from __future__ import annotations
-
-from armdesign.report.page import report_html
-from armdesign.report.pdf import find_browser, print_pdf
-
-__all__ = ["find_browser", "print_pdf", "report_html"]

@@ -1,0 +1,212 @@
+"""The runs below a folder and where they stand, as their files tell it; nothing else is kept about them."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import sys
+import time
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from armdesign.runs.checkpoint import CURRENT, PREVIOUS
+from armdesign.errors import RunFolderError
+from armdesign.runs.lock import holder_of
+from armdesign.runs.folder import STUDY, TASK_JSON
+from armdesign.runs.resumable import NOTES
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+RESULT = "result.json"
+MARKS = (RESULT, CURRENT, PREVIOUS, TASK_JSON, NOTES)
+"""A folder that holds one of these is a run folder ..."""
+WORK = "work.json"
+"""... unless it is a study's work that is no search."""
+
+
+@dataclass(frozen=True)
+class RunStatus:
+    """Where a run stands.
+
+    Attributes:
+        folder: The run folder.
+        state: finished, interrupted, running, stopped (not finished and nobody is at it), failed (all iterations done,
+            nothing found), evaluated (a given arm, not a search), or broken.
+        detail: The process that is at it, or what is broken.
+        best: Best robot fitness r so far [m], if there is one.
+        iterations: Iterations done, of multibasin candidates, if known.
+        planned: Iterations M asked for, of multibasin the budget, if known.
+        age: Time since the folder's files last changed [s].
+        algorithm: Search algorithm, if known.
+        dof: Number of joints n, if known.
+        seed: Seed, if known.
+    """
+
+    folder: Path
+    state: str
+    detail: str = ""
+    best: float | None = None
+    iterations: int | None = None
+    planned: int | None = None
+    age: float = 0.0
+    algorithm: str | None = None
+    dof: int | None = None
+    seed: int | None = None
+
+
+def read_runs(root: Path) -> list[RunStatus]:
+    """All runs below a folder, itself included, by name; numbers in names count as numbers.
+
+    Hidden folders and links to folders are left out.
+
+    Raises:
+        RunFolderError: There is no such folder.
+    """
+    if not root.is_dir():
+        what = "is a file" if root.exists() else "does not exist"
+        raise RunFolderError(f"the folder {root} {what}", value=str(root), fix="Name the folder that your runs are in")
+    return sorted((read_run(folder) for folder in run_folders(root)), key=lambda run: natural(run.folder))
+
+
+def run_folders(root: Path) -> Iterator[Path]:
+    """Folders at or below root that hold a run."""
+    for folder, inner, files in os.walk(root):
+        if WORK in files:
+            inner.clear()
+        elif any(name in files for name in MARKS):
+            inner.clear()
+            yield Path(folder)
+        else:
+            inner[:] = [name for name in inner if not name.startswith(".")]
+
+
+def natural(path: Path) -> list[tuple[int, str]]:
+    """Sort key in which seed10 comes after seed9."""
+    parts = re.findall(r"[0-9]+|[^0-9]+", str(path))
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
+
+
+def read_run(folder: Path) -> RunStatus:
+    """Where the run in a folder stands; one that cannot be made out is broken, not an error."""
+    blank = RunStatus(folder, "broken", age=age_of(folder))
+    try:
+        return judge(folder, with_settings(blank))
+    except (OSError, ValueError) as error:
+        return replace(blank, detail=str(error))
+
+
+def judge(folder: Path, run: RunStatus) -> RunStatus:
+    """State, best and progress of a run.
+
+    Raises:
+        ValueError: Its result cannot be read or is damaged.
+    """
+    bests = saved_bests(folder)
+    if bests is not None:
+        done = len(bests) if run.algorithm != "multibasin" else saved_candidates(folder)
+        run = replace(run, iterations=done, best=bests[-1] if bests and np.isfinite(bests[-1]) else None)
+    holder = holder_of(folder)
+    if holder is not None:
+        return replace(run, state="running", detail=holder)
+    if (folder / RESULT).exists():
+        return from_result(read_result(folder / RESULT), run)
+    if bests and len(bests) == run.planned and run.best is None:
+        return replace(run, state="failed", detail="nothing found")
+    return replace(run, state="stopped")
+
+
+def from_result(result: dict[str, Any], run: RunStatus) -> RunStatus:
+    """State, best and progress of a run with a result.
+
+    Raises:
+        ValueError: The result lacks an entry, or one is not what it should be.
+    """
+    try:
+        best = float(result["fitness"])
+        if "stopped_by" not in result:
+            return replace(run, state="evaluated", best=best, algorithm=None, seed=None, planned=None)
+        interrupted = result["stopped_by"] == "interrupted"
+        if interrupted and run.iterations is not None:  # the saved state is the newer one
+            return replace(run, state="interrupted")
+        each = 1 if run.algorithm == "multibasin" else int(result["settings"]["search"]["particles"])
+        iterations = int(result["evaluations"]) // each
+    except (KeyError, TypeError, ValueError, ZeroDivisionError) as error:
+        raise ValueError(f"{RESULT} is damaged: {error!r}") from error
+    return replace(run, state="interrupted" if interrupted else "finished", best=best, iterations=iterations)
+
+
+def read_result(path: Path) -> dict[str, Any]:
+    """Content of a result.json.
+
+    Raises:
+        ValueError: It cannot be read or is damaged; the message says so.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"{RESULT} cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise ValueError(f"{RESULT} is not valid JSON") from error
+    if not isinstance(content, dict):
+        raise ValueError(f"{RESULT} holds no result")
+    return content
+
+
+def with_settings(run: RunStatus) -> RunStatus:
+    """The run with what its settings tell.
+
+    Raises:
+        ValueError: They are missing or damaged; the message says so.
+    """
+    try:
+        tables = tomllib.loads((run.folder / STUDY).read_text(encoding="utf-8"))
+        search, dof = tables["search"], int(tables["design"]["dof"])
+        algorithm, seed = str(search["algorithm"]), int(search["seed"])
+        planned = int(search["budget" if algorithm == "multibasin" else "iterations"])
+    except OSError as error:
+        raise ValueError(f"{STUDY} cannot be read: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{STUDY} is damaged: {error}") from error
+    return replace(run, algorithm=algorithm, dof=dof, seed=seed, planned=planned)
+
+
+def saved_bests(folder: Path) -> list[float] | None:
+    """Best fitness after every iteration in the saved state; None where there is no state that can be read."""
+    return saved_column(folder, "history_best")
+
+
+def saved_candidates(folder: Path) -> int:
+    """Candidates evaluated up to the saved state."""
+    counts = saved_column(folder, "history_evaluations")
+    return int(counts[-1]) if counts else 0
+
+
+def saved_column(folder: Path, column: str) -> list[float] | None:
+    """A column of the saved state; None where there is no state that can be read."""
+    for name in (CURRENT, PREVIOUS):
+        try:
+            with np.load(folder / name, allow_pickle=False) as archive:
+                return [float(value) for value in archive[column]]
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+            continue
+    return None
+
+
+def age_of(folder: Path) -> float:
+    """Time since a file in the folder last changed [s]."""
+    times = [folder.stat().st_mtime]
+    for entry in os.scandir(folder):
+        if entry.name != ".lock":
+            with contextlib.suppress(OSError):
+                times.append(entry.stat().st_mtime)
+    return max(0.0, time.time() - max(times))

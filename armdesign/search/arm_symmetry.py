@@ -1,0 +1,109 @@
+"""What the many-basin search has to know of arms: their length, and which designs are the same arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.fitness.constraints import DesignSpace
+from armdesign.settings.sections import SearchSettings
+from armdesign.swarm import Box, MultiBasin, Sampler, Slab
+
+FLAT = 1e-3
+"""Link length below which two joint axes count as meeting [m]."""
+
+
+def new_search(settings: SearchSettings, space: DesignSpace, sample: Sampler) -> MultiBasin:
+    """A many-basin search of the settings before its first batch.
+
+    Args:
+        settings: Budget and seed.
+        space: The design space.
+        sample: Draws designs for the first sample.
+    """
+    return MultiBasin(
+        Box(*space.bounds, space.angular),
+        settings.budget,
+        np.random.default_rng(settings.seed),
+        sample=sample,
+        anew=space.sample,
+        slab=length_slab(space),
+        canonical=canonical_form(space),
+    )
+
+
+def resumed_search(state: Mapping[str, Any], space: DesignSpace) -> MultiBasin:
+    """The many-basin search that a state was taken of."""
+    return MultiBasin.from_state(state, anew=space.sample, canonical=canonical_form(space))
+
+
+def length_slab(space: DesignSpace) -> Slab:
+    """L_min < L < L_max as bounds of a sum over the free lengths."""
+    lower, _ = space.bounds
+    weights = np.where(space.angular, 0.0, 1.0)
+    fixed = float(space.lengths(lower)[0]) - float(weights @ lower)
+    return Slab(weights, space.length[0] - fixed, space.length[1] - fixed)
+
+
+def canonical_form(space: DesignSpace) -> Callable[[Array], Array]:
+    """Designs in a form in which the same arm looks the same.
+
+    Where two axes meet, a_i = 0, row i may be turned by half a turn about both: Rx(alpha) = Rz(-pi) Rx(-alpha) Rz(pi),
+    and the two half turns go into the joint angles before and behind. So the sign of alpha_i says nothing for
+    i = 1..n-1. Of the tool the same holds but for its own turn about its axis, which the mount takes up.
+
+    Returns:
+        A function of designs Phi, shape (N, D), that gives as many.
+    """
+
+    def canonical(Phi: Array) -> Array:
+        entries = space.full(Phi)
+        rows = entries[:, :-1].reshape(len(entries), space.dof + 1, 3)
+        meeting = rows[:, 1:, 1] < FLAT
+        rows[:, 1:, 0] = np.where(meeting, np.abs(rows[:, 1:, 0]), rows[:, 1:, 0])
+        entries[:, :-1] = rows.reshape(len(entries), 3 * (space.dof + 1))
+        chosen: Array = entries[:, space.free]
+        return chosen
+
+    return canonical
+
+
+def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
+    """How different arms are, however they are written down.
+
+    A joint may be described with its axis the other way round, T_i Rx(pi), which turns the twists of its row and the
+    next by pi and the sign of d_i; and a row i >= 1 from behind, Rz(pi) T_i, which turns the signs of alpha_i and a_i.
+    The half turns go into the joint angles. The distance is the smallest over all of these.
+
+    Args:
+        space: The design space; every entry counts in terms of the width of its bounds.
+        design: Phi, shape (D,).
+        others: Phi, shape (A, D).
+
+    Returns:
+        Euclidean distances, shape (A,).
+    """
+    n = space.dof
+    entries = space.full(np.vstack([design, others]))
+    one, rows = entries[0, :-1].reshape(n + 1, 3), entries[1:, :-1].reshape(-1, n + 1, 3)
+    width = (space.upper - space.lower)[:-1].reshape(n + 1, 3)
+    unit = np.where(width > 0.0, width, width.max(axis=0))
+    unit = np.where(unit > 0.0, unit, 1.0)
+    yaw = (entries[1:, -1] - entries[0, -1]) / max(float(space.upper[-1] - space.lower[-1]), 1.0)
+    best = np.full(len(others), np.inf)
+    for turns in product((0, 1), repeat=n):
+        turned = np.array([*turns, 0])  # of axis i; the tool is not turned
+        alpha = rows[:, :, 0] + np.pi * (turned + np.r_[0, turned[:-1]])
+        d = rows[:, :, 2] * np.where(turned == 1, -1.0, 1.0)
+        across = ((d - one[:, 2]) / unit[:, 2]) ** 2
+        ways = []
+        for side in (1.0, -1.0):
+            twist = (side * alpha - one[:, 0] + np.pi) % (2.0 * np.pi) - np.pi
+            ways.append((twist / unit[:, 0]) ** 2 + ((side * rows[:, :, 1] - one[:, 1]) / unit[:, 1]) ** 2)
+        ways[1][:, 0] = np.inf  # row 0 hangs on the base
+        best = np.minimum(best, (np.minimum(*ways) + across).sum(axis=1))
+    return np.asarray(np.sqrt(best + yaw**2))

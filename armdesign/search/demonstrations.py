@@ -1,0 +1,170 @@
+"""Several demonstrations of one task: each is prepared as if alone, under the settings that the first settles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from armdesign.demonstration import Recording, Step
+from armdesign.demonstration.sanity import warning
+from armdesign.errors import ArmDesignError, TaskError, counted, short_names
+from armdesign.search.prepare import Prepared, choose, prepare
+from armdesign.settings.sections import Study
+
+SAME_RATE = 1e-3
+"""Relative difference of frame rates that is none."""
+
+
+def prepare_several(
+    recordings: Sequence[Recording],
+    study: Study,
+    *,
+    holdouts: Sequence[Recording] = (),
+    longest: float | None = None,
+) -> Prepared:
+    """Build the tasks of several demonstrations, all with the same points, cleaning and weights.
+
+    What the settings leave to the recording is settled by the first: cleaning, weights and the solver's effort. Frames,
+    rates and the places of the base may differ.
+
+    Args:
+        recordings: The demonstrations that the search sees, at least one.
+        study: The settings; ``task.more_recordings`` and ``task.holdouts``, where set, are the files of the others.
+        holdouts: Demonstrations that it does not see.
+        longest: See ``prepare``.
+
+    Returns:
+        The first, with the others in ``others`` and ``holdouts``; alone it is what ``prepare`` makes of it.
+
+    Raises:
+        TaskError: The demonstrations do not have the same points, or one of them cannot be followed.
+        ArmDesignError: See ``prepare``.
+    """
+    first = prepare(recordings[0], alone(study), longest=longest)
+    if len(recordings) == 1 and not holdouts:
+        return first
+    check_points([*recordings, *holdouts], alone(study))
+    paths = study.task.more_recordings or [file_of(recording) for recording in recordings[1:]]
+    unseen = study.task.holdouts or [file_of(recording) for recording in holdouts]
+    shared = shared_settings(study, first)
+    others = [prepare_other(*each, shared, longest) for each in zip(recordings[1:], paths, strict=True)]
+    kept = [prepare_other(*each, shared, longest) for each in zip(holdouts, unseen, strict=True)]
+    changes: dict[str, dict[str, Any]] = {"task": {"more_recordings": known(paths), "holdouts": known(unseen)}}
+    if others:
+        changes["fitness"] = {"demonstrations": study.fitness.demonstrations or "mean"}
+    steps = (*first.steps, *told(first, recordings[0].source, others, kept))
+    whole = first.study.replace(changes)
+    return replace(first, study=whole, steps=steps, others=tuple(others), holdouts=tuple(kept))
+
+
+def file_of(recording: Recording) -> str | None:
+    """The file that a recording was read from; None for one that was not."""
+    path = Path(recording.source)
+    return str(path.resolve()) if path.is_file() else None
+
+
+def known(paths: Sequence[str | None]) -> list[str] | None:
+    """Paths for the settings; None where there are none, or not of all."""
+    return [path for path in paths if path] if paths and all(paths) else None
+
+
+def alone(study: Study) -> Study:
+    """The settings for one demonstration."""
+    return study.replace({"task": {"more_recordings": None, "holdouts": None}, "fitness": {"demonstrations": None}})
+
+
+def shared_settings(study: Study, first: Prepared) -> Study:
+    """The settings for the other demonstrations: those asked for, with what the first has settled for all."""
+    fitness, task = first.study.fitness, first.study.task
+    return alone(study).replace(
+        {
+            "task": {name: getattr(task, name) for name in ("outliers", "repeats", "low_pass")} | {"files": {}},
+            "fitness": {"weights": fitness.weights, "orientation_weight": fitness.orientation_weight},
+        }
+    )
+
+
+def prepare_other(recording: Recording, path: str | None, shared: Study, longest: float | None) -> Prepared:
+    """One of the other demonstrations.
+
+    Raises:
+        ArmDesignError: See ``prepare``; the message names the file.
+    """
+    try:
+        return prepare(recording, shared.replace({"task": {"recording": path}}), longest=longest)
+    except ArmDesignError as error:
+        if recording.source in str(error):
+            raise
+        raise type(error)(f"{recording.source}: {error}", value=error.value) from error
+
+
+def check_points(recordings: Sequence[Recording], study: Study) -> None:
+    """Refuse demonstrations whose points have not the same names, from the base to the hand.
+
+    Raises:
+        TaskError: They have not; the message says which file has which.
+    """
+    found: dict[str, str] = {}
+    for recording in recordings:
+        try:
+            chosen = choose(recording, study, oriented=False)
+        except TaskError as error:
+            if recording.source in str(error):
+                raise
+            raise TaskError(f"{recording.source}: {error}", value=error.value) from error
+        found[recording.source] = ", ".join(chosen.points)
+    if len(set(found.values())) > 1:
+        which = "; ".join(f"{source} has {names}" for source, names in found.items())
+        raise TaskError(
+            f"the demonstrations do not have the same points: {which}",
+            value=found,
+            fix="Choose the same in all of them with --points, the hand last, or leave a file out",
+        )
+
+
+def told(first: Prepared, source: str, others: Sequence[Prepared], holdouts: Sequence[Prepared]) -> tuple[Step, ...]:
+    """What to know about the demonstrations together."""
+    every = [first, *others, *holdouts]
+    named = list(zip(short_names([source, *(each.name for each in every[1:])]), every, strict=True))
+    seen, unseen = named[: 1 + len(others)], named[1 + len(others) :]
+    steps = []
+    if others:
+        steps.append(listed("demonstrations", f"One arm for {len(seen)} demonstrations", seen))
+        steps += [bolted_once(first)] if first.study.fitness.orientation_weight else []
+    if holdouts:
+        steps.append(listed("holdouts", "Held out, not seen by the search", unseen))
+    return (*steps, *pace_differs(named))
+
+
+def listed(kind: str, what: str, every: Sequence[tuple[str, Prepared]]) -> Step:
+    """The demonstrations with their numbers of frames, as a sentence."""
+    shown = ", ".join(f"{path} ({counted(len(each.task.time), 'frame')})" for path, each in every)
+    return Step(kind, f"{what}: {shown}.", {"files": [path for path, _ in every]})
+
+
+def bolted_once(first: Prepared) -> Step:
+    """How the tool is mounted for all demonstrations."""
+    if first.study.fitness.mount == "start":
+        return Step("mount", "The tool is bolted on once: as the first demonstration's first frame asks for.")
+    return Step("mount", "The tool is bolted on as the hand's frame stands, in all demonstrations.")
+
+
+def pace_differs(every: Sequence[tuple[str, Prepared]]) -> tuple[Step, ...]:
+    """A warning where one bound per frame means other speeds in other demonstrations."""
+    speeds = {path: degrees_per_second(each) for path, each in every}
+    if max(speeds.values()) <= (1.0 + SAME_RATE) * min(speeds.values()):
+        return ()
+    alike: dict[str, list[str]] = {}
+    for path, speed in speeds.items():
+        alike.setdefault(f"{speed:.4g} deg/s", []).append(path)
+    shown = "; ".join(f"{speed} in {', '.join(paths)}" for speed, paths in alike.items())
+    what = "eps, the bound on the joints' steps from frame to frame, is not the same speed in all demonstrations"
+    return (warning(f"{what}: {shown}. Set fitness.continuity_speed for one speed in all", {"speeds": speeds}),)
+
+
+def degrees_per_second(prepared: Prepared) -> float:
+    """The speed that eps means on a task [deg/s]."""
+    fitness = prepared.study.fitness
+    return fitness.continuity / prepared.task.dt if fitness.continuity_speed is None else fitness.continuity_speed

@@ -1,0 +1,278 @@
+"""From settings and a recording to what a search needs: the task, the problem and the design space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.demonstration import Chosen, Cleaning, Recording, Step, Task, resolve, task_from_recording
+from armdesign.demonstration.points.expressions import unquoted
+from armdesign.demonstration.provenance import Origin, origin_of
+from armdesign.demonstration.task import task_of_chosen
+from armdesign.errors import SettingsError, TaskError, counted
+from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
+from armdesign.fitness.objective import Demonstrations, Objective
+from armdesign.fitness.problem import SCENARIOS, Problem, make_problem, resolve_weights, start_effort
+from armdesign.fitness.robot import RobotFitness
+from armdesign.search.continuity import pace_steps, settled_continuity
+from armdesign.settings.sections import Study, TaskSettings
+
+ORIGIN = "origin"
+"""Name of the base where the points of a recording already count from it, as in a run's task.csv."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A study with everything that depends on the recording filled in.
+
+    Attributes:
+        study: The settings with base, points, orientation, cleaning and weights as they are used.
+        task: What is tracked.
+        steps: What was decided and done to the data.
+        origin: Where the task comes from.
+        others: Further demonstrations of the same task, each with its own task and settings; see
+            ``armdesign.search.demonstrations``.
+        holdouts: Demonstrations that the search does not see; the finished arm is scored on them.
+    """
+
+    study: Study
+    task: Task
+    steps: tuple[Step, ...] = ()
+    origin: Origin = field(default_factory=Origin)
+    others: tuple[Prepared, ...] = ()
+    holdouts: tuple[Prepared, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The sentences of the steps."""
+        return tuple(step.sentence for step in self.steps)
+
+    def problem(self) -> Problem:
+        """The task and the settings as arrays."""
+        study = self.study
+        return make_problem(
+            self.task.P, self.task.R, self.task.dt, joint_limits(study.design), study.fitness, study.solver
+        )
+
+    def space(self) -> DesignSpace:
+        """The design space."""
+        return design_space(self.study.design)
+
+    @property
+    def name(self) -> str:
+        """What the demonstration is called: the path of its recording."""
+        source = next(iter(self.origin.sources), None)
+        return str((source.path if source else None) or self.study.task.recording or "the demonstration")
+
+    @property
+    def demonstrations(self) -> tuple[Prepared, ...]:
+        """All demonstrations that the search sees, this one first; each without the others."""
+        return (replace(self, others=(), holdouts=()), *self.others)
+
+    def objective(self, block: int | None = None) -> Objective:
+        """The objective of the search; of several demonstrations their mean or worst.
+
+        Args:
+            block: Arms side by side; any value gives the same scores.
+        """
+        if not self.others:
+            return RobotFitness(self.problem(), self.space(), block)
+        problems = [each.problem() for each in self.demonstrations]
+        worst = self.study.fitness.demonstrations == "worst"
+        return Demonstrations(problems, self.space(), block, worst=worst)
+
+
+def prepare(recording: Recording, study: Study, *, longest: float | None = None) -> Prepared:
+    """Build the task of a recording and settle every setting that was left to it.
+
+    Args:
+        recording: The demonstration.
+        study: The settings.
+        longest: Length of the longest arm in question [m]; by default L_max of the search.
+
+    Raises:
+        TaskError: A point is unknown, the orientation is missing, or the start is out of reach.
+        SettingsError: The weights do not fit the points.
+        RecordingError: The data cannot be used.
+    """
+    chosen = choose(recording, study, oriented=False)
+    w_0, weights = weights_for(study, len(chosen.points))
+    if w_0 > 0.0:
+        chosen = choose(recording, study, oriented=True)
+    how = cleaning_of(study.task).settled(chosen.recording)
+    if counts_from_base(recording, study):
+        task = replace(task_from_recording(chosen.recording, base=ORIGIN), steps=chosen.steps)
+    else:
+        task = task_of_chosen(chosen, how, study.task.base_mode)
+    steps = list(task.steps)
+    wanted = study.task.orientation
+    if wanted is not None and chosen.orientation is None:
+        sentence = f"The orientation of '{wanted}' is not followed: the orientation weight w_0 is 0."
+        steps.append(Step("orientation", sentence))
+    study = settled(study, chosen, how, w_0, weights)
+    origin = origin_of(chosen, study.task)
+    study, more = settled_continuity(study, recorded_step(chosen.recording), task.dt)
+    steps += more
+    reach = study.design.length[1] if longest is None else longest
+    steps += check_reach(task, reach, searched=longest is None)
+    steps += pace_steps(task, study, reach)
+    return Prepared(study, task, tuple(steps), origin)
+
+
+def choose(recording: Recording, study: Study, *, oriented: bool) -> Chosen:
+    """The points that the settings ask for.
+
+    Args:
+        recording: The demonstration.
+        study: The settings.
+        oriented: Whether the orientation is followed.
+
+    Raises:
+        TaskError: There is no such point, or no such orientation.
+    """
+    settings = study.task
+    if counts_from_base(recording, study):
+        return choose_relative(recording, study, oriented=oriented)
+    if not oriented:
+        return resolve(recording, settings.base, settings.points, None)
+    try:
+        return resolve(recording, settings.base, settings.points, settings.orientation, oriented=True)
+    except TaskError as error:
+        message = f"an orientation is to be followed (w_0 > 0), but {error}"
+        fix = "Or take weights with w_0 = 0 such as the packaging scenario's"
+        raise TaskError(message, value=error.value, fix=fix) from error
+
+
+def counts_from_base(recording: Recording, study: Study) -> bool:
+    """Whether the recording's points count from the base already."""
+    return study.task.base == ORIGIN and ORIGIN not in recording.points
+
+
+def choose_relative(recording: Recording, study: Study, *, oriented: bool) -> Chosen:
+    """The points that the settings ask for, of a recording whose points count from the base already.
+
+    Of an expression, as in the settings of a run on the recording itself, the name counts.
+    """
+    texts = study.task.points or tuple(recording.points)
+    names = tuple(named(text, recording) for text in texts)
+    used = {name: pick(recording, name) for name in names}
+    turn = named(study.task.orientation or names[-1], recording) if oriented else None
+    if turn is not None and turn not in recording.orientations:
+        raise TaskError(
+            f"the orientation of '{turn}' is to be followed (w_0 > 0), but the recording has none for it",
+            value=turn,
+            allowed=list(recording.orientations) or "none: this recording holds positions only",
+            fix="Name another point, or take weights with w_0 = 0 such as the packaging scenario's",
+        )
+    turns = {} if turn is None else {turn: recording.orientations[turn]}
+    kept = Recording(recording.time, used, turns, recording.source, recording.about)
+    unused = unused_settings(study)
+    sentence = f"The points count from the base already; not used: {', '.join(unused)}."
+    steps = (Step("unused", sentence, {"settings": unused}),) if unused else ()
+    return Chosen(kept, ORIGIN, names, turn, steps, {})
+
+
+def named(text: str, recording: Recording) -> str:
+    """The name that an expression gives to a point."""
+    return text if text in recording.points else unquoted(text.partition("=")[0])
+
+
+def pick(recording: Recording, name: str) -> Array:
+    """Positions of one point, or an error that lists the names there are."""
+    if name not in recording.points:
+        raise TaskError(f"unknown point '{name}'", value=name, allowed=list(recording.points))
+    return recording.points[name]
+
+
+def unused_settings(study: Study) -> list[str]:
+    """Task settings that are set but do nothing where points count from the base already."""
+    default = TaskSettings()
+    names = ("units", "up", "mirror", "base_mode", *(entry.name for entry in fields(Cleaning)))
+    nothing = (False, "off")
+    values = {name: getattr(study.task, name) for name in names}
+    return [name for name, value in values.items() if value not in nothing and value != getattr(default, name)]
+
+
+def cleaning_of(settings: TaskSettings) -> Cleaning:
+    """The cleaning that the settings ask for."""
+    return Cleaning(**{entry.name: getattr(settings, entry.name) for entry in fields(Cleaning)})
+
+
+def settled(study: Study, chosen: Chosen, how: Cleaning, w_0: float, weights: tuple[float, ...]) -> Study:
+    """The study with everything entered that was left to the recording, so that it prepares the same again."""
+    meant = chosen.expressions
+    turn = chosen.orientation
+    task = {
+        "base": meant.get(chosen.base, chosen.base),
+        "points": [meant.get(name, name) for name in chosen.points],
+        "orientation": turn if turn is None or turn in chosen.points else meant.get(turn, turn),
+    }
+    if chosen.base != ORIGIN or chosen.expressions:
+        task |= {name: getattr(how, name) for name in ("outliers", "repeats", "low_pass")}
+    return study.replace(
+        {
+            "solver": start_effort(study.solver, study.design.dof)._asdict(),
+            "task": task,
+            "fitness": {"weights": weights, "orientation_weight": w_0},
+        }
+    )
+
+
+def recorded_step(recording: Recording) -> float:
+    """Time between frames [s]: what the file declares where its times agree, rounded as they may be."""
+    declared = recording.about.rate
+    return 1.0 / declared if declared and abs(declared * recording.step - 1.0) < 0.3 else recording.step
+
+
+def weights_for(study: Study, m: int) -> tuple[float, tuple[float, ...]]:
+    """The weights (w_0, (w_1..w_m)) for m points: those given, else the scenario's.
+
+    Raises:
+        SettingsError: They do not fit the points or do not sum to 1; the message says what to write.
+    """
+    fitness = study.fitness
+    given = fitness.weights or (SCENARIOS[fitness.scenario][1] if fitness.scenario == "welding" else ())
+    shown = ",".join(f"{w:.12g}" for w in given)
+    if given and len(given) != m:
+        raise SettingsError(
+            f"there are {counted(len(given), 'weight')} ({shown.replace(',', ', ')}) for {counted(m, 'point')}",
+            value=given,
+            allowed=f"{counted(m, 'weight')} w_1..w_{m}, or {m + 1} with the orientation's w_0 first",
+            fix="Give others with --weights, or take those that grow along the arm with --scenario packaging"
+            if fitness.weights
+            else f"The {fitness.scenario} weights are for three points: choose three with --points, or use --weights",
+        )
+    try:
+        return resolve_weights(fitness, m)
+    except SettingsError as error:
+        left = 1.0 - sum(given)
+        if not given or left <= 0.0 or fitness.orientation_weight:
+            raise
+        fix = f"Put the orientation's weight first, --weights {left:.6g},{shown}, or make them sum to 1"
+        raise SettingsError(str(error), value=error.value, fix=fix) from error
+
+
+def check_reach(task: Task, longest: float, *, searched: bool) -> tuple[Step, ...]:
+    """Compare the hand's distance from the base with the longest arm allowed.
+
+    Raises:
+        TaskError: The first hand point lies out of reach of any arm.
+    """
+    distance = np.linalg.norm(task.P[:, -1], axis=1)
+    if searched and distance[0] >= longest:
+        raise TaskError(
+            f"the task is out of reach: at the start the hand is {distance[0]:.3f} m from the base, "
+            f"and no arm may be longer than L_max = {longest:g} m",
+            value=float(distance[0]),
+            fix="Raise design.length, or check --base and --units",
+        )
+    beyond = int((distance > longest).sum())
+    if beyond == 0:
+        return ()
+    sentence = (
+        f"In {beyond} of {len(distance)} frames the hand is farther from the base (up to {distance.max():.3f} m) than "
+        f"{'the longest arm reaches, L_max =' if searched else 'the arm is long,'} {longest:g} m."
+    )
+    return (Step("reach", sentence, {"frames": beyond, "farthest": float(distance.max())}),)

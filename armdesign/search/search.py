@@ -1,0 +1,321 @@
+"""The glue: a task and settings in, the best arm out. The only place that knows both the swarm and the robot."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign._types import Array
+from armdesign.errors import SearchError, SettingsError, counted
+from armdesign.fitness.block import Scores
+from armdesign.fitness.constraints import DesignSpace
+from armdesign.fitness.robot import Rejections
+from armdesign.search.arm_symmetry import new_search, resumed_search
+from armdesign.search.backends import Backend, InProcess
+from armdesign.search.evaluation import Evaluation, evaluate_design
+from armdesign.search.prepare import Prepared
+from armdesign.settings.sections import SearchSettings
+from armdesign.swarm import Box, Effort, History, MultiBasin, State, Swarm, make_swarm, measure_effort, swarm_from_state
+
+ITERATION = 400
+"""Candidates of a many-basin search that count as an iteration for the stop rules: a generation of the swarms."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where a search stands after an iteration.
+
+    Attributes:
+        iteration: Iterations done, 1..M; of multibasin the candidates evaluated.
+        iterations: M; of multibasin the budget.
+        fitness: Best robot fitness r so far [m]; infinite while no candidate was valid.
+        path_fitness: Its f [m].
+        area: Its E [m].
+        valid: Valid particles in this iteration.
+        particles: N; of multibasin the candidates of the batch.
+        elapsed: Time since the search began [s].
+        unit: What is counted: iteration or candidate.
+    """
+
+    iteration: int
+    iterations: int
+    fitness: float
+    path_fitness: float
+    area: float
+    valid: int
+    particles: int
+    elapsed: float
+    unit: str = "iteration"
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """What a search has found.
+
+    Attributes:
+        prepared: Task and settings it ran on.
+        best: The best arm with its path.
+        history: Best, mean of the personal bests, valid particles and evaluations per iteration.
+        effort: Iterations to convergence and computational effort (method section 7).
+        rejections: How many candidates each test removed.
+        stopped_by: Why it ended: iterations, budget, patience, target, time_limit or interrupted.
+        wall_time: Duration, earlier parts of a resumed search included [s].
+        basins: Good designs Phi, shape (A, D), and their fitness, shape (A,), best first, for armdesign alternatives.
+    """
+
+    prepared: Prepared
+    best: Evaluation
+    history: History
+    effort: Effort
+    rejections: Rejections
+    stopped_by: str
+    wall_time: float
+    basins: tuple[Array, Array] | None = None
+
+
+class NothingFoundError(SearchError):
+    """No candidate of a whole search has reached the first frame."""
+
+
+class Search:
+    """A search that goes one iteration at a time and can be put down and taken up between any two of them."""
+
+    def __init__(self, prepared: Prepared, backend: Backend) -> None:
+        """Draw the first generation.
+
+        Args:
+            prepared: Task and settings, from :func:`armdesign.search.prepare.prepare`.
+            backend: Who evaluates the candidates.
+
+        Raises:
+            SettingsError: The bounds leave no arm.
+        """
+        self.prepared, self.backend = prepared, backend
+        self.settings = prepared.study.search
+        self.space = prepared.space()
+        self.swarm = new_swarm(self.settings, self.space)
+        self.rejections = Rejections()
+        self.leader = (np.inf, np.inf, np.inf)
+        self.nearest = np.inf
+        self.earlier, self.began = 0.0, time.monotonic()
+
+    @property
+    def elapsed(self) -> float:
+        """Time spent, earlier parts included [s]."""
+        return self.earlier + time.monotonic() - self.began
+
+    def advance(self) -> Progress:
+        """Evaluate one generation."""
+        swarm = self.swarm
+        X = swarm.ask()
+        cutoff = swarm.cutoff if self.settings.prune else np.full(len(X), np.inf)
+        hints = swarm.hints
+        sloped = isinstance(swarm, MultiBasin) and swarm.wants_slopes
+        scores, removed = self.backend.evaluate(X, cutoff, hints, slopes=sloped)
+        if isinstance(swarm, MultiBasin):
+            slopes = scores.slopes if sloped and scores.slopes.shape[1] else None
+            swarm.tell(scores.fitness, scores.valid, scores.q0, slopes)
+        else:
+            swarm.tell(scores.fitness, scores.valid, scores.q0)
+        self.rejections += removed
+        self.nearest = min(self.nearest, float(scores.start_error.min()))
+        self.leader = better(self.leader, scores, hints)
+        valid = int(scores.valid.sum())
+        if isinstance(swarm, MultiBasin):
+            return Progress(
+                swarm.evaluations, swarm.budget, *self.leader, valid, len(X), self.elapsed, unit="candidate"
+            )
+        return Progress(
+            swarm.iteration, self.settings.iterations, *self.leader, valid, self.settings.particles, self.elapsed
+        )
+
+    def ended_by(self) -> str | None:
+        """The stop rule that holds now, or None."""
+        settings, best = self.settings, self.swarm.history.best
+        if isinstance(self.swarm, MultiBasin):
+            if self.swarm.done:
+                return "budget"
+        elif len(best) >= settings.iterations:
+            return "iterations"
+        if settings.target is not None and self.swarm.best_fitness <= settings.target:
+            return "target"
+        if settings.patience is not None and stalled(best[self.steps()], settings.patience):
+            return "patience"
+        if settings.time_limit is not None and self.elapsed >= settings.time_limit:
+            return "time_limit"
+        return None
+
+    def steps(self) -> NDArray[np.intp]:
+        """Rows of the history that stand for whole iterations: all of a swarm, of many basins every 400 candidates."""
+        evaluations = self.swarm.history.evaluations
+        if not isinstance(self.swarm, MultiBasin) or not len(evaluations):
+            return np.arange(len(evaluations))
+        ends = np.arange(evaluations[-1] % ITERATION, evaluations[-1] + 1, ITERATION)
+        rows = np.searchsorted(evaluations, ends, side="right") - 1
+        return np.asarray(rows[rows >= 0])
+
+    def result(self, stopped_by: str) -> SearchResult:
+        """The best arm so far.
+
+        Raises:
+            SearchError: No candidate has reached the first frame.
+        """
+        if not np.isfinite(self.swarm.best_fitness):
+            raise nothing_found(self.prepared, self.nearest)
+        best = evaluate_design(self.space.table(self.swarm.best_position), self.prepared)
+        history = self.swarm.history
+        effort = measure_effort(history.best, history.valid)
+        return SearchResult(
+            self.prepared, best, history, effort, self.rejections, stopped_by, self.elapsed, self.swarm.basins
+        )
+
+    def state(self) -> State:
+        """Everything a later process needs to go on, as arrays and JSON values."""
+        search = {
+            "rejections": asdict(self.rejections),
+            "leader": [repr(x) for x in self.leader],
+            "nearest": repr(self.nearest),
+            "elapsed": self.elapsed,
+        }
+        return self.swarm.state() | {"search": search}
+
+    def restore(self, state: State) -> None:
+        """Go on where a state was taken."""
+        search = dict(state["search"])
+        swarm = {name: value for name, value in state.items() if name != "search"}
+        if swarm.get("algorithm") == MultiBasin.name:
+            self.swarm = resumed_search(swarm, self.space)
+        else:
+            self.swarm = swarm_from_state(swarm)
+        self.rejections = Rejections(**search["rejections"])
+        r, f, E = search["leader"]
+        self.leader = float(r), float(f), float(E)
+        self.nearest = float(search["nearest"])
+        self.earlier, self.began = float(search["elapsed"]), time.monotonic()
+
+
+def search(
+    prepared: Prepared,
+    *,
+    on_progress: Callable[[Progress], None] | None = None,
+    block: int | None = None,
+    backend: Backend | None = None,
+) -> SearchResult:
+    """Search the arm that follows a demonstration best.
+
+    Args:
+        prepared: Task and settings, from :func:`armdesign.search.prepare.prepare`.
+        on_progress: Called after every iteration.
+        block: Arms evaluated side by side; any value gives the same result.
+        backend: Who evaluates; by default this process.
+
+    Raises:
+        SearchError: No candidate reached the first frame.
+        SettingsError: The bounds leave no arm.
+    """
+    run = Search(prepared, InProcess(prepared, block) if backend is None else backend)
+    while (reason := run.ended_by()) is None:
+        progress = run.advance()
+        if on_progress is not None:
+            on_progress(progress)
+    return run.result(reason)
+
+
+def stalled(best: Array, patience: int, gain: float = 1e-3) -> bool:
+    """Whether the last ``patience`` iterations have brought less than a relative gain of 0.1 %."""
+    if len(best) <= patience or not np.isfinite(best[-1 - patience]):
+        return False
+    return bool(best[-1] > (1.0 - gain) * best[-1 - patience])
+
+
+def new_swarm(settings: SearchSettings, space: DesignSpace) -> Swarm | MultiBasin:
+    """The swarm of the settings at its first iteration."""
+    if settings.algorithm == MultiBasin.name:
+        return new_search(settings, space, first_generation(settings, space))
+    parameters: dict[str, float | int | str] = {"w": settings.inertia, "c1": settings.c1, "c2": settings.c2}
+    if settings.algorithm == "rapso":
+        parameters |= {
+            "c_min": settings.c_range[0],
+            "c_max": settings.c_range[1],
+            "range_of": settings.range,
+            "angle_interval": settings.angle_interval,
+        }
+    box = Box(*space.bounds, space.angular)
+    rng = np.random.default_rng(settings.seed)
+    return make_swarm(settings.algorithm, box, settings.particles, rng, first_generation(settings, space), **parameters)
+
+
+def first_generation(settings: SearchSettings, space: DesignSpace) -> Callable[[np.random.Generator, int], Array]:
+    """Where a search begins: the designs of ``search.first``, the others drawn from Omega_l.
+
+    As much is drawn as without them, so that the random numbers of the search stay the same.
+
+    Raises:
+        SettingsError: A design has another number of entries than Phi or lies outside the bounds, or there are more
+            designs than particles.
+    """
+    first = settings.first or ()
+    check_first(first, settings.particles, space)
+
+    def sample(rng: np.random.Generator, count: int) -> Array:
+        X = space.sample(rng, count)
+        if first:
+            X[: len(first)] = first[:count]
+        return X
+
+    return sample
+
+
+def check_first(first: tuple[tuple[float, ...], ...], particles: int, space: DesignSpace) -> None:
+    """Refuse designs that a swarm cannot begin with; see first_generation."""
+    if len(first) > particles:
+        raise SettingsError(
+            f"search.first has {len(first)} designs for {counted(particles, 'particle')}",
+            value=len(first), allowed=f"up to {particles}", fix="Leave some out, or raise search.particles",
+        )  # fmt: skip
+    names = [name for name, free in zip(space.names, space.free, strict=True) if free]
+    lower, upper = space.bounds
+    for k, design in enumerate(first):
+        if len(design) != len(names):
+            raise SettingsError(
+                f"search.first[{k}] has {counted(len(design), 'number')}", value=len(design),
+                allowed=f"{len(names)}: {', '.join(names)}",
+            )  # fmt: skip
+        for name, x, low, high in zip(names, design, lower, upper, strict=True):
+            if not low <= x <= high:
+                raise SettingsError(
+                    f"search.first[{k}] has {name} = {x:g}", value=x, allowed=f"{low:g} to {high:g}, its bounds"
+                )
+
+
+def better(
+    leader: tuple[float, float, float], scores: Scores, hints: Array | None = None
+) -> tuple[float, float, float]:
+    """The better of the leader's (r, f, E) and the best candidate's; those evaluated with a hint do not count."""
+    pure = scores.fitness if hints is None else np.where(np.isfinite(hints).all(axis=1), np.inf, scores.fitness)
+    k = int(np.argmin(pure))
+    if pure[k] < leader[0]:
+        return float(scores.fitness[k]), float(scores.path_fitness[k]), float(scores.area[k])
+    return leader
+
+
+def nothing_found(prepared: Prepared, nearest: float) -> NothingFoundError:
+    """The error of a search in which no arm was valid."""
+    tolerance = prepared.study.fitness.reach_tolerance
+    if prepared.study.fitness.reach_frames == "all" and nearest <= tolerance:
+        return NothingFoundError(
+            f"no candidate keeps its end-effector within {tolerance * 1e3:g} mm of the hand in every frame, though "
+            "some reach it at the start",
+            value=tolerance,
+            fix="Raise fitness.reach_tolerance, use more joints (design.dof), or reach_frames = 'start'",
+        )
+    miss = f"the nearest stopped {nearest * 1e3:.1f} mm short" if np.isfinite(nearest) else "none came near it"
+    return NothingFoundError(
+        f"no candidate brings its end-effector within {tolerance * 1e3:g} mm of the hand's first point: {miss}",
+        value=nearest,
+        fix="Use more joints (design.dof), more particles or iterations, or wider bounds",
+    )

@@ -1,0 +1,393 @@
+"""Every parameter of the method, with its published value as default (method sections 1 to 8).
+
+Angles stand here in degrees, lengths in metres: this is the edge the user sees. The code inside takes radians.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from armdesign.errors import SettingsError, counted
+from armdesign.settings.kinds import (
+    Choice,
+    Either,
+    Interval,
+    Number,
+    Section,
+    Several,
+    Switch,
+    Table,
+    Text,
+    parameter,
+    section_toml,
+)
+
+DEGREES = Number(-360.0, 360.0, "deg")
+METRES = Number(0.0, 10.0, "m")
+
+
+@dataclass(frozen=True)
+class TaskSettings(Section):
+    """From the recording to the task (method section 1)."""
+
+    recording: str | None = parameter(
+        None, Text("a path"), "The recording; relative paths count from this file's folder.", optional=True
+    )
+    files: dict[str, str] = parameter(
+        {}, Table(Text("a path")),
+        "Instead of recording: several files as one recording, a point or body each.\n"
+        'Example: files = { "elbow" = "elbow.csv", "hand" = "hand.csv" }',
+    )  # fmt: skip
+    file_rate: float | None = parameter(
+        None, Number(0.0, 1e5, "Hz", above=True), "Frames per second of files that hold no times [Hz].", optional=True
+    )
+    more_recordings: tuple[str, ...] | None = parameter(
+        None, Several(Text("a path"), 0, 100),
+        "Further demonstrations of the same task, with the same points; the arm is searched for all of them.",
+        optional=True,
+    )  # fmt: skip
+    holdouts: tuple[str, ...] | None = parameter(
+        None, Several(Text("a path"), 0, 100),
+        "Demonstrations of the same task that the search does not see; the finished arm is scored on them.",
+        optional=True,
+    )  # fmt: skip
+    units: str | None = parameter(
+        None, Text("m, cm, mm, in, or metres per unit as a number in quotes"),
+        "Unit of length of the recording; not set: what its file says.", optional=True,
+    )  # fmt: skip
+    up: str | None = parameter(
+        None, Choice(("x", "y", "z")), "Axis of the recording that points up; not set: what its file says.",
+        optional=True,
+    )  # fmt: skip
+    mirror: bool = parameter(False, Switch(), "Exchange left and right, to make a right arm of a left one.")
+    base: str | None = parameter(
+        None, Text("a point's name"), "Point the robot's base stands at, the shoulder; see points.", optional=True
+    )
+    points: tuple[str, ...] = parameter(
+        (), Several(Text("a point's name"), 0, 12),
+        "Points to follow, from the shoulder to the hand, the hand last: names of the recording, or made of such, as\n"
+        '["elbow=EPICl+EPICm", "hand=0.5*INDEX+0.5*LASTC"]. Empty: in plain CSV all but the base (by default the\n'
+        "first) in their order, elsewhere a guess from the names.",
+    )  # fmt: skip
+    orientation: str | None = parameter(
+        None, Text("a point's name"),
+        "Point whose orientation the end-effector follows; where not set, the hand's if orientation_weight > 0.",
+        optional=True,
+    )  # fmt: skip
+    base_mode: str = parameter(
+        "shoulder", Choice(("shoulder", "fixed")),
+        "shoulder: every frame minus the base point in that frame (the paper).\n"
+        "fixed: minus its mean, so that hand paths stay where they are in the world.",
+    )  # fmt: skip
+    outliers: bool | None = parameter(
+        None, Switch(), "Whether outliers become gaps (Hampel); not set: where the file is a capture system's.",
+        optional=True,
+    )  # fmt: skip
+    max_gap: float = parameter(0.2, Number(0.0, 60.0, "s"), "Longest gap that is filled [s].")
+    repeats: bool | None = parameter(
+        None, Switch(),
+        "Whether frames that repeat the one before are interpolated, up to max_gap; not set: as with outliers.",
+        optional=True,
+    )  # fmt: skip
+    low_pass: float | Literal["off"] | None = parameter(
+        None, Either(Number(0.0, 1e4, "Hz", above=True), "off"),
+        "Cut-off of the zero-phase low-pass [Hz]; not set: 6 Hz where the file is a capture system's, else off.",
+        optional=True,
+    )  # fmt: skip
+    start: float | None = parameter(None, Number(unit="s"), "First time to use [s]; not set: the first.", optional=True)
+    stop: float | None = parameter(None, Number(unit="s"), "Last time to use [s]; not set: the last.", optional=True)
+    cut: tuple[tuple[float, float], ...] = parameter(
+        (), Several(Interval(Number(unit="s")), 0, 20),
+        "Bad stretches to cut out, as pairs of times [s]; only where the hand stands still.\n"
+        "Example: cut = [[2.5, 3.1]]",
+    )  # fmt: skip
+    rate: float | None = parameter(
+        None, Number(0.0, 1e5, "Hz", above=True), "Rate to resample to [Hz]; not set: as recorded.", optional=True
+    )
+    scale: float = parameter(
+        1.0, Number(0.0, 1e4, above=True), "Factor on all lengths, for a mock-up recorded at another size."
+    )
+
+
+@dataclass(frozen=True)
+class DesignSettings(Section):
+    """Freedom and limits of the arm (method sections 2 and 6)."""
+
+    dof: int = parameter(3, Number(1, 10, integer=True), "Number of joints n.")
+    alpha: tuple[float, float] = parameter((-90.0, 90.0), Interval(DEGREES), "Bounds of every twist alpha [deg].")
+    a: tuple[float, float] = parameter((0.0, 0.5), Interval(METRES), "Bounds of every link length a_1..a_{n-1} [m].")
+    d: tuple[float, float] = parameter((0.0, 0.5), Interval(METRES), "Bounds of every link offset d_1..d_{n-1} [m].")
+    tool_length: float = parameter(0.1, METRES, "Offset d of the tool row [m]; its a is 0.")
+    base_yaw: tuple[float, float] = parameter(
+        (0.0, 0.0), Interval(DEGREES), "Bounds of the turn about z before the first row [deg]; equal ends fix it."
+    )
+    bounds: dict[str, tuple[float, float]] = parameter(
+        {}, Table(Interval(Number(-360.0, 360.0))),
+        "Bounds of single entries, over those above; equal ends fix an entry.\n"
+        "Names: alpha_i, a_i, d_i with i = 0..n-1 or tool, and base_yaw [deg, m].\n"
+        'Example: bounds = { "alpha_0" = [-90, 0], "d_tool" = [0.15, 0.15] }',
+    )  # fmt: skip
+    length: tuple[float, float] = parameter(
+        (0.6, 1.2), Interval(METRES), "L_min, L_max: bounds of the total length, tool included [m]."
+    )
+    joint_limits: tuple[tuple[float, float], ...] = parameter(
+        ((-180.0, 180.0),), Several(Interval(Number(-720.0, 720.0, "deg")), 1, 10),
+        "q_min, q_max [deg]: one pair for all joints, or one per joint.",
+    )  # fmt: skip
+    coaxial_twist: float = parameter(
+        1.0, Number(0.0, 90.0, "deg"), "Two joints count as on one axis below this twist [deg] ..."
+    )
+    coaxial_offset: float = parameter(0.001, METRES, "... and below this link length [m].")
+    auto_dof: tuple[int, int] | None = parameter(
+        None, Interval(Number(1, 10, integer=True)),
+        "Fewest and most joints that --dof auto tries; not set: [2, 7].", optional=True,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FitnessSettings(Section):
+    """What a good arm is (method sections 3 to 5)."""
+
+    scenario: str = parameter(
+        "packaging", Choice(("packaging", "welding")),
+        "Published weights: packaging (position only) or welding (with orientation); weights below go over them.",
+    )  # fmt: skip
+    weights: tuple[float, ...] = parameter(
+        (), Several(Number(0.0, 1.0), 0, 12), "w_1..w_m, one per point; empty: those of the scenario."
+    )
+    orientation_weight: float | None = parameter(
+        None, Number(0.0, 1.0), "w_0; not set: that of the scenario. w_0 + w_1 + ... + w_m = 1.", optional=True
+    )
+    orientation_metric: str = parameter(
+        "geodesic", Choice(("geodesic", "euler", "axis")),
+        "geodesic: angle between the frames; euler: norm of the roll-pitch-yaw differences (the paper);\n"
+        "axis: angle between the z axes, for a tool that is round about its axis.",
+    )  # fmt: skip
+    mount: str = parameter(
+        "start", Choice(("start", "identity")),
+        "start: the tool is bolted on so that the orientation fits at the first frame; identity (the paper).",
+    )  # fmt: skip
+    lambda_f: float = parameter(15.0, Number(0.0, 1e6), "lambda_f, factor of the path fitness f.")
+    lambda_E: float = parameter(5.0, Number(0.0, 1e6), "lambda_E, factor of the area E.")
+    delta: float = parameter(
+        0.01, Number(0.0, 1.0, "m", above=True), "Length of the pieces the arm is cut into for E [m]."
+    )
+    continuity: float = parameter(
+        10.0, Number(0.0, 3600.0, "deg", above=True), "eps: largest |q_t - q_{t-1}| from frame to frame [deg]."
+    )
+    continuity_speed: float | None = parameter(
+        None, Number(0.0, 1e6, "deg/s", above=True),
+        "The same as a speed [deg/s], times the time between frames; goes over continuity.", optional=True,
+    )  # fmt: skip
+    reach_tolerance: float = parameter(
+        0.001, Number(0.0, 1.0, "m", above=True), "How near the end-effector must come to the hand at the start [m]."
+    )
+    reach_frames: str = parameter(
+        "start", Choice(("start", "all")),
+        "start: an arm is valid if its end-effector comes so near to the hand at the start (the paper);\n"
+        "all: only if it does in every frame. The path does not hold the hand to its point, so allow centimetres.",
+    )  # fmt: skip
+    tie_hand: bool = parameter(True, Switch(), "sigma_m = 1: the hand belongs to the end-effector.")
+    demonstrations: str | None = parameter(
+        None, Choice(("mean", "worst")),
+        "What counts of several demonstrations: the mean of their fitness, each counting the same, or the worst;\n"
+        "not set: the mean.", optional=True,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SolverSettings(Section):
+    """Damped least squares along the path (method sections 3 and 4)."""
+
+    starts: int | None = parameter(
+        None, Number(1, 4096, integer=True),
+        "Start poses that are looked at for the first frame, the same for every arm; not set: by the joints.",
+        optional=True,
+    )  # fmt: skip
+    descents: int | None = parameter(
+        None, Number(1, 256, integer=True),
+        "How many of them, the best by their error, are roughly solved from; not set: by the joints.", optional=True,
+    )  # fmt: skip
+    finalists: int | None = parameter(
+        None, Number(1, 16, integer=True),
+        "How many of the outcomes, the best that differ, are solved to the end; not set: by the joints.",
+        optional=True,
+    )  # fmt: skip
+    start_paths: int = parameter(
+        1, Number(1, 16, integer=True),
+        "Start poses that are carried along the whole path, the best that reach and differ; the path with the\n"
+        "smallest r counts. At most as many as finalists.",
+    )  # fmt: skip
+    tolerance: float = parameter(
+        1e-5, Number(0.0, 0.1, above=True),
+        "A frame is solved when the model promises less than this relative decrease of g.",
+    )  # fmt: skip
+    floor: float = parameter(1e-9, Number(0.0, 0.1, "m"), "The same, absolute [m].")
+    max_steps: int = parameter(50, Number(2, 10000, integer=True), "Most steps spent on one frame.")
+    second_order: bool = parameter(
+        True, Switch(), "Use the full second derivative where it is convex, not only its Gauss-Newton part."
+    )
+
+
+@dataclass(frozen=True)
+class SearchSettings(Section):
+    """The search: many basins, or the paper's swarms (method section 7)."""
+
+    algorithm: str = parameter(
+        "multibasin", Choice(("rapso", "pso", "multibasin")),
+        "multibasin: descents by gradients in many basins, within the budget; rapso: the paper's RA-PSO; pso: both\n"
+        "take particles and iterations. Where those are set and no algorithm is, it is rapso.",
+    )  # fmt: skip
+    budget: int = parameter(25000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most.")
+    particles: int = parameter(400, Number(1, 10**6, integer=True), "N, number of particles.")
+    iterations: int = parameter(200, Number(1, 10**6, integer=True), "M, number of iterations.")
+    seed: int = parameter(0, Number(0, 2**63 - 1, integer=True), "Seed of the random numbers.")
+    inertia: float = parameter(0.8, Number(0.0, 1.0), "w of eq. 7.")
+    c1: float = parameter(0.4, Number(0.0, 10.0), "c_1 of eq. 7, pull to the particle's own best.")
+    c2: float = parameter(0.6, Number(0.0, 10.0), "c_2 of eq. 7, pull to the swarm's best.")
+    c_range: tuple[float, float] = parameter(
+        (-0.5, 0.5), Interval(Number(-10.0, 10.0)), "c_min, c_max of eq. 8 (RA-PSO)."
+    )
+    range: str = parameter(
+        "valid", Choice(("valid", "box")), "Range of eq. 8: extent over the valid particles, or width of the box."
+    )
+    angle_interval: int = parameter(
+        2, Number(1, 10**6, integer=True), "D: angular entries move only in every D-th iteration (RA-PSO)."
+    )
+    patience: int | None = parameter(
+        None, Number(1, 10**6, integer=True),
+        "Stop after this many iterations without a gain of 0.1 %; not set: never. Of multibasin 400 candidates count\n"
+        "as an iteration.", optional=True,
+    )  # fmt: skip
+    target: float | None = parameter(
+        None, Number(0.0, 1e6, "m"), "Stop once the fitness r is this low [m]; not set: never.", optional=True
+    )
+    time_limit: float | None = parameter(
+        None, Number(0.0, 1e9, "s", above=True),
+        "Stop after this time [s], the iteration at hand finished; not set: never.", optional=True,
+    )  # fmt: skip
+    prune: bool = parameter(
+        True, Switch(), "Drop a candidate once its partial sum passes its own best; changes nothing but the time."
+    )
+    first: tuple[tuple[float, ...], ...] | None = parameter(
+        None, Several(Several(Number(), 1, 40), 0, 10**6),
+        "Designs that the first generation begins with, the rest of it is drawn: for each the free entries of the DH\n"
+        "table in their order, alpha, a, d row by row [rad, m], then the base yaw; not set: none.", optional=True,
+    )  # fmt: skip
+
+    @property
+    def candidates(self) -> int:
+        """Candidates that are evaluated at most."""
+        return self.budget if self.algorithm == "multibasin" else self.particles * self.iterations
+
+    @property
+    def size(self) -> str:
+        """How large the search is, in words."""
+        if self.algorithm == "multibasin":
+            return f"up to {counted(self.budget, 'candidate')}"
+        return f"{counted(self.particles, 'particle')}, {counted(self.iterations, 'iteration')}"
+
+
+SWARM = ("particles", "iterations", "inertia", "c1", "c2", "c_range", "range", "angle_interval")
+"""Settings of the search that only the swarms have."""
+SECTIONS: tuple[type[Section], ...] = (TaskSettings, DesignSettings, FitnessSettings, SolverSettings, SearchSettings)
+
+
+@dataclass(frozen=True)
+class Study:
+    """All settings of one search."""
+
+    task: TaskSettings = dataclasses.field(default_factory=TaskSettings)
+    design: DesignSettings = dataclasses.field(default_factory=DesignSettings)
+    fitness: FitnessSettings = dataclasses.field(default_factory=FitnessSettings)
+    solver: SolverSettings = dataclasses.field(default_factory=SolverSettings)
+    search: SearchSettings = dataclasses.field(default_factory=SearchSettings)
+
+    def replace(self, changes: Mapping[str, Mapping[str, Any]]) -> Study:
+        """A copy with other values, given as {section: {entry: value}}.
+
+        Raises:
+            SettingsError: Unknown section or entry, or a value that is not allowed.
+        """
+        by_title = {kind.title(): kind for kind in SECTIONS}
+        sections = {}
+        for title, entries in changes.items():
+            home = next((kind.title() for kind in SECTIONS if title in kind.names()), None)
+            if title not in by_title and home is not None:
+                raise SettingsError(
+                    f"'{title}' stands outside of any section",
+                    value=title,
+                    allowed=list(by_title),
+                    fix=f"Move it below [{home}]",
+                )
+            if title not in by_title:
+                raise SettingsError(f"unknown section [{title}]", value=title, allowed=list(by_title))
+            if not isinstance(entries, Mapping):
+                raise SettingsError(f"'{title}' is a section, not a value", value=entries, fix=f"Write [{title}]")
+            names = by_title[title].names()
+            for name in entries:
+                if name not in names:
+                    raise SettingsError(f"unknown setting '{title}.{name}'", value=name, allowed=list(names))
+            meant = with_algorithm(entries, self.search.algorithm) if title == SearchSettings.title() else entries
+            sections[title] = dataclasses.replace(getattr(self, title), **meant)
+        return dataclasses.replace(self, **sections)
+
+    def to_dict(self) -> dict[str, dict[str, Any]]:
+        """All values as plain {section: {entry: value}}, without those not set."""
+        tables = {kind.title(): dataclasses.asdict(getattr(self, kind.title())) for kind in SECTIONS}
+        return {title: {k: v for k, v in table.items() if v is not None} for title, table in tables.items()}
+
+    def to_toml(self, *, comments: bool = False) -> str:
+        """All values as TOML, optionally with their documentation."""
+        return "\n".join(section_toml(getattr(self, kind.title()), comments=comments) for kind in SECTIONS)
+
+
+def with_algorithm(entries: Mapping[str, Any], algorithm: str) -> Mapping[str, Any]:
+    """Changes to the search with the algorithm they mean: RA-PSO where they set a swarm's parameters and name none."""
+    asks_for_swarm = any(entries.get(name) is not None for name in SWARM)
+    if algorithm == "multibasin" and asks_for_swarm and entries.get("algorithm") is None:
+        return {**entries, "algorithm": "rapso"}
+    return entries
+
+
+def read_study(path: str | Path) -> Study:
+    """Read a TOML file of settings; entries left out keep their defaults.
+
+    Args:
+        path: The file. Relative paths of recordings count from its folder.
+
+    Raises:
+        SettingsError: The file is missing or not TOML, or holds an unknown or disallowed entry.
+    """
+    path = Path(path)
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise SettingsError(f"cannot read the settings {path}: {error.strerror}", value=str(path)) from error
+    except UnicodeDecodeError as error:
+        raise SettingsError(f"the settings {path} are not UTF-8 text", value=str(path)) from error
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError, or numbers and nesting beyond all bounds
+        raise SettingsError(
+            f"the settings {path} are not valid TOML: {error}",
+            fix="'armdesign search --write-config' prints a file to start from",
+        ) from error
+    try:
+        study = Study().replace(tables)
+    except SettingsError as error:
+        raise SettingsError(f"{path}: {error}", value=error.value) from error
+    return beside(study, path.parent)
+
+
+def beside(study: Study, folder: Path) -> Study:
+    """The study with the paths of its recordings counted from a folder."""
+    task = study.task
+    files = {name: str(folder / file) for name, file in task.files.items()}
+    recording = None if task.recording is None else str(folder / task.recording)
+    given = {name: getattr(task, name) for name in ("more_recordings", "holdouts")}
+    lists = {name: [str(folder / path) for path in paths] for name, paths in given.items() if paths}
+    return study.replace({"task": {"recording": recording, "files": files, **lists}})

@@ -1,0 +1,8 @@
+"""The preview: arms performing their tasks in MeshCat, as one page that needs nothing from elsewhere."""
+
+from __future__ import annotations
+
+from armdesign.views.preview.preview_page import preview_html
+from armdesign.views.preview.server import PageServer
+
+__all__ = ["PageServer", "preview_html"]

@@ -1,0 +1,181 @@
+"""The preview as one page: MeshCat's viewer, the drawing commands and our controls, without anything from elsewhere."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.errors import SettingsError, counted
+from armdesign.runs.reading import FinishedRun
+from armdesign.views.preview.colours import ARM, AXES, DEMONSTRATOR, VIRIDIS
+from armdesign.views.preview.keyframes import RATE
+from armdesign.views.preview.preview_scene import AXIS, Scene, Shown, build_scene
+from armdesign.views.preview.recorder import encoded
+
+HERE = Path(__file__).resolve().parent
+NEGLIGIBLE = 5e-5
+"""Interpolation that is off by less is not worth a word [m]."""
+
+SLOWEST = 1e-3
+"""Least speed, times true speed."""
+MOST_DESIGNS = 12
+"""Designs side by side; more could not be told apart, and would not fit into the page's size."""
+NAME_GAP = 0.06
+"""Free space below a design's name [m]."""
+
+
+def preview_html(runs: Sequence[FinishedRun], speed: float = 1.0) -> str:
+    """Finished runs performing their tasks, as one HTML page that works offline and loads nothing.
+
+    The arms move at true speed. At most 60 frames per second are kept, fewer where a long recording would make
+    the page too large; the browser interpolates and the page says how many they are. The fragment ``#t=1.5`` stops
+    the motion at that time.
+
+    Args:
+        runs: The designs, shown side by side in this order.
+        speed: Times true speed at which the page begins to play.
+
+    Returns:
+        The page; below 5 MB.
+
+    Raises:
+        SettingsError: There is no run or too many, or the speed is none.
+    """
+    if not 1 <= len(runs) <= MOST_DESIGNS:
+        raise SettingsError(f"a page cannot show {counted(len(runs), 'design')}", allowed=f"1 to {MOST_DESIGNS}")
+    check_speed(speed)
+    return page(build_scene(runs), speed)
+
+
+def check_speed(speed: float) -> None:
+    """Refuse speeds that show nothing.
+
+    Raises:
+        SettingsError: It is not between a thousandth of true speed and a thousand times.
+    """
+    if not SLOWEST <= speed <= 1.0 / SLOWEST:
+        allowed = f"{SLOWEST:g} to {1.0 / SLOWEST:g}; 1 is true speed"
+        raise SettingsError(f"the speed is {speed:g}", value=speed, allowed=allowed)
+
+
+def page(scene: Scene, speed: float) -> str:
+    """The page of a scene; every name in it is escaped."""
+    import jinja2  # noqa: PLC0415 (only writing a page needs it)
+
+    scripts = {"meshcat": meshcat_bundle(), "script": (HERE / "page.js").read_text(encoding="utf-8")}
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=True, trim_blocks=True)
+    template = environment.from_string((HERE / "page.html.j2").read_text(encoding="utf-8"))
+    return template.render(
+        **scripts,
+        hashes=" ".join(f"'sha256-{digest(text)}'" for text in scripts.values()),
+        licences=meshcat_licences(),
+        style=(HERE / "page.css").read_text(encoding="utf-8"),
+        commands="\n".join(map(encoded, scene.commands)),
+        data=embedded(page_data(scene, speed)),
+        names=[shown.name for shown in scene.designs],
+        colours={"arm": ARM, "demonstrator": DEMONSTRATOR, "scale": ", ".join(VIRIDIS)},
+        ticks=[f"{share * scene.scale.top * 1e3:g}" for share in (0.0, 0.5, 1.0)],
+        oriented=any(shown.oriented for shown in scene.designs),
+        notes=notes(scene, speed),
+    )
+
+
+def page_data(scene: Scene, speed: float) -> dict[str, Any]:
+    """What the page's script needs to know; positions in metres, distances in millimetres."""
+    return {
+        "duration": scene.duration,
+        "speed": speed,
+        "designs": [design_data(shown) for shown in scene.designs],
+        "labels": [label for shown in scene.designs for label in labels(shown, several=len(scene.designs) > 1)],
+        "framed": [point for shown in scene.designs for point in framed(shown, scene.floor).tolist()],
+        "scale": {"top": scene.scale.top * 1e3, "colours": VIRIDIS},
+        "direction": [1.0, -0.22, 0.4] if len(scene.designs) > 1 else [0.62, -0.8, 0.42],
+    }
+
+
+def framed(shown: Shown, floor: float) -> Array:
+    """What the camera has to see of a design: its space, base frame, name and foot, shape (13, 3)."""
+    corners = np.stack(np.meshgrid(*shown.bounds.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    axes = shown.origin + 1.2 * AXIS * np.eye(3)
+    above = [[*shown.origin[:2], top_of(shown)], [*shown.origin[:2], floor]]
+    return np.concatenate([corners, axes, above])
+
+
+def top_of(shown: Shown) -> float:
+    """Where a name stands above a design [m]."""
+    return max(float(shown.bounds[1, 2]), 1.2 * AXIS) + NAME_GAP
+
+
+def design_data(shown: Shown) -> dict[str, Any]:
+    """The distances of a design over time."""
+    return {
+        "name": shown.name,
+        "points": shown.points,
+        "times": np.round(shown.times, 4).tolist(),
+        "distances": np.round(shown.distance * 1e3, 1).tolist(),
+    }
+
+
+def labels(shown: Shown, *, several: bool) -> list[dict[str, Any]]:
+    """Texts at points of the scene: the axes of the base frame, and the design's name where there are several."""
+    found = []
+    for axis, direction, colour in zip("xyz", np.eye(3), AXES, strict=True):
+        place = (shown.origin + 1.15 * AXIS * direction).tolist()
+        found.append({"text": axis, "place": place, "kind": "axis", "colour": colour})
+    if several:
+        above = [*shown.origin[:2].tolist(), top_of(shown)]
+        found.append({"text": shown.name, "place": above, "kind": "name", "colour": "#1d242b"})
+    return found
+
+
+def notes(scene: Scene, speed: float) -> list[str]:
+    """Sentences on what is shown: the speed, and what was left out."""
+    rate = "True speed" if speed == 1.0 else f"{speed:g} times true speed"
+    shown = sum(len(design.times) for design in scene.designs)
+    frames = sum(design.frames for design in scene.designs)
+    if shown == frames:
+        return [f"{rate}, all of {counted(frames, 'frame')}."]
+    off = max(design.deviation for design in scene.designs)
+    density = (shown - len(scene.designs)) / sum(float(design.times[-1]) for design in scene.designs)
+    text = f"{rate}, {shown} of {counted(frames, 'frame')} ({min(density, RATE):.3g} per second)"
+    return [
+        f"{text}; between them the end-effector is at most {off * 1e3:.1f} mm off." if off > NEGLIGIBLE else f"{text}."
+    ]
+
+
+def embedded(data: dict[str, Any]) -> str:
+    """JSON that can stand in a script element: nothing in it ends the element."""
+    text = json.dumps(data, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def digest(script: str) -> str:
+    """What the page's security policy knows a script by."""
+    return base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+
+
+def meshcat_bundle() -> str:
+    """The script of MeshCat's viewer, fit to stand in a script element."""
+    text = (viewer_folder() / "dist" / "main.min.js").read_text(encoding="utf-8")
+    return text.replace("</script", "<\\/script").replace("<!--", "<\\!--")
+
+
+def meshcat_licences() -> str:
+    """The licences under which MeshCat's viewer may be passed on."""
+    folder = viewer_folder()
+    texts = [path.read_text(encoding="utf-8") for path in (folder / "LICENSE", folder / "dist/main.min.js.LICENSE.txt")]
+    return "\n".join(texts).replace("</script", "")
+
+
+def viewer_folder() -> Path:
+    """Where MeshCat keeps its viewer."""
+    import meshcat  # noqa: PLC0415 (slow to import)
+
+    return Path(meshcat.viewer_assets_path())

@@ -1,0 +1,253 @@
+"""The report as one HTML page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from armdesign._version import __version__
+from armdesign.errors import ArmDesignError, short_names
+from armdesign.export.options import RobotOptions
+from armdesign.export.xml_text import rpy
+from armdesign.fitness.constraints import design_space
+from armdesign.kinematics.dh import DHTable
+from armdesign.runs.reading import FinishedRun
+from armdesign.views.report import plots, words
+from armdesign.views.report.facts import (
+    FitnessParts,
+    JointLoads,
+    SearchFacts,
+    fitness_parts,
+    history_columns,
+    joint_loads,
+    search_facts,
+    start_error,
+)
+from armdesign.views.report.report_scene import scene_pictures
+from armdesign.views.report.sketch import sketch_picture
+from armdesign.views.report.tracking import tracking_picture
+
+if TYPE_CHECKING:
+    from armdesign.export.trajectory.simulation import Tracking
+
+TEMPLATES = Path(__file__).resolve().parent / "templates"
+AT_BOUND = 1e-9
+
+
+def report_html(run: FinishedRun, *, options: RobotOptions | None = None, tracking: Tracking | None = None) -> str:
+    """The report of a run as one page that needs no network; the same run gives the same page.
+
+    Args:
+        run: The run.
+        options: What the arm is assumed to be built of and to carry.
+        tracking: How it follows the hand in a simulation, from ``armdesign.export.trajectory.simulation.simulate``.
+
+    Raises:
+        RunFolderError: What the run's result.json tells of the search is damaged.
+    """
+    chosen = options or RobotOptions()
+    payload = chosen.limits.payload
+    facts, history = search_facts(run), history_columns(run)
+    parts = fitness_parts(run)
+    loads = joint_loads(run, chosen)
+    pictures = {
+        "scene": scene_pictures(run),
+        "sketch": sketch_picture(run.table),
+        "fitness": plots.fitness_picture(run, parts),
+        "errors": [plots.error_picture(run), plots.histogram_picture(run)],
+        "joints": plots.joint_pictures(loads),
+        "tracking": tracking_picture(run, tracking) if tracking else None,
+        "convergence": plots.convergence_picture(history) if history else None,
+    }
+    context = {
+        "run": run,
+        "facts": facts,
+        "parts": parts,
+        "pictures": pictures,
+        "version": __version__,
+        "made_by": run.content.get("armdesign_version", __version__),
+        "figures": key_figures(run, loads, payload),
+        "points": point_rows(run, parts),
+        "demonstrations": demonstration_rows(run),
+        "modified": modified_rows(run.table, bound_marks(run, facts)),
+        "classic": classic_rows(run.table),
+        "joints": joint_rows(loads),
+        "masses": loads.masses,
+        "payload": payload,
+        "orientation": orientation_row(run),
+        "start_error": start_error(run),
+        "mount": np.rad2deg(rpy(run.evaluation.path.mount)),
+        "assumptions": words.assumptions(chosen),
+        "settings": words.changed_settings(run.prepared.study),
+        "freedom": words.freedom(run.prepared.study.design),
+        "weights": words.weights_sentence(run),
+        "sources": words.source_sentences(run),
+        "search": words.search_sentences(facts, run) if facts else [],
+        "removed": words.REMOVED,
+        "recipes": words.recipes(run),
+    }
+    return fill(context)
+
+
+def fill(context: dict[str, Any]) -> str:
+    """The template with its values; markup in a value is escaped, only the figures are markup themselves.
+
+    Raises:
+        ArmDesignError: The template is missing or damaged.
+    """
+    import jinja2  # noqa: PLC0415
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        undefined=jinja2.StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["mm"] = lambda value, digits=1: number(1e3 * value, digits)
+    environment.filters["deg"] = lambda value, digits=1: number(float(np.rad2deg(value)), digits)
+    environment.filters["fixed"] = number
+    environment.filters["plain"] = lambda value: f"{value:g}"
+    try:
+        return environment.get_template("report.html.j2").render(context)
+    except jinja2.TemplateError as error:
+        raise ArmDesignError(
+            f"the report's template in {TEMPLATES} cannot be filled in: {error!r}", fix="Reinstall armdesign"
+        ) from error
+
+
+def number(value: float, digits: int = 1) -> str:
+    """A number with a fixed count of digits, a true minus sign and no negative zero."""
+    return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", "−")
+
+
+def key_figures(run: FinishedRun, loads: JointLoads, payload: float) -> list[tuple[str, str]]:
+    """The figures at the head of the page."""
+    path, name = run.evaluation.path, run.prepared.task.points[-1]
+    hand = path.distance[:, -1]
+    peak = np.abs(loads.torque).max(axis=0)
+    figures = [
+        ("Joints", str(run.table.dof)),
+        ("Length, tool included", f"{number(1e3 * run.table.length, 0)} mm"),
+        (f"Fitness r{scored_how(run)}", f"{number(run.evaluation.fitness, 4)} m"),
+        (f"Error of {name}, mean", f"{number(1e3 * hand.mean())} mm"),
+        (f"Error of {name}, largest", f"{number(1e3 * hand.max())} mm"),
+    ]
+    if run.prepared.study.fitness.orientation_weight:
+        figures.append(("Orientation, mean error", f"{number(np.rad2deg(path.orientation_error.mean()), 2)} deg"))
+    return [
+        *figures,
+        ("Error at the start", f"{number(1e3 * start_error(run), 3)} mm"),
+        (f"Peak torque, joint {int(peak.argmax()) + 1}", f"{number(peak.max(), 2)} N m"),
+        ("Moving mass, assumed", f"{number(loads.masses[1:].sum() + payload, 2)} kg"),
+    ]
+
+
+def scored_how(run: FinishedRun) -> str:
+    """What the fitness is of several demonstrations; nothing of one."""
+    count = len(run.evaluation.demonstrations)
+    return f", {run.prepared.study.fitness.demonstrations} of {count}" if count else ""
+
+
+def demonstration_rows(run: FinishedRun) -> list[dict[str, Any]]:
+    """What the arm does on each of several demonstrations and on those held out; nothing where there is but one."""
+    prepared, evaluation = run.prepared, run.evaluation
+    seen = list(zip(prepared.demonstrations, evaluation.demonstrations or (evaluation,), strict=True))
+    every = [*seen, *zip(prepared.holdouts, evaluation.holdouts, strict=True)]
+    if len(every) == 1:
+        return []
+    names = short_names([each.name for each, _ in every])
+    return [
+        {
+            "name": name,
+            "held_out": k >= len(seen),
+            "frames": len(each.task.time),
+            "duration": float(each.task.time[-1] - each.task.time[0]),
+            "scored": scored,
+            "hand": scored.path.distance[:, -1],
+        }
+        for k, (name, (each, scored)) in enumerate(zip(names, every, strict=True))
+    ]
+
+
+def point_rows(run: FinishedRun, parts: FitnessParts) -> list[dict[str, Any]]:
+    """Weight, errors and part of the fitness of every point."""
+    distance, factor = run.evaluation.path.distance, parts.factors[0]
+    rows = zip(run.prepared.task.points, run.prepared.study.fitness.weights, distance.T, parts.points, strict=True)
+    return [
+        {
+            "name": name,
+            "weight": weight,
+            "mean": float(errors.mean()),
+            "median": float(np.median(errors)),
+            "p95": float(np.percentile(errors, 95)),
+            "max": float(errors.max()),
+            "part": factor * float(part),
+        }
+        for name, weight, errors, part in rows
+    ]
+
+
+def orientation_row(run: FinishedRun) -> list[float]:
+    """Mean, median, 95 % and largest error of the orientation [rad]; nothing where none is followed."""
+    error = run.evaluation.path.orientation_error
+    if not run.prepared.study.fitness.orientation_weight:
+        return []
+    return [float(x) for x in (error.mean(), np.median(error), np.percentile(error, 95), error.max())]
+
+
+def bound_marks(run: FinishedRun, facts: SearchFacts | None) -> np.ndarray[Any, Any]:
+    """Which of (alpha, a, d) of a searched arm lie at a bound they could have left, shape (n + 1, 3)."""
+    table = run.table
+    marks = np.zeros((table.dof + 1, 3), dtype=bool)
+    space = design_space(run.prepared.study.design)
+    if facts is None or space.dof != table.dof:
+        return marks
+    entries = np.stack([table.alpha, table.a, table.d], axis=1).ravel()
+    lower, upper, free = space.lower[:-1], space.upper[:-1], space.free[:-1]
+    at_end = (np.abs(entries - lower) < AT_BOUND) | (np.abs(entries - upper) < AT_BOUND)
+    marks[:] = (free & at_end).reshape(marks.shape)
+    return marks
+
+
+def modified_rows(table: DHTable, marks: np.ndarray[Any, Any]) -> list[dict[str, Any]]:
+    """The rows of the modified table; the joint that turns about a row's z."""
+    return [
+        {
+            "label": "tool" if i == table.dof else str(i),
+            "joint": None if i == table.dof else i + 1,
+            "alpha": float(table.alpha[i]),
+            "a": float(table.a[i]),
+            "d": float(table.d[i]),
+            "theta": float(table.theta[i]),
+            "marks": marks[i].tolist(),
+        }
+        for i in range(table.dof + 1)
+    ]
+
+
+def classic_rows(table: DHTable) -> list[list[float]]:
+    """The rows (alpha, a, d, theta) of the classic table [rad, m, m, rad]."""
+    rows: list[list[float]] = table.to_classic().rows.tolist()
+    return rows
+
+
+def joint_rows(loads: JointLoads) -> list[dict[str, Any]]:
+    """Range, peak speed and peak torque of every joint with their limits."""
+    q, v, torque = loads.motion.q, np.abs(loads.motion.v), np.abs(loads.torque)
+    return [
+        {
+            "low": float(q[:, i].min()),
+            "high": float(q[:, i].max()),
+            "lower": float(loads.range[i, 0]),
+            "upper": float(loads.range[i, 1]),
+            "speed": float(v[:, i].max()),
+            "velocity": float(loads.limits.velocity[i]),
+            "torque": float(torque[:, i].max()),
+            "effort": float(loads.limits.effort[i]),
+        }
+        for i in range(q.shape[1])
+    ]

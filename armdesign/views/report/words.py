@@ -1,0 +1,224 @@
+"""What the report says in words and tables: settings, assumptions, and how to run the arm elsewhere."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+from armdesign.errors import counted
+from armdesign.export.formats import FORMATS
+from armdesign.export.joint_load import GRAVITY
+from armdesign.export.options import RobotOptions
+from armdesign.export.options import assumptions as assumed
+from armdesign.export.trajectory.exporting import FILES
+from armdesign.fitness.problem import start_effort
+from armdesign.runs.reading import FinishedRun
+from armdesign.settings.kinds import toml_value
+from armdesign.settings.sections import SECTIONS, DesignSettings, SolverSettings, Study
+from armdesign.views.report.facts import SearchFacts
+
+UNIT = re.compile(r" ?\[([^\]]+)\]")
+TOLD = {"task": ("recording", "files", "base", "points", "orientation"), "fitness": ("weights", "orientation_weight")}
+"""Settings that the page tells elsewhere."""
+STOPPED = {
+    "iterations": "all iterations were done",
+    "budget": "the budget of candidates was spent",
+    "patience": "there was no gain of 0.1 % for as many iterations as were to be waited",
+    "target": "the target was reached",
+    "time_limit": "the time limit was reached",
+    "interrupted": "it was interrupted",
+}
+REMOVED = {
+    "constraints": "outside the bounds, of a length that is not allowed, or with two joints on one axis",
+    "reach": "too short for the hand's first point",
+    "start": "without a pose that brings the end-effector to the hand's first point",
+    "pruned": "given up on the way, when they could no longer become better",
+    "path": "losing the hand in a later frame, where every frame has to reach it",
+}
+
+
+class Setting(NamedTuple):
+    """A setting that is not at its default."""
+
+    name: str
+    value: str
+    default: str
+    doc: str
+
+
+class Assumption(NamedTuple):
+    """A number that was assumed."""
+
+    name: str
+    value: str
+    flag: str = ""
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A way to use the arm elsewhere.
+
+    Attributes:
+        title: The program.
+        text: What to know.
+        code: What to type.
+    """
+
+    title: str
+    text: str
+    code: str
+
+
+def changed_settings(study: Study) -> list[Setting]:
+    """The settings that differ from the defaults, but for those that the page tells elsewhere or that follow."""
+    default, found = Study(), []
+    effort = start_effort(SolverSettings(), study.design.dof)._asdict()
+    for kind in SECTIONS:
+        title = kind.title()
+        now, before = getattr(study, title), getattr(default, title)
+        for entry in fields(kind):  # type: ignore[arg-type]
+            value, usual = getattr(now, entry.name), getattr(before, entry.name)
+            follows = title == "solver" and effort.get(entry.name, object()) == value
+            follows |= usual is None and value in (False, "off")  # decided by the recording: nothing is done
+            if value == usual or follows or entry.name in TOLD.get(title, ()):
+                continue
+            doc = " ".join(str(entry.metadata["doc"]).split())
+            found.append(Setting(f"{title}.{entry.name}", shown(value), shown(usual), doc))
+    return found
+
+
+def shown(value: Any) -> str:  # noqa: ANN401 (values of settings)
+    """A value as in study.toml."""
+    return "not set" if value is None else toml_value(value)
+
+
+def freedom(design: DesignSettings) -> list[str]:
+    """What the search was free to choose, in sentences."""
+    alpha, a, d, length = (pair(getattr(design, name)) for name in ("alpha", "a", "d", "length"))
+    yaw = design.base_yaw
+    sentences = [
+        f"The twists alpha lie within {alpha} deg, the link lengths a within {a} m and the offsets d within {d} m; "
+        f"the tool is {1e3 * design.tool_length:g} mm long, the first row only turns.",
+        f"The whole arm is {length} m long, tool included. Its base is "
+        + ("not turned about z." if yaw == (0.0, 0.0) else f"turned by {pair(yaw)} deg about z."),
+        "Joints turn within "
+        + (
+            f"{pair(design.joint_limits[0])} deg."
+            if len(set(design.joint_limits)) == 1
+            else ", ".join(f"{pair(limits)} (J{i})" for i, limits in enumerate(design.joint_limits, start=1)) + " deg."
+        ),
+    ]
+    if design.bounds:
+        entries = ", ".join(f"{name} within {pair(bounds)}" for name, bounds in design.bounds.items())
+        sentences.append(f"Bounds of single entries [deg, m]: {entries}.")
+    return sentences
+
+
+def pair(ends: tuple[float, float]) -> str:
+    """Two bounds."""
+    return f"{ends[0]:g} to {ends[1]:g}".replace("-", "−")
+
+
+def assumptions(options: RobotOptions) -> list[Assumption]:
+    """Every number behind masses, speeds, torques and robot files that was assumed, not searched or measured."""
+    rows = []
+    for option in assumed(options):
+        unit = UNIT.search(option.doc)
+        value = "not set" if option.value is None else f"{option.value:g} {unit.group(1) if unit else ''}"
+        text = " ".join(UNIT.sub("", option.doc).split()).rstrip(".")
+        rows.append(Assumption(text, value.strip(), option.flag))
+    gravity = f"{GRAVITY[2]:g} m/s^2"
+    return [
+        *rows,
+        Assumption("Gravity, along the base's z", gravity.replace("-", "−")),
+        Assumption("Friction and rotor inertia in the torques; the margin is there to cover them", "none"),
+    ]
+
+
+def weights_sentence(run: FinishedRun) -> str:
+    """What counts how much."""
+    fitness, task = run.prepared.study.fitness, run.prepared.task
+    parts = [f"{name} {w:.3g}" for name, w in zip(task.points, fitness.weights, strict=True)]
+    if fitness.orientation_weight:
+        parts.append(f"orientation of {task.orientation or task.points[-1]} {fitness.orientation_weight:.3g}")
+    return f"Weights: {', '.join(parts)}."
+
+
+def source_sentences(run: FinishedRun) -> list[str]:
+    """The files that the recording was read from, without the folders they were in."""
+    sentences = []
+    for source in run.prepared.origin.sources:
+        if source.path:
+            name = source.path.replace("\\", "/").rpartition("/")[2]
+            digest = f" (SHA-256 {source.sha256[:16]}...)" if isinstance(source.sha256, str) else ""
+            sentences.append(f"Recorded in {name}{digest}.")
+    return sentences
+
+
+def search_sentences(facts: SearchFacts, run: FinishedRun) -> list[str]:
+    """How the search went."""
+    search = run.prepared.study.search
+    iterations = len(run.history.get("best", ()))
+    done = counted(iterations, "iteration") + ("" if search.algorithm == "multibasin" else f" of {search.iterations}")
+    size = search.size if search.algorithm == "multibasin" else counted(search.particles, "particle")
+    each = f"{facts.candidates / facts.wall_time:,.0f}" if facts.wall_time > 0.0 else "any number"
+    return [
+        f"Algorithm {facts.algorithm}, {size}, {done}, seed {facts.seed}.",
+        f"{facts.candidates:,} candidate arms in {duration(facts.wall_time)}, {each} a second.",
+        f"It ended since {STOPPED.get(facts.stopped_by, facts.stopped_by)}.",
+        f"Iteration {facts.converged_at} was the first within 1 % of the last; computational effort up to there "
+        f"{facts.effort:,.0f} valid particles.",
+    ]
+
+
+def duration(seconds: float) -> str:
+    """A time in words."""
+    if seconds < 60.0:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
+
+
+def recipes(run: FinishedRun) -> list[Recipe]:
+    """How to run the arm elsewhere."""
+    folder = str(run.folder or run.name)
+    place, urdf = shlex.quote(folder), shlex.quote(f"{folder}/arm.urdf")
+    mjcf, motion = (shlex.quote(f"{folder}/export/{name}") for name in (FORMATS["mjcf"][0], FILES["ros"]))
+    return [
+        Recipe(
+            "See it move",
+            "In the browser, with play, pause and a slider; with --html FILE as one file to mail.",
+            f"armdesign preview {place}",
+        ),
+        Recipe(
+            "Pinocchio",
+            "The URDF lies in the run folder; its frame tool0 is the end-effector.",
+            f"import pinocchio as pin\n\nmodel = pin.buildModelFromUrdf({f'{folder}/arm.urdf'!r})\n"
+            "data = model.createData()\npin.framesForwardKinematics(model, data, pin.neutral(model))\n"
+            'print(data.oMf[model.getFrameId("tool0")])',
+        ),
+        Recipe(
+            "MuJoCo",
+            "As MJCF, with position actuators.",
+            f"armdesign export {place} --format mjcf\npython -m mujoco.viewer --mjcf={mjcf}",
+        ),
+        Recipe(
+            "ROS 2",
+            "The model in RViz; the demonstrated motion, sent to a joint trajectory controller.",
+            f"ros2 launch urdf_tutorial display.launch.py model:=$(realpath {urdf})\n"
+            f"armdesign export {place} --trajectory ros\n"
+            "ros2 topic pub --once /joint_trajectory_controller/joint_trajectory "
+            f'trajectory_msgs/msg/JointTrajectory "$(cat {motion})"',
+        ),
+        Recipe(
+            "Gazebo, xacro, tables",
+            "SDF, a xacro with ros2_control, the DH table; the motion as CSV, NPZ or a bag. The same options as in the "
+            "assumptions above change what is assumed.",
+            f"armdesign export {place} --format sdf,dh-csv\n"
+            f"armdesign export {place} --format xacro --ros2-control gazebo\n"
+            f"armdesign export {place} --trajectory csv,npz,ros2-bag",
+        ),
+    ]

@@ -1,0 +1,72 @@
+"""Designs that the first generation begins with."""
+
+import numpy as np
+import pytest
+
+from armdesign.errors import SettingsError
+from armdesign.runs.resumable import open_run, start_run
+from armdesign.search.backends import InProcess, WorkerPool
+from armdesign.search.search import Search, new_swarm, search
+from armdesign.settings.sections import Study
+
+
+@pytest.fixture
+def some(prepare_for):
+    """Settings with three designs to begin with, and these."""
+    space = prepare_for(3).space()
+    designs = space.sample(np.random.default_rng(9), 3)
+    return prepare_for(3, first=[[float(x) for x in Phi] for Phi in designs]), designs
+
+
+def test_first_generation_begins_with_them_and_the_rest_is_as_without(some, prepare_for):
+    prepared, designs = some
+    with_them = new_swarm(prepared.study.search, prepared.space()).ask()
+    without = new_swarm(prepare_for(3).study.search, prepared.space()).ask()
+    assert np.array_equal(with_them[:3], designs)
+    assert np.array_equal(with_them[3:], without[3:])
+
+
+def test_they_survive_the_run_folder_to_the_last_bit(some, tmp_path):
+    prepared, designs = some
+    start_run(tmp_path, prepared)
+    assert np.array_equal(open_run(tmp_path).study.search.first, designs)
+
+
+def test_settings_without_them_do_not_mention_them():
+    assert "first" not in Study().to_toml()
+    assert "auto_dof" not in Study().to_toml()
+
+
+def test_same_on_any_workers_and_after_a_resume(some):
+    prepared, _ = some
+    whole = search(prepared)
+    with WorkerPool(prepared, 2) as pool:
+        assert search(prepared, backend=pool).history.best.tolist() == whole.history.best.tolist()
+    run = Search(prepared, InProcess(prepared))
+    run.advance()
+    other = Search(prepared, InProcess(prepared))
+    other.restore(run.state())
+    while other.ended_by() is None:
+        other.advance()
+    assert other.swarm.history.best.tolist() == whole.history.best.tolist()
+
+
+def test_best_of_them_is_the_least_that_is_found(some):
+    prepared, designs = some
+    scores, _ = InProcess(prepared).evaluate(designs, np.full(3, np.inf))
+    if np.isfinite(scores.fitness).any():
+        assert search(prepared).best.fitness <= scores.fitness.min()
+
+
+@pytest.mark.parametrize(
+    ("first", "sentence"),
+    [
+        ([[0.1] * 5], "search.first\\[0\\] has 5 numbers; allowed: 8: alpha_0, alpha_1, a_1"),
+        ([[0.1] * 8, [9.0] + [0.1] * 7], "search.first\\[1\\] has alpha_0 = 9"),
+        ([[0.1] * 8] * 17, "17 designs for 16 particles"),
+    ],
+)
+def test_designs_that_do_not_fit_are_refused(prepare_for, first, sentence):
+    prepared = prepare_for(3, first=first)
+    with pytest.raises(SettingsError, match=sentence):
+        new_swarm(prepared.study.search, prepared.space())

@@ -1,0 +1,73 @@
+"""Sweeps of tiny searches, carried out in this process unless a test is about the crew."""
+
+import csv
+import json
+
+import pytest
+from sweep_crews import PACKAGING, Here
+
+from armdesign import Study, prepare, read_recording
+from armdesign.experiments.sweep import Sweep, run_sweep
+from armdesign.experiments.sweep.sweep_plan import common_settings
+
+
+@pytest.fixture(scope="session")
+def ask():
+    """What a sweep is asked for, and its tasks: by default two algorithms, 4 joints and two seeds."""
+
+    def make(recordings=(PACKAGING,), changes=None, **lists):
+        study = Study().replace({"search": {"particles": 8, "iterations": 3}}).replace(changes or {})
+        given = {"algorithms": ("pso", "rapso"), "dof": (4,), "seeds": (0, 1), "angle_intervals": (2,)} | lists
+        tasks = {}
+        for path in map(str, recordings):
+            own = study.replace({"task": {"recording": path}})
+            for n in given["dof"]:
+                tasks[path, n] = prepare(read_recording(path), own.replace({"design": {"dof": n}}))
+        return Sweep(common_settings(study), tuple(map(str, recordings)), **given), tasks
+
+    return make
+
+
+@pytest.fixture
+def sweep_here():
+    """Carry out a sweep in this process; gives the crew, or None where nobody had to be hired."""
+
+    def carry_out(folder, asked, capacity=1, **options):
+        crews = []
+
+        def hire(units):
+            crews.append(Here(capacity))
+            return crews[0]
+
+        run_sweep(folder, *asked, hire, **options)
+        return crews[0] if crews else None
+
+    return carry_out
+
+
+@pytest.fixture(scope="session")
+def rows_of():
+    """The rows of a sweep.csv, without the times."""
+
+    def read(folder):
+        with (folder / "sweep.csv").open(encoding="utf-8", newline="") as stream:
+            return [{k: v for k, v in row.items() if k != "wall_time"} for row in csv.DictReader(stream)]
+
+    return read
+
+
+@pytest.fixture(scope="session")
+def files_of():
+    """All files below a folder by name, without times, locks, and saved states, which hold times."""
+
+    def read(folder):
+        found = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+        for name, content in found.items():
+            if name.endswith("result.json"):
+                found[name] = {k: v for k, v in json.loads(content).items() if k != "wall_time"}
+            if name.endswith("sweep.csv"):
+                rows = list(csv.DictReader(content.decode().splitlines()))
+                found[name] = [{k: v for k, v in row.items() if k != "wall_time"} for row in rows]
+        return {name: content for name, content in found.items() if not name.endswith((".lock", ".npz"))}
+
+    return read

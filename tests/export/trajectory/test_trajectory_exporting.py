@@ -1,0 +1,142 @@
+"""The trajectory of a run as files: what the notes state holds, and what is refused leaves nothing behind."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from armdesign.errors import RunFolderError, SettingsError
+from armdesign.export.trajectory.exporting import FILES, export_trajectory, make_trajectory
+from armdesign.export.trajectory.tool_poses import tool_poses
+
+
+def read_csv(path):
+    values = np.loadtxt(path, delimiter=",", skiprows=1)
+    n = (values.shape[1] - 1) // 3
+    return values[:, 0], values[:, 1 : n + 1], values[:, n + 1 : 2 * n + 1], values[:, 2 * n + 1 :]
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_every_kind_is_written_under_its_name(tmp_path, run, kind):
+    if kind == "ros2-bag":
+        pytest.importorskip("rosbags")
+    exported = export_trajectory(run, kind, tmp_path / "new" / "folder")
+    assert exported.path == tmp_path / "new" / "folder" / FILES[kind]
+    assert exported.path.exists()
+    assert [path.name for path in exported.path.parent.iterdir()] == [FILES[kind]]
+
+
+@pytest.mark.parametrize(("kind", "name"), [("csv", "a.csv"), ("ros", "b.yaml"), ("npz", "c.NPZ")])
+def test_a_name_with_the_kinds_ending_is_the_file(tmp_path, run, kind, name):
+    assert export_trajectory(run, kind, tmp_path / name).path == tmp_path / name
+    assert (tmp_path / name).is_file()
+
+
+def test_all_kinds_carry_the_same_motion(tmp_path, run):
+    for kind in ("csv", "ros", "npz"):
+        export_trajectory(run, kind, tmp_path, rate=75.0, speed=0.6)
+    _, q, v, a = read_csv(tmp_path / FILES["csv"])
+    arrays = np.load(tmp_path / FILES["npz"])
+    points = yaml.safe_load((tmp_path / FILES["ros"]).read_text())["points"]
+    for values, name, field in ((q, "q", "positions"), (v, "v", "velocities"), (a, "a", "accelerations")):
+        np.testing.assert_array_equal(arrays[name], values)
+        np.testing.assert_array_equal([point[field] for point in points], values)
+
+
+def test_the_rate_is_that_asked_for_or_the_demonstrations(tmp_path, run):
+    for rate in (None, 250.0):
+        time, *_ = read_csv(export_trajectory(run, "csv", tmp_path, rate=rate, overwrite=True).path)
+        np.testing.assert_allclose(np.diff(time), run.prepared.task.dt if rate is None else 1 / rate, rtol=1e-6)
+
+
+def test_the_notes_state_the_deviation_that_the_angles_show(run):
+    trajectory = make_trajectory(run)
+    path, q = trajectory.path, run.evaluation.path.q
+    smooth, solved = tool_poses(run.table, path.at(path.time)), tool_poses(run.table, q)
+    moved = 1e3 * np.linalg.norm(smooth[:, :3, 3] - solved[:, :3, 3], axis=1)
+    stated = [float(x) for x in re.findall(r"([\d.]+) (?:deg|mm)", trajectory.notes[0])]
+    angle = np.degrees(np.abs(path.at(path.time) - q).max())
+    assert stated[:3] == pytest.approx([angle, moved.max(), moved.mean()], abs=0.006)
+
+
+def test_fitted_limits_hold_and_the_slow_down_is_told(tmp_path, runs):
+    exported = export_trajectory(
+        runs["packaging"], "csv", tmp_path, rate=1000.0, fit_limits=True, max_velocity=1.0, max_acceleration=3.0
+    )
+    _, _, v, a = read_csv(exported.path)
+    assert np.abs(v).max() <= 1.0
+    assert np.abs(a).max() <= 3.0
+    assert np.abs(v).max() > 0.99 or np.abs(a).max() > 2.97
+    assert any(note.startswith("Slowed down to 0.") for note in exported.notes)
+
+
+def test_limits_never_speed_up(runs):
+    plain, fitted = (
+        make_trajectory(runs["welding"], speed=0.3, fit_limits=fit, max_velocity=50.0, max_acceleration=1e4)
+        for fit in (False, True)
+    )
+    assert fitted.timing == plain.timing
+    assert any("without slowing down" in note for note in fitted.notes)
+
+
+def test_an_exported_trajectory_is_a_pure_function_of_the_run(tmp_path, run):
+    for kind in ("csv", "ros", "npz"):
+        paths = [export_trajectory(run, kind, tmp_path / name).path for name in "ab"]
+        assert paths[0].read_bytes() == paths[1].read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"speed": 0.001}, "speed is 0.001"),
+        ({"rate": -1.0}, "rate is -1.0 samples/s"),
+        ({"cutoff": 0.0}, "cutoff is 0.0 Hz"),
+        ({"ramp": -1.0}, "ramp is -1.0 s"),
+        ({"fit_limits": True, "max_velocity": 0.0}, "velocity limits are 0.0"),
+        ({"fit_limits": True, "max_velocity": 1e-4}, "times the demonstrated speed; allowed: 0.01 or more. Raise"),
+    ],
+)
+def test_a_setting_out_of_range_is_refused_and_leaves_nothing_behind(tmp_path, runs, settings, told):
+    with pytest.raises(SettingsError) as caught:
+        export_trajectory(runs["packaging"], "csv", tmp_path / "out", **settings)
+    assert told in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_unknown_kind_is_answered_with_those_there_are(tmp_path, runs):
+    with pytest.raises(SettingsError, match="'xml' is unknown; allowed: csv, ros, ros2-bag, npz"):
+        export_trajectory(runs["packaging"], "xml", tmp_path)
+
+
+def test_a_file_is_replaced_only_when_asked(tmp_path, runs):
+    path = export_trajectory(runs["packaging"], "csv", tmp_path).path
+    before = path.read_bytes()
+    with pytest.raises(RunFolderError, match="is there already"):
+        export_trajectory(runs["packaging"], "csv", tmp_path, speed=0.5)
+    assert path.read_bytes() == before
+    export_trajectory(runs["packaging"], "csv", tmp_path, speed=0.5, overwrite=True)
+    assert path.read_bytes() != before
+
+
+def test_places_that_cannot_be_are_refused(tmp_path, runs):
+    (tmp_path / "file").write_text("")
+    (tmp_path / FILES["csv"]).mkdir()
+    for place, overwrite in ((tmp_path / "file" / "below", False), (tmp_path / "file", False), (tmp_path, True)):
+        with pytest.raises(RunFolderError):
+            export_trajectory(runs["packaging"], "csv", place, overwrite=overwrite)
+    assert (tmp_path / "file").read_text() == ""
+
+
+def test_joints_held_inside_their_limits_are_named(runs):
+    run = runs["packaging"]
+    q = run.evaluation.path.q
+    limits = np.degrees([np.minimum(q.min(axis=0) - 1e-5, 0.0), np.maximum(q.max(axis=0) + 1e-5, 0.0)]).T.tolist()
+    study = run.prepared.study.replace({"design": {"joint_limits": limits}})
+    narrow = replace(run, prepared=replace(run.prepared, study=study))
+    trajectory = make_trajectory(narrow, rate=1000.0)
+    assert trajectory.path.bounded
+    assert f"joint_{trajectory.path.bounded[0] + 1}" in trajectory.notes[1]
+    assert (trajectory.motion.q >= narrow.limits[:, 0] - 1e-12).all()
+    assert (trajectory.motion.q <= narrow.limits[:, 1] + 1e-12).all()

@@ -1,0 +1,175 @@
+"""Every parameter can be set, and whatever is set, what comes out fits together."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from armdesign.search.search import search
+from armdesign.settings.kinds import Choice
+from armdesign.settings.sections import SECTIONS, Study
+
+OPTIONS = [
+    ("packaging", {"search": {"algorithm": "pso", "inertia": 0.6, "c1": 1.2, "c2": 0.9}}),
+    ("packaging", {"search": {"algorithm": "multibasin", "budget": 300}}),
+    ("packaging", {"search": {"algorithm": "rapso", "angle_interval": 1}}),
+    ("packaging", {"search": {"angle_interval": 7}}),
+    ("packaging", {"search": {"range": "box"}}),
+    ("packaging", {"search": {"c_range": (-0.1, 1.0)}}),
+    ("packaging", {"search": {"seed": 2**63 - 1}}),
+    ("packaging", {"search": {"patience": 1}}),
+    ("packaging", {"search": {"target": 100.0}}),
+    ("packaging", {"search": {"time_limit": 1000.0}}),
+    *(("welding", {"fitness": {"orientation_metric": metric, "mount": mount}})
+      for metric in ("geodesic", "euler", "axis") for mount in ("start", "identity")),
+    ("welding", {"fitness": {"weights": (0.1, 0.1, 0.3), "orientation_weight": 0.5}}),
+    ("packaging", {"fitness": {"tie_hand": False}}),
+    ("welding", {"fitness": {"tie_hand": False}}),
+    ("packaging", {"fitness": {"continuity": 2.0}}),
+    ("packaging", {"fitness": {"continuity_speed": 60.0}}),
+    ("packaging", {"fitness": {"delta": 0.003}}),
+    ("packaging", {"fitness": {"lambda_f": 1.0, "lambda_E": 0.0}}),
+    ("packaging", {"fitness": {"reach_tolerance": 0.05}}),
+    ("packaging", {"fitness": {"reach_frames": "all", "reach_tolerance": 0.3}}),
+    ("packaging", {"design": {"base_yaw": (-180.0, 180.0)}}),
+    ("packaging", {"design": {"base_yaw": (30.0, 30.0)}}),
+    ("packaging", {"design": {"bounds": {"alpha_0": (-80.0, -10.0), "a_1": (0.1, 0.1), "d_tool": (0.05, 0.2)}}}),
+    ("packaging", {"design": {"bounds": {"a_tool": (0.0, 0.1), "a_0": (0.0, 0.1), "base_yaw": (-10.0, 20.0)}}}),
+    ("packaging", {"design": {"alpha": (-180.0, 180.0), "a": (0.0, 0.3), "d": (0.0, 0.1), "tool_length": 0.02}}),
+    ("packaging", {"design": {"length": (0.7, 0.8)}}),
+    ("packaging", {"design": {"coaxial_twist": 20.0, "coaxial_offset": 0.2}}),
+    ("packaging", {"design": {"joint_limits": ((-120.0, 120.0),)}}),
+    ("packaging", {"design": {"joint_limits": ((-180.0, 180.0),) * 5 + ((-90.0, 10.0),)}}),
+    ("packaging", {"solver": {"starts": 32, "descents": 4, "finalists": 2}}),
+    ("packaging", {"solver": {"start_paths": 3}}),
+    ("packaging", {"solver": {"tolerance": 1e-3, "floor": 1e-6, "max_steps": 5}}),
+    ("welding", {"solver": {"second_order": False}}),
+    ("packaging", {"task": {"base_mode": "fixed"}}),
+    ("packaging", {"task": {"low_pass": 6.0, "rate": 25.0, "max_gap": 0.1}}),
+    ("packaging", {"task": {"start": 0.5, "stop": 1.0}}),
+    ("packaging", {"task": {"outliers": True, "repeats": True, "low_pass": "off"}}),
+    ("packaging", {"task": {"scale": 1.1}}),
+    ("packaging", {"task": {"base": "shoulder", "points": ("upper_arm", "hand")}}),
+    ("packaging", {"task": {"points": ("hand",)}}),
+    ("welding", {"task": {"orientation": "hand"}}),
+]  # fmt: skip
+
+
+def name_of(option):
+    scenario, changes = option
+    entries = [f"{name}={value}" for table in changes.values() for name, value in table.items()]
+    return f"{scenario}-{','.join(entries)}"[:60]
+
+
+def test_every_parameter_is_tried():
+    """Whoever adds a parameter adds a search with another value than the default."""
+    tried = {(title, name) for _, changes in OPTIONS for title, table in changes.items() for name in table}
+    elsewhere = {
+        *(("task", name) for name in ("recording", "files", "file_rate", "units", "up", "mirror", "cut")),
+        ("task", "more_recordings"), ("task", "holdouts"), ("fitness", "demonstrations"),
+        ("design", "auto_dof"), ("search", "first"),
+        ("design", "dof"), ("fitness", "scenario"), ("search", "particles"),
+        ("search", "iterations"), ("search", "prune"),
+    }  # fmt: skip
+    every = {(kind.title(), name) for kind in SECTIONS for name in kind.names()}
+    assert every == tried | elsewhere
+
+
+def test_every_word_is_tried():
+    defaults = Study().to_dict()
+    for kind in SECTIONS:
+        for entry in dataclasses.fields(kind):
+            if isinstance(entry.metadata["kind"], Choice) and entry.name not in ("scenario", "up", "demonstrations"):
+                values = {changes.get(kind.title(), {}).get(entry.name) for _, changes in OPTIONS}
+                values.add(defaults[kind.title()][entry.name])
+                assert set(entry.metadata["kind"].options) <= values, entry.name
+
+
+@pytest.mark.parametrize("option", OPTIONS, ids=map(name_of, OPTIONS))
+def test_what_comes_out_fits_together(prepared_for, outside, option):
+    scenario, changes = option
+    prepared = prepared_for(scenario, **changes)
+    result = search(prepared)
+    check_search(result)
+    check_design(result)
+    check_path(result)
+    check_errors(result, outside)
+
+
+def check_search(result):
+    study, best = result.prepared.study, result.best
+    assert best.fitness == study.fitness.lambda_f * best.path_fitness + study.fitness.lambda_E * best.area
+    assert best.fitness == result.history.best[-1]
+    whole = "budget" if study.search.algorithm == "multibasin" else "iterations"
+    rules = {whole} | {rule for rule in ("patience", "target") if getattr(study.search, rule) is not None}
+    assert result.stopped_by in rules
+    assert result.stopped_by != "iterations" or len(result.history.best) == study.search.iterations
+    assert result.stopped_by != "target" or best.fitness <= study.search.target
+
+
+def check_design(result):
+    design, table, space = result.prepared.study.design, result.best.table, result.prepared.space()
+    Phi = space.phi(table)
+    assert (space.bounds[0] <= Phi).all()
+    assert (space.bounds[1] >= Phi).all()
+    assert design.length[0] < table.length < design.length[1]
+    coaxial = (np.abs(table.alpha[1:-1]) < np.deg2rad(design.coaxial_twist)) & (table.a[1:-1] < design.coaxial_offset)
+    assert not coaxial.any()
+    yaw = np.deg2rad(design.bounds.get("base_yaw", design.base_yaw))
+    assert yaw[0] <= table.base_yaw <= yaw[1]
+
+
+def check_path(result):
+    study, task, path = result.prepared.study, result.prepared.task, result.best.path
+    limits = np.deg2rad(np.broadcast_to(study.design.joint_limits, (6, 2)))
+    assert path.q.shape == (len(task.time), 6)
+    assert (path.q >= limits[:, 0] - 1e-12).all()
+    assert (path.q <= limits[:, 1] + 1e-12).all()
+    speed, step = study.fitness.continuity_speed, np.deg2rad(study.fitness.continuity)
+    radius = step if speed is None else np.deg2rad(speed) * task.dt
+    assert np.linalg.norm(np.diff(path.q, axis=0), axis=1).max() <= radius * (1 + 1e-9)
+    assert (np.diff(path.sigma, axis=1) >= 0).all()
+    assert ((path.sigma >= 0) & (path.sigma <= 1)).all()
+    assert path.start_error <= study.fitness.reach_tolerance
+    assert not study.fitness.tie_hand or (path.sigma[:, -1] == 1).all()
+
+
+def check_errors(result, outside):
+    """Distances, g, E_t and e_R out of joint angles and sigma alone."""
+    fitness, task = result.prepared.study.fitness, result.prepared.task
+    path, table = result.best.path, result.best.table
+    weights, m = np.array(fitness.weights), len(task.points)
+    for t in range(0, len(path.q), 7):
+        line = outside.corners(table, path.q[t])
+        distance = outside.errors(line, path.sigma[t], task.P[t])
+        np.testing.assert_allclose(path.distance[t], distance, rtol=0, atol=1e-9)
+        e_R = 0.0
+        if fitness.orientation_weight:
+            e_R = turn_error(
+                fitness.orientation_metric, table.frames(path.q[t])[-1][:3, :3] @ path.mount, task.R[t], outside
+            )
+            assert path.orientation_error[t] == pytest.approx(e_R, abs=1e-7)
+        g = np.sqrt(np.sum(weights * distance**2)) / m + (fitness.orientation_weight or 0.0) * path.orientation_error[t]
+        assert path.g[t] == pytest.approx(g, abs=1e-9)
+        assert path.area[t] == pytest.approx(outside.areas(line, path.sigma[t], task.P[t], fitness.delta), abs=1e-8)
+    assert result.best.path_fitness == pytest.approx(path.g.mean(), abs=1e-12)
+    assert result.best.area == pytest.approx(path.area.mean(), abs=1e-12)
+    if fitness.orientation_weight and fitness.mount == "start":
+        assert path.orientation_error[0] < 1e-7
+    if fitness.mount == "identity":
+        np.testing.assert_array_equal(path.mount, np.eye(3))
+
+
+def turn_error(metric, R, wanted, outside):
+    """e_R in the method's three metrics."""
+    if metric == "geodesic":
+        return outside.turn(R.T @ wanted)
+    if metric == "axis":
+        return float(np.arctan2(np.linalg.norm(np.cross(R[:, 2], wanted[:, 2])), R[:, 2] @ wanted[:, 2]))
+    difference = roll_pitch_yaw(R) - roll_pitch_yaw(wanted)
+    return float(np.linalg.norm(np.pi - (np.pi - difference) % (2 * np.pi)))
+
+
+def roll_pitch_yaw(R):
+    """R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    return np.array([np.arctan2(R[2, 1], R[2, 2]), np.arcsin(-R[2, 0]), np.arctan2(R[1, 0], R[0, 0])])

@@ -1,0 +1,130 @@
+"""task.json: where a task comes from and what was done, in the run folder and beside a converted recording."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+
+from armdesign.demonstration import About, Recording, Step, read_recording, write_plain_csv
+from armdesign.demonstration.convert import convert, write_conversion
+from armdesign.demonstration.provenance import Origin, Source, fingerprint, read_task_json, write_task_json
+from armdesign.errors import RunFolderError
+from armdesign.runs.listing import read_runs
+from armdesign.runs.resumable import open_run, start_run
+from armdesign.search.prepare import prepare
+from armdesign.settings.sections import Study
+
+
+@pytest.fixture
+def captured(examples, tmp_path):
+    """The packaging example as if it came from a capture system, and its file."""
+    plain = read_recording(examples["packaging"])
+    path = tmp_path / "capture.csv"
+    write_plain_csv(path, plain)
+    about = About(
+        "C3D", captured=True, steps=(Step("units", "In mm.", {"unit": "mm"}), Step("up", "Y.", {"axis": "y"}))
+    )
+    return Recording(plain.time, plain.points, {}, "capture.csv", about), path
+
+
+def content(path):
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def test_task_json_tells_the_whole_way(captured, tmp_path):
+    recording, path = captured
+    changes = {
+        "recording": str(path),
+        "base": "shoulder",
+        "points": ("elbow=upper_arm", "hand=0.5*forearm+0.5*hand"),
+        "rate": 40.0,
+    }
+    prepared = prepare(recording, Study().replace({"task": changes}))
+    (tmp_path / "run").mkdir()
+    start_run(tmp_path / "run", prepared)
+    told = content(tmp_path / "run" / "task.json")
+    assert told["sources"] == [{"path": str(path), "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}]
+    assert (told["format"], told["units"], told["up"], told["mirror"]) == ("C3D", "mm", "y", False)
+    assert told["base"] == "shoulder"
+    assert told["points"] == ["elbow=upper_arm", "hand=0.5*forearm+0.5*hand"]
+    assert told["settings"]["low_pass"] == 6.0
+    assert told["settings"]["outliers"] is True
+    assert (told["frames"], told["rate"]) == (len(prepared.task.time), pytest.approx(40.0))
+    assert [step["sentence"] for step in told["steps"]] == list(prepared.notes)
+    assert {"recording", "units", "up", "points", "low_pass", "resample", "segments", "motion", "task"} <= {
+        step["name"] for step in told["steps"]
+    }
+
+
+def test_an_opened_run_knows_where_it_comes_from(captured, tmp_path):
+    recording, path = captured
+    prepared = prepare(recording, Study().replace({"task": {"recording": str(path)}}))
+    (tmp_path / "run").mkdir()
+    start_run(tmp_path / "run", prepared)
+    again = open_run(tmp_path / "run")
+    assert again.notes == prepared.notes
+    assert again.origin.sources == prepared.origin.sources
+    assert (again.origin.points, again.origin.base) == (prepared.origin.points, prepared.origin.base)
+    assert again.study == prepared.study
+    assert again.task.P.tobytes() == prepared.task.P.tobytes()
+    first = (tmp_path / "run" / "task.json").read_bytes()
+    start_run(tmp_path / "run", again)
+    assert (tmp_path / "run" / "task.json").read_bytes() == first
+
+
+def test_a_run_of_an_earlier_version_can_be_opened(captured, tmp_path):
+    recording, path = captured
+    prepared = prepare(recording, Study().replace({"task": {"recording": str(path)}}))
+    folder = tmp_path / "run"
+    folder.mkdir()
+    start_run(folder, prepared)
+    (folder / "task.json").unlink()
+    (folder / "notes.json").write_text(json.dumps({"base": "shoulder", "notes": ["One.", "Two."]}))
+    again = open_run(folder)
+    assert again.notes == ("One.", "Two.")
+    assert again.task.base == "shoulder"
+    assert again.origin.sources == (Source(str(path), fingerprint(str(path))),)
+    assert [run.state for run in read_runs(folder)] == ["stopped"]
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"base_name": "s"}', '{"notes": 3, "base": "s"}', "{"])
+def test_a_damaged_task_json_is_refused(tmp_path, text):
+    path = tmp_path / "task.json"
+    path.write_text(text)
+    with pytest.raises(RunFolderError, match=r"task.json is missing or damaged"):
+        read_task_json(path)
+
+
+def test_what_is_written_is_read_again(tmp_path):
+    origin = Origin((Source("a.c3d", "00"), Source("b.c3d")), "C3D", "mm", "y", True, "s", ("a=b+c", "d"), "d", "fixed")
+    steps = (Step("units", "Metres.", {"unit": "m"}), Step("note", "Nothing."))
+    write_task_json(tmp_path / "t.json", origin, steps, base="s", frames=10, rate=100.0)
+    base, again, told = read_task_json(tmp_path / "t.json")
+    assert (base, again, told) == ("s", origin, steps)
+
+
+def test_numbers_of_numpy_are_written_as_numbers(tmp_path):
+    steps = (Step("x", "X.", {"a": np.float64(0.5), "b": np.int64(3), "c": float("nan"), "d": np.array([1.0, 2.0])}),)
+    write_task_json(tmp_path / "t.json", Origin(), steps, base="s", frames=1, rate=1.0)
+    assert content(tmp_path / "t.json")["steps"][0]["details"] == {"a": 0.5, "b": 3, "c": None, "d": [1.0, 2.0]}
+
+
+def test_beside_a_converted_recording(captured, tmp_path):
+    recording, path = captured
+    study = Study().replace({"task": {"recording": str(path), "base": "shoulder", "points": ("forearm", "hand")}})
+    csv, told = write_conversion(tmp_path / "out.csv", convert(recording, study))
+    assert told.name == "out.task.json"
+    assert content(told)["points"] == ["forearm", "hand"]
+    assert content(told)["sources"][0]["path"] == str(path)
+    assert list(read_recording(csv).points) == ["shoulder", "forearm", "hand"]
+
+
+def test_result_names_the_recording(runs, examples):
+    entry = runs["packaging"].content["recording"]
+    assert entry == {"path": str(examples["packaging"]), "sha256": fingerprint(str(examples["packaging"]))}
+
+
+def test_files_that_are_not_there_have_no_digest(tmp_path):
+    assert fingerprint(None) is None
+    assert fingerprint(str(tmp_path / "none")) is None

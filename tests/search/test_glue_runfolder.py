@@ -1,0 +1,300 @@
+"""The run folder, read with nothing but JSON, CSV and URDF readers."""
+
+import csv
+import hashlib
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import yourdfpy
+
+from armdesign.errors import RunFolderError
+from armdesign.kinematics.dh import DHTable
+from armdesign.runs import folder as runfolder
+from armdesign.runs.folder import claim_folder, free_folder, write_search
+
+KEYS = {
+    "schema_version",
+    "dof",
+    "algorithm",
+    "seed",
+    "settings",
+    "dh",
+    "length",
+    "fitness",
+    "path_fitness",
+    "area",
+    "mount",
+    "weights",
+    "orientation_weight",
+    "orientation_metric",
+    "point_error",
+    "start_error",
+    "evaluations",
+    "computational_effort",
+    "converged_at",
+    "mean_valid",
+    "wall_time",
+}
+
+
+def table_of(content):
+    dh = content["dh"]
+    assert dh["convention"] == "modified"
+    return DHTable.from_rows([[row["alpha"], row["a"], row["d"]] for row in dh["rows"]], dh["base_yaw"])
+
+
+def columns(path):
+    with path.open(newline="", encoding="utf-8") as stream:
+        header, *rows = csv.reader(stream)
+    return header, np.array(rows, dtype=float)
+
+
+def task_of(folder, points):
+    """P, and R where the task has an orientation."""
+    header, table = columns(folder / "task.csv")
+    places = [[header.index(f"{point}_{axis}") for axis in "xyz"] for point in points]
+    turns = [i for i, name in enumerate(header) if re.search(r"_q[xyzw]$", name)]
+    R = [pin.Quaternion(row).normalized().matrix() for row in table[:, turns]] if turns else None
+    return table[:, places], R
+
+
+def test_folder_holds_what_it_should_and_no_more(finished):
+    assert {path.name for path in finished.folder.iterdir()} == {
+        "result.json",
+        "trajectory.csv",
+        "task.csv",
+        "task.json",
+        "history.csv",
+        "alternatives.json",
+        "study.toml",
+        "arm.urdf",
+    }
+
+
+def test_result_has_every_key(finished):
+    content = finished.content
+    assert set(content) >= KEYS
+    assert content["schema_version"] == 1
+    assert len(content["dh"]["rows"]) == content["dof"] + 1 == 7
+    assert all(set(row) == {"alpha", "a", "d"} for row in content["dh"]["rows"])
+    assert np.shape(content["mount"]) == (3, 3)
+    assert (content["algorithm"], content["seed"]) == ("rapso", 0)
+    assert content["evaluations"] == 40
+    assert set(content["point_error"]) == {"upper_arm", "forearm", "hand"}
+    assert all(set(error) == {"mean", "max"} for error in content["point_error"].values())
+
+
+def test_numbers_in_the_result_fit_together(finished):
+    content, settings = finished.content, finished.content["settings"]["fitness"]
+    table = table_of(content)
+    assert content["length"] == table.length
+    assert content["fitness"] == settings["lambda_f"] * content["path_fitness"] + settings["lambda_E"] * content["area"]
+    assert content["orientation_weight"] + sum(content["weights"]) == pytest.approx(1.0, abs=1e-12)
+    assert (content["weights"], content["orientation_metric"]) == (settings["weights"], settings["orientation_metric"])
+    np.testing.assert_allclose(np.array(content["mount"]) @ np.transpose(content["mount"]), np.eye(3), atol=1e-12)
+    assert content["start_error"] <= settings["reach_tolerance"]
+    assert 1 <= content["converged_at"] <= 4
+    assert content["computational_effort"] == pytest.approx(content["mean_valid"] * content["converged_at"])
+
+
+def test_effort_is_that_of_the_history(finished):
+    _, history = columns(finished.folder / "history.csv")
+    best, valid = history[:, 1], history[:, 3]
+    W = int(np.argmax(best <= 1.01 * best[-1])) + 1
+    assert finished.content["converged_at"] == W
+    assert finished.content["mean_valid"] == pytest.approx(valid[:W].mean())
+
+
+def test_history_obeys_its_laws(finished):
+    header, rows = columns(finished.folder / "history.csv")
+    assert header == ["iteration", "best", "mean", "valid", "evaluations"]
+    iteration, best, mean, valid, evaluations = rows.T
+    np.testing.assert_array_equal(iteration, np.arange(1, 5))
+    assert (best[1:] <= best[:-1]).all()
+    assert (mean >= best).all()
+    assert ((valid >= 0) & (valid <= 10)).all()
+    np.testing.assert_array_equal(evaluations, 10 * iteration)
+    assert best[-1] == finished.content["fitness"]
+
+
+def test_trajectory_has_a_row_a_frame_within_limits_and_continuity(finished):
+    header, rows = columns(finished.folder / "trajectory.csv")
+    assert header == ["time", *(f"joint_{i + 1}" for i in range(6))]
+    _, task = columns(finished.folder / "task.csv")
+    np.testing.assert_array_equal(rows[:, 0], task[:, 0])
+    assert len(rows) == finished.content["frames"] == len(task)
+    q = rows[:, 1:]
+    assert np.abs(q).max() <= np.pi
+    assert np.linalg.norm(np.diff(q, axis=0), axis=1).max() <= np.deg2rad(10.0) * (1 + 1e-9)
+
+
+def test_task_has_the_recording_s_own_header(runs, examples):
+    for scenario, run in runs.items():
+        recorded, table = columns(examples[scenario])
+        header, rows = columns(run.folder / "task.csv")
+        turns = ["hand_qx", "hand_qy", "hand_qz", "hand_qw"] if scenario == "welding" else []
+        assert header == ["time", *recorded[4:13], *turns]
+        for point in ("upper_arm", "forearm", "hand"):
+            for axis in "xyz":
+                moved = table[:, recorded.index(f"{point}_{axis}")] - table[:, recorded.index(f"shoulder_{axis}")]
+                np.testing.assert_allclose(rows[:, header.index(f"{point}_{axis}")], moved, rtol=0, atol=1e-12)
+
+
+def test_every_number_has_all_its_digits(finished):
+    """The shortest text that reads back as the same double: 17 significant digits where it takes them."""
+    longest = 0
+    for name in ("history.csv", "trajectory.csv", "task.csv", "study.toml", "result.json", "arm.urdf"):
+        text = (finished.folder / name).read_text(encoding="utf-8")
+        for number in re.findall(r"(?<![\w.\-/])-?\d+\.\d+(?:e[-+]?\d+)?(?![\w.])", text):
+            assert repr(float(number)) == number, (name, number)
+            longest = max(longest, len(number.lstrip("-0.").replace(".", "").split("e")[0]))
+    assert longest in (16, 17)
+
+
+def test_written_numbers_are_those_computed(finished):
+    best, content = finished.result.best, finished.content
+    assert content["fitness"] == best.fitness
+    assert content["path_fitness"] == best.path_fitness
+    assert content["area"] == best.area
+    assert content["mount"] == best.path.mount.tolist()
+    assert columns(finished.folder / "trajectory.csv")[1][:, 1:].tobytes() == best.path.q.tobytes()
+    table = table_of(content)
+    for name in ("alpha", "a", "d"):
+        np.testing.assert_array_equal(getattr(table, name), getattr(best.table, name))
+
+
+def test_outside_recomputation_gives_the_same_fitness(finished, outside):
+    content = finished.content
+    P, R = task_of(finished.folder, content["points"])
+    _, rows = columns(finished.folder / "trajectory.csv")
+    f, E = outside.fitness(
+        table_of(content), rows[:, 1:], P, np.array(content["weights"]), content["settings"]["fitness"]["delta"],
+        content["orientation_weight"], R, np.array(content["mount"]),
+    )  # fmt: skip
+    assert f == pytest.approx(content["path_fitness"], abs=1e-9)
+    assert pytest.approx(content["area"], abs=1e-9) == E
+
+
+def test_errors_per_point_are_those_of_the_trajectory(finished, outside):
+    content = finished.content
+    P, _ = task_of(finished.folder, content["points"])
+    _, rows = columns(finished.folder / "trajectory.csv")
+    table, weights = table_of(content), np.array(content["weights"])
+    distances = []
+    for q, points in zip(rows[:, 1:], P, strict=True):
+        line = outside.corners(table, q)
+        distances.append(outside.errors(line, outside.place(line, points, weights), points))
+    for name, distance in zip(content["points"], np.transpose(distances), strict=True):
+        assert content["point_error"][name]["mean"] == pytest.approx(distance.mean(), abs=1e-9)
+        assert content["point_error"][name]["max"] == pytest.approx(distance.max(), abs=1e-9)
+    assert content["start_error"] == pytest.approx(distances[0][-1], abs=1e-9)
+
+
+def test_urdf_stands_where_the_table_says(finished):
+    table = table_of(finished.content)
+    _, rows = columns(finished.folder / "trajectory.csv")
+    path = finished.folder / "arm.urdf"
+    model = pin.buildModelFromUrdf(str(path))
+    data = model.createData()
+    robot = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=True)
+    assert model.nq == robot.num_actuated_joints == 6
+    for q in rows[::9, 1:]:
+        frames = table.frames(q)
+        pin.framesForwardKinematics(model, data, q)
+        robot.update_cfg(q)
+        for name, pose in [*((f"link_{i + 1}", frames[i]) for i in range(6)), ("tool0", frames[-1])]:
+            np.testing.assert_allclose(data.oMf[model.getFrameId(name)].homogeneous, pose, rtol=0, atol=1e-12)
+            np.testing.assert_allclose(robot.get_transform(name, "base_link"), pose, rtol=0, atol=1e-12)
+
+
+def test_urdf_has_the_joint_limits_of_the_study(finished):
+    model = pin.buildModelFromUrdf(str(finished.folder / "arm.urdf"))
+    np.testing.assert_array_equal(model.lowerPositionLimit, np.full(6, -np.pi))
+    np.testing.assert_array_equal(model.upperPositionLimit, np.full(6, np.pi))
+
+
+def test_study_in_the_folder_is_that_in_the_result(finished):
+    study = tomllib.loads((finished.folder / "study.toml").read_text(encoding="utf-8"))
+    assert json.loads(json.dumps(study)) == finished.content["settings"]
+    assert study["task"]["base"] == "shoulder"
+    assert study["task"]["points"] == ["upper_arm", "forearm", "hand"]
+    assert Path(study["task"]["recording"]).is_file()
+
+
+def test_result_names_the_recording(finished, examples):
+    recording = finished.content["recording"]
+    assert Path(recording["path"]).resolve() in [path.resolve() for path in examples.values()]
+    assert recording["sha256"] == hashlib.sha256(Path(recording["path"]).read_bytes()).hexdigest()
+
+
+def test_what_was_removed_is_counted(finished):
+    rejected = finished.content["rejected"]
+    _, history = columns(finished.folder / "history.csv")
+    assert set(rejected) == {"constraints", "reach", "start", "pruned", "path"}
+    removed = rejected["constraints"] + rejected["reach"] + rejected["start"]
+    assert removed + history[:, 3].sum() == finished.content["evaluations"]
+    assert rejected["pruned"] <= history[:, 3].sum()
+
+
+def test_folder_that_cannot_be_is_refused_at_once(tmp_path):
+    (tmp_path / "file").write_text("precious")
+    with pytest.raises(RunFolderError, match="file is a file"):
+        claim_folder(tmp_path / "file")
+    with pytest.raises(RunFolderError, match=r"cannot write to the output folder .*file.sub"):
+        claim_folder(tmp_path / "file" / "sub")
+    with pytest.raises(RunFolderError, match="cannot write to the output folder"):
+        claim_folder(tmp_path / ("x" * 300))
+    assert (tmp_path / "file").read_text() == "precious"
+
+
+@pytest.mark.parametrize("name", ["result.json", "state.npz"])
+def test_run_is_kept_also_where_it_is_not_finished(tmp_path, name):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / name).write_text("{}")
+    with pytest.raises(RunFolderError, match=r"already holds a run.*--overwrite"):
+        claim_folder(tmp_path / "run")
+    assert (tmp_path / "run" / name).read_text() == "{}"
+    assert free_folder(tmp_path, "run") == tmp_path / "run-2"
+    claim_folder(tmp_path / "run", overwrite=True)
+
+
+def test_folder_of_other_things_may_be_used(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    claim_folder(tmp_path)
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+def test_failure_on_the_way_leaves_no_result_that_looks_whole(runs, tmp_path, monkeypatch):
+    run = runs["packaging"]
+
+    def broken(*args, **options):
+        raise RunFolderError("no")
+
+    folder = claim_folder(tmp_path / "run")
+    folder.mkdir(exist_ok=True)
+    monkeypatch.setattr("armdesign.runs.folder.arm_urdf", broken)
+    with pytest.raises(RunFolderError):
+        write_search(folder, run.result)
+    assert not (folder / "result.json").exists()
+
+
+def test_disk_that_fails_while_overwriting_leaves_no_mixture(runs, tmp_path, monkeypatch):
+    folder = claim_folder(tmp_path / "run")
+    folder.mkdir(exist_ok=True)
+    write_search(folder, runs["packaging"].result)
+    whole = runfolder.write_whole
+
+    def full(path, content):
+        if Path(path).name == "arm.urdf":
+            raise RunFolderError(f"cannot write {path}: the disk is full")
+        whole(path, content)
+
+    monkeypatch.setattr(runfolder, "write_whole", full)
+    with pytest.raises(RunFolderError, match="the disk is full"):
+        write_search(claim_folder(folder, overwrite=True), runs["welding"].result)
+    assert not (folder / "result.json").exists()  # the old one would stand beside the new history

@@ -1,0 +1,205 @@
+"""Laws of the search: what must not change it, what must, and where the answer is known."""
+
+from itertools import pairwise
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from armdesign.demonstration import Recording
+from armdesign.errors import SearchError, SettingsError
+from armdesign.fitness.robot import RobotFitness
+from armdesign.kinematics.dh import DHTable
+from armdesign.search.evaluation import evaluate_design
+from armdesign.search.prepare import prepare
+from armdesign.search.search import search
+from armdesign.settings.sections import Study
+
+
+def same(one, other):
+    """Whether two searches went the same way to the last bit."""
+    for name in ("best", "mean", "valid", "evaluations"):
+        assert getattr(one.history, name).tobytes() == getattr(other.history, name).tobytes(), name
+    assert one.best.path.q.tobytes() == other.best.path.q.tobytes()
+    assert (one.best.fitness, one.best.area) == (other.best.fitness, other.best.area)
+    for name in ("alpha", "a", "d"):
+        assert getattr(one.best.table, name).tobytes() == getattr(other.best.table, name).tobytes()
+    return True
+
+
+@pytest.fixture(scope="module")
+def reference(runs):
+    return {scenario: run.result for scenario, run in runs.items()}
+
+
+@pytest.mark.parametrize("block", [1, 3, 32])
+@pytest.mark.parametrize("scenario", ["packaging", "welding"])
+def test_block_size_changes_nothing(prepared_for, reference, scenario, block):
+    assert same(search(prepared_for(scenario), block=block), reference[scenario])
+
+
+@pytest.mark.parametrize("scenario", ["packaging", "welding"])
+def test_pruning_changes_nothing_but_the_work(prepared_for, reference, scenario):
+    plain = search(prepared_for(scenario, search={"prune": False}))
+    assert same(plain, reference[scenario])
+    assert plain.rejections.pruned == 0
+    assert reference[scenario].rejections.pruned > 0
+
+
+def test_same_seed_same_search_and_another_seed_another(prepared_for, reference):
+    assert same(search(prepared_for()), reference["packaging"])
+    other = search(prepared_for(search={"seed": 1}))
+    assert other.history.best[0] != reference["packaging"].history.best[0]
+
+
+def test_global_generator_is_neither_used_nor_touched(prepared_for, reference):
+    np.random.seed(5)  # noqa: NPY002
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    assert same(search(prepared_for()), reference["packaging"])
+    np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002
+
+
+def test_progress_is_told_after_every_iteration(prepared_for, reference):
+    told = []
+    search(prepared_for(), on_progress=told.append)
+    history = reference["packaging"].history
+    assert [entry.iteration for entry in told] == [1, 2, 3, 4]
+    assert [entry.fitness for entry in told] == history.best.tolist()
+    assert [entry.valid for entry in told] == history.valid.tolist()
+    assert {(entry.iterations, entry.particles) for entry in told} == {(4, 10)}
+    assert all(entry.elapsed <= later.elapsed for entry, later in pairwise(told))
+    settings = Study().fitness
+    for entry in told:
+        assert entry.fitness == settings.lambda_f * entry.path_fitness + settings.lambda_E * entry.area
+
+
+def test_best_arm_is_the_one_the_history_ends_with(reference, prepared_for):
+    for scenario, result in reference.items():
+        assert result.best.fitness == result.history.best[-1]
+        again = evaluate_design(result.best.table, prepared_for(scenario))
+        assert again.fitness == result.best.fitness
+        assert again.path.q.tobytes() == result.best.path.q.tobytes()
+
+
+def generated(rng, dof):
+    """An arm, and a recording of three points on it while its joints turn smoothly."""
+    rows = np.zeros((dof + 1, 3))
+    rows[:, 0] = rng.uniform(0.4, 1.2, dof + 1) * rng.choice([-1, 1], dof + 1)
+    rows[1:-1, 1:] = rng.uniform(0.05, 0.4 / dof, (dof - 1, 2)) + 0.05
+    rows[-1, 2] = 0.1
+    table = DHTable.from_rows(rows)
+    time = np.arange(30) / 50.0
+    phase, size = rng.uniform(0, 2 * np.pi, dof), rng.uniform(0.1, 0.3, dof)
+    return table, time, rng.uniform(-1, 1, dof) + size * np.sin(2.0 * time[:, None] + phase)
+
+
+def recording_of(table, time, path, outside, oriented):
+    """Markers at fixed places on the arm, the last at its end."""
+    sigma = np.array([0.35, 0.7, 1.0])
+    P = np.stack([outside.at(outside.corners(table, q), sigma) for q in path])
+    points = {name: P[:, i] for i, name in enumerate(("upper", "fore", "hand"))}
+    turns = {"hand": np.array([pin.Quaternion(table.frames(q)[-1][:3, :3]).coeffs() for q in path])} if oriented else {}
+    return Recording(time, points, turns, "generated")
+
+
+def neighbourhood(table, angle, length):
+    """Bounds around every entry that is not fixed."""
+    bounds = {}
+    for i in range(table.dof + 1):
+        label = "tool" if i == table.dof else i
+        degrees = float(np.rad2deg(table.alpha[i]))
+        bounds[f"alpha_{label}"] = (degrees - angle, degrees + angle)
+        if 0 < i < table.dof:
+            for column in ("a", "d"):
+                value = float(getattr(table, column)[i])
+                bounds[f"{column}_{label}"] = (value - length, value + length)
+    return bounds
+
+
+@pytest.mark.parametrize(("dof", "oriented"), [(3, False), (4, False), (6, True)])
+def test_arm_that_made_the_task_is_found_in_its_neighbourhood(outside, dof, oriented):
+    table, time, path = generated(np.random.default_rng(dof), dof)
+    study = Study().replace(
+        {
+            "task": {"base": "origin"},
+            "design": {"dof": dof, "bounds": neighbourhood(table, 0.2, 1e-3), "length": (0.2, 2.0)},
+            "fitness": {
+                "scenario": "welding" if oriented else "packaging",
+                "mount": "identity",
+                "lambda_E": 0.0,
+                "reach_tolerance": 0.005,
+            },
+            "search": {"particles": 16, "iterations": 5},
+        }
+    )
+    prepared = prepare(recording_of(table, time, path, outside, oriented), study)
+    exact = evaluate_design(table, prepared)
+    assert exact.path_fitness < 1e-5
+    assert exact.path.start_error < 1e-4
+    found = search(prepared)
+    assert found.best.path_fitness < 2e-3
+    assert found.best.path_fitness > exact.path_fitness
+    assert (np.abs(found.best.table.a - table.a) <= 1e-3 + 1e-12).all()
+
+
+def test_search_that_cannot_reach_tells_the_nearest(prepared_for):
+    prepared = prepared_for(design={"dof": 2}, search={"particles": 5, "iterations": 1})
+    with pytest.raises(
+        SearchError, match=r"within 1 mm of the hand's first point: the nearest stopped [\d.]+ mm short"
+    ) as raised:
+        search(prepared)
+    assert 1e-3 < raised.value.value < 1.0
+    assert f"{1e3 * raised.value.value:.1f} mm" in str(raised.value)
+    assert "more joints" in str(raised.value)
+
+
+def test_arms_too_short_by_their_bounds_are_told_apart(prepared_for):
+    """No start is solved where no arm is long enough; there is no nearest then."""
+    design = {"bounds": {f"d_{i}": (0.0, 0.001) for i in range(1, 6)} | {f"a_{i}": (0.01, 0.02) for i in range(1, 6)}}
+    prepared = prepared_for(design=design | {"length": (0.1, 1.2)})
+    with pytest.raises(SearchError, match="first point: none came near it"):
+        search(prepared)
+
+
+def test_rapso_without_any_valid_arm_equals_pso_draw_by_draw(prepared_for, monkeypatch):
+    asked = []
+    evaluate = RobotFitness.evaluate
+
+    def noting(self, Phi, cutoff=None, *others, **more):
+        asked.append(np.array(Phi))
+        return evaluate(self, Phi, cutoff)
+
+    monkeypatch.setattr(RobotFitness, "evaluate", noting)
+    ways = []
+    for changes in ({"algorithm": "pso"}, {"algorithm": "rapso", "angle_interval": 1}, {"algorithm": "rapso"}):
+        asked.clear()
+        with pytest.raises(SearchError):
+            search(prepared_for(design={"dof": 2}, search={"particles": 6, "iterations": 5} | changes))
+        ways.append(np.array(asked))
+    assert ways[0].shape[:2] == (5, 6)
+    assert ways[0].tobytes() == ways[1].tobytes()
+
+
+def test_angles_rest_between_the_intervals(prepared_for, monkeypatch):
+    asked = []
+    evaluate = RobotFitness.evaluate
+
+    def noting(self, Phi, cutoff=None, *others, **more):
+        asked.append(np.array(Phi))
+        return evaluate(self, Phi, cutoff)
+
+    monkeypatch.setattr(RobotFitness, "evaluate", noting)
+    prepared = prepared_for(search={"particles": 8, "iterations": 7, "angle_interval": 3})
+    search(prepared)
+    angular = prepared.space().angular
+    moved = np.abs(np.diff(asked, axis=0)).max(axis=1)  # (iterations - 1, D)
+    for move, step in enumerate(moved, start=1):
+        assert (step[angular] > 0).any() == (move % 3 == 0)
+        assert (step[~angular] > 0).any()
+
+
+def test_bounds_that_leave_no_arm_are_refused(prepared_for, monkeypatch):
+    monkeypatch.setattr("armdesign.fitness.constraints.SAMPLE_BATCHES", 20)  # gives up sooner
+    prepared = prepared_for(design={"alpha": (0.0, 0.5), "a": (0.0, 0.0)})  # all joints on one axis
+    with pytest.raises(SettingsError, match=r"no arm within the bounds .*no two joints on one axis"):
+        search(prepared)

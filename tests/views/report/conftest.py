@@ -1,0 +1,170 @@
+"""Finished runs: two small searches in folders, and arms that are made up, with a motion that is made up as well."""
+
+import dataclasses
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from armdesign.demonstration import read_recording
+from armdesign.demonstration.task import Task
+from armdesign.fitness.block import BlockEvaluator
+from armdesign.kinematics.dh import DHTable
+from armdesign.runs.folder import claim_folder, write_search
+from armdesign.runs.reading import FinishedRun
+from armdesign.search.evaluation import Evaluation
+from armdesign.search.prepare import Prepared, prepare
+from armdesign.search.search import search
+from armdesign.settings.sections import Study
+from armdesign.views.report import plots, sketch, tracking
+from armdesign.views.report import report_scene as scene
+from armdesign.views.report.drawing import Picture
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+VOID = {"meta", "link", "br", "hr", "img", "input", "col"}
+TOLD = {
+    "algorithm": "rapso",
+    "seed": 7,
+    "evaluations": 60,
+    "computational_effort": 12.0,
+    "converged_at": 3,
+    "rejected": {"constraints": 4, "reach": 3, "start": 2, "pruned": 1},
+    "stopped_by": "iterations",
+    "wall_time": 1.5,
+}
+
+
+class Page(HTMLParser):
+    """A page taken apart: every element closed in its place, tables as rows of text, all attributes."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.open, self.attributes, self.tags, self.rows, self.text = [], [], [], [], []
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += [(tag, name, value) for name, value in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += [(tag, name, value) for name, value in attrs]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if "style" not in self.open:
+            self.text.append(data)
+        if {"td", "th"} & set(self.open[-3:]):
+            self.rows[-1][-1] += data
+
+    def all(self, name):
+        return [value for _, each, value in self.attributes if each == name]
+
+
+@pytest.fixture(scope="session")
+def take_apart():
+    return Page
+
+
+@pytest.fixture(scope="session")
+def numbers():
+    """The numbers in a text, true minus signs and all."""
+    return lambda text: [float(x) for x in re.findall(r"-?\d+(?:\.\d+)?", text.replace("−", "-"))]
+
+
+@pytest.fixture(scope="session")
+def invented():
+    """A run that is made up: a random arm that swings along a recording it has nothing to do with."""
+
+    def make(dof=3, scenario="packaging", *, seed=0, names=None, name="made-up", stopped_by="iterations", table=None):
+        rng = np.random.default_rng(seed)
+        prepared = prepared_for(scenario, dof, names)
+        if table is None:
+            rows = np.stack(
+                [rng.uniform(-1.5, 1.5, dof + 1), rng.uniform(0, 0.3, dof + 1), rng.uniform(0, 0.3, dof + 1)]
+            )
+            table = DHTable.from_rows(rows.T)
+        time = prepared.task.time
+        q = rng.uniform(-1, 1, dof) + 0.5 * np.sin(rng.uniform(1, 3, dof) * time[:, None] + rng.uniform(0, 3, dof))
+        path = BlockEvaluator(prepared.problem(), block=1).replay(table, q)
+        f, E = float(path.g.mean()), float(path.area.mean())
+        fitness = prepared.study.fitness
+        evaluation = Evaluation(table, fitness.lambda_f * f + fitness.lambda_E * E, f, E, path)
+        if stopped_by is None:
+            return FinishedRun(name, prepared, evaluation, {}, {})
+        best = np.array([np.inf, 0.9, 0.7, 0.7])
+        history = {"best": best, "mean": best + 0.1, "valid": np.array([0.0, 4, 5, 3])}
+        return FinishedRun(name, prepared, evaluation, history, TOLD | {"stopped_by": stopped_by})
+
+    return make
+
+
+def prepared_for(scenario, dof, names=None):
+    """An example's task with other names for its points."""
+    study = Study().replace(
+        {
+            "task": {"recording": str(EXAMPLES / f"{scenario}.csv")},
+            "design": {"dof": dof},
+            "fitness": {"scenario": scenario},
+        }
+    )
+    prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), study)
+    if names is None:
+        return prepared
+    task = prepared.task
+    renamed = Task(task.time, task.P, None, task.quaternions, names, task.base, task.steps)
+    return Prepared(prepared.study, renamed, prepared.steps, prepared.origin)
+
+
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pages with empty figures, for what does not depend on them."""
+
+    def empty(key, build, alt, caption=""):
+        return Picture(key, '<svg viewBox="0 0 2 1"></svg>', alt, caption)
+
+    for module in (plots, scene, sketch, tracking):
+        monkeypatch.setattr(module, "picture", empty)
+
+
+@pytest.fixture(scope="session")
+def longer():
+    """A run on a task that is repeated many times over."""
+
+    def stretch(run, times):
+        task, path = run.prepared.task, run.evaluation.path
+        frames = len(task.time) * times
+        time = task.time[0] + task.dt * np.arange(frames)
+        P = np.tile(task.P, (times, 1, 1))
+        prepared = dataclasses.replace(run.prepared, task=Task(time, P, None, None, task.points, task.base))
+        q = np.tile(np.concatenate([path.q, path.q[::-1]]), (times // 2, 1))
+        path = BlockEvaluator(prepared.problem(), block=1).replay(run.table, q)
+        return dataclasses.replace(run, prepared=prepared, evaluation=dataclasses.replace(run.evaluation, path=path))
+
+    return stretch
+
+
+@pytest.fixture(scope="session")
+def folders(tmp_path_factory):
+    """The folder of a small search of each scenario."""
+    made = {}
+    for scenario, dof in (("packaging", 3), ("welding", 5)):
+        small = prepared_for(scenario, dof)
+        study = small.study.replace({"search": {"particles": 20, "iterations": 3}})
+        folder = claim_folder(tmp_path_factory.mktemp("runs") / scenario)
+        folder.mkdir(exist_ok=True)
+        write_search(folder, search(Prepared(study, small.task, small.steps, small.origin)))
+        made[scenario] = folder
+    return made

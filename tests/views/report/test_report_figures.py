@@ -1,0 +1,156 @@
+"""What the figures rest on: parts that add up, peaks that stay, labels that keep apart, scales that hold."""
+
+from itertools import combinations, pairwise
+
+import numpy as np
+import pytest
+
+from armdesign.kinematics.dh import DHTable
+from armdesign.views.report.drawing import inlined, legend_lines, line_style, picture, short, thinned
+from armdesign.views.report.facts import arm_corners, fitness_parts
+from armdesign.views.report.report_scene import best_turn, box, framed, round_length, scene_of, view
+from armdesign.views.report.sketch import across, node_labels, overlap, sketch, stacked, unfolded
+
+
+def some_table(rng, dof):
+    rows = rng.uniform([-1.5, 0.0, 0.0], [1.5, 0.4, 0.4], (dof + 1, 3))
+    rows[:, 1:] *= rng.random((dof + 1, 2)) < 0.6
+    rows[-1, 2] = 0.1
+    return DHTable.from_rows(rows)
+
+
+@pytest.mark.parametrize("scenario", ["packaging", "welding"])
+def test_the_parts_of_the_fitness_add_up(invented, scenario):
+    run = invented(4, scenario)
+    parts = fitness_parts(run)
+    assert parts.path == pytest.approx(run.evaluation.path_fitness, rel=1e-12)
+    assert parts.total == pytest.approx(run.evaluation.fitness, rel=1e-12)
+    weights = run.prepared.study.fitness.weights
+    assert all((part > 0.0) == (weight > 0.0) for part, weight in zip(parts.points, weights, strict=True))
+
+
+def test_corners_are_as_far_apart_as_the_links_are_long():
+    rng = np.random.default_rng(1)
+    for dof in (1, 3, 8):
+        table = some_table(rng, dof)
+        corners = arm_corners(table, rng.uniform(-3, 3, dof))
+        lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+        assert lengths == pytest.approx(np.stack([table.a, table.d], axis=1).ravel(), abs=1e-12)
+
+
+def test_the_scene_ends_where_the_arm_does(invented):
+    run = invented(4)
+    scene, q = scene_of(run), run.evaluation.path.q
+    for k, t in ((0, 0), (-1, -1)):
+        frames = run.table.frames(q[t])
+        assert scene.corners[k, -1] == pytest.approx(1e3 * frames[-1, :3, 3])
+        assert scene.joints[k] == pytest.approx(1e3 * frames[:-1, :3, 3])
+    assert scene.times[0] == run.prepared.task.time[0]
+    assert scene.times[-1] == run.prepared.task.time[-1]
+
+
+def test_a_thinned_series_keeps_its_ends_and_peaks():
+    rng = np.random.default_rng(2)
+    time = np.linspace(0.0, 1.0, 10_001)
+    values = rng.normal(size=len(time))
+    values[[123, 9876]] = 50.0, -50.0
+    t, x = thinned(time, values, 300)
+    assert len(t) <= 302
+    assert (np.diff(t) > 0).all()
+    assert (x[0], x[-1], x.max(), x.min()) == (values[0], values[-1], 50.0, -50.0)
+    assert len(thinned(time[:300], values[:300], 300)[0]) == 300
+
+
+def test_twelve_lines_differ_without_their_colours_for_neighbours_and_with_them_for_all():
+    styles = [line_style(i) for i in range(12)]
+    assert len({(style["color"], str(style["linestyle"])) for style in styles}) == 12
+    assert all(a["linestyle"] != b["linestyle"] for a, b in pairwise(styles))
+
+
+def test_labels_of_joints_keep_apart_and_off_the_arm():
+    rng = np.random.default_rng(3)
+    for dof in (1, 2, 5, 8, 10):
+        table = some_table(rng, dof)
+        pieces, nodes = unfolded(table)
+        labels = node_labels(table, nodes)
+        assert len(labels) == dof + 1
+        for a, b in combinations(labels, 2):
+            assert not overlap(a.extent, b.extent)
+        for label in labels:
+            left, low, right, high = label.extent
+            for piece in pieces:
+                x, y = np.stack([piece.start, piece.end]).T
+                assert x.max() <= left or x.min() >= right or y.max() <= low or y.min() >= high
+
+
+def test_the_sketch_is_to_scale_and_complete():
+    table = some_table(np.random.default_rng(4), 6)
+    pieces, _ = unfolded(table)
+    sizes = [np.linalg.norm(piece.end - piece.start) / abs(piece.length) for piece in pieces]
+    assert sizes == pytest.approx([sizes[0]] * len(sizes))
+    assert sum(abs(piece.length) for piece in pieces) == pytest.approx(table.length)
+    assert sum(abs(piece.length) for piece in pieces if across(piece)) == pytest.approx(table.a.sum())
+
+
+def test_stacked_labels_of_one_line_do_not_touch():
+    spans = [(x, 0.5) for x in (0.0, 0.1, 0.2, 0.6, 0.7, 2.0)]
+    lines = stacked(spans)
+    for line in set(lines):
+        mine = [span for span, at in zip(spans, lines, strict=True) if at == line]
+        assert all(b[0] - a[0] >= (a[1] + b[1]) / 2 - 1e-12 for a, b in pairwise(mine))
+    assert lines[0] == lines[3] == 0
+    assert max(lines) == 2
+
+
+def test_every_length_and_twist_stands_in_the_sketch():
+    table = DHTable.from_rows([(0.5, 0, 0), (-1.2, 0.25, 0), (0.3, 0.1, 0.05), (0, 0, 0.1)])
+    svg = picture("sketch", lambda: sketch(table), "").svg
+    for text in ("a₁ = 250.0", "a₂ = 100.0", "d₂ = 50.0", "d (tool) = 100.0", "α₁ = −68.8°", "J3, α₂ = 17.2°"):
+        assert text in svg
+
+
+def test_views_keep_lengths_and_right_angles():
+    for azimuth in np.linspace(-3, 3, 7):
+        turn = view(azimuth)
+        assert turn @ turn.T == pytest.approx(np.eye(2))
+    line = np.outer(np.linspace(0, 1, 9), [1.0, 0.0, 0.0])
+    assert abs(best_turn(line) @ [1.0, 0, 0])[0] > 0.9
+
+
+@pytest.mark.parametrize("size", [(1.0, 1.0), (3.0, 0.01), (0.01, 3.0)])
+def test_both_directions_of_a_view_have_one_scale(size):
+    points = np.array([[0.0, 0.0], size])
+    figure = framed(*box(points), left=0.7, right=0.1, bottom=0.4, top=0.1)
+    axis = figure.axes[0]
+    inches = np.array(axis.get_position().size) * figure.get_size_inches()
+    (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
+    assert inches[0] / (right - left) == pytest.approx(inches[1] / (high - low))
+    assert left < 0.0
+    assert right > size[0]
+    assert low < 0.0
+    assert high > size[1]
+
+
+def test_scale_bars_are_round_and_not_too_long():
+    for wanted in (0.9, 1.0, 4.99, 5.0, 137.0, 1e-3):
+        length = round_length(wanted)
+        assert wanted / 2.5 <= length <= wanted * (1 + 1e-9)
+        assert float(f"{length:.0e}") == pytest.approx(length)
+
+
+def test_identifiers_of_a_picture_are_its_own_and_text_stays_as_it_is():
+    svg = (
+        '<?xml version="1.0"?><svg xmlns="http://www.w3.org/2000/svg" width="1pt" viewBox="0 0 1 1">'
+        '<metadata>x</metadata><defs><style type="text/css">*{}</style></defs><!-- c --><g id="a"><use xlink:href="#b" '
+        'clip-path="url(#c)"/></g><text>id="a" url(#c)</text></svg>'
+    )
+    made = '<g id="k-a"><use href="#k-b" clip-path="url(#k-c)"/></g><text>id="a" url(#c)</text>'
+    assert inlined(svg, "k") == f'<svg viewBox="0 0 1 1">{made}</svg>'
+
+
+def test_names_are_shortened_and_legends_fit():
+    assert short("x" * 100) == "x" * 12 + "..." + "x" * 12
+    assert short("_hidden").startswith(" ")
+    assert short("a\nb") == "a b"
+    assert legend_lines(["joint 1"] * 5) == (3, 2)
+    assert legend_lines(["y" * 60]) == (1, 1)

@@ -1,0 +1,213 @@
+"""The page as text: whole, closed, its own, and its numbers are those of the run."""
+
+import dataclasses
+import re
+import time
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from armdesign.errors import RunFolderError
+from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions
+from armdesign.kinematics.dh import DHTable
+from armdesign.runs.reading import read_finished
+from armdesign.views.report import report_html, words
+from armdesign.views.report.facts import history_columns, joint_loads, search_facts, start_error
+
+ALWAYS = 4 + 1 + 1 + 2 + 3  # scene, sketch, fitness, errors, joints
+HOSTILE = ('<script>alert("1")</script>', "a & b $x^2$ $", '_"quoted" id="x" <!-- --> ]]>')
+
+
+@pytest.fixture(scope="module")
+def pages(folders):
+    return {name: report_html(read_finished(folder)) for name, folder in folders.items()}
+
+
+@pytest.fixture(params=["packaging", "welding"])
+def both(request, folders, pages):
+    return read_finished(folders[request.param]), pages[request.param]
+
+
+def row_of(page, head):
+    return next(row for row in page.rows if row[0].strip() == head)
+
+
+def check_whole(text, take_apart):
+    """What has to hold for every page."""
+    page = take_apart(text)
+    identifiers = page.all("id")
+    assert len(set(identifiers)) == len(identifiers)
+    for name in ("href", "src", "action", "data", "xlink:href"):
+        assert all(value.startswith("#") for value in page.all(name))
+    within = {value[1:] for value in page.all("href")} | set(re.findall(r"url\(#([^)]+)\)", text))
+    described = {
+        part for name in ("aria-labelledby", "aria-describedby") for value in page.all(name) for part in value.split()
+    }
+    assert within | described <= set(identifiers)
+    assert "script" not in page.tags
+    assert not re.search(r"@import|url\((?!#)", text)
+    assert not [name for _, name, _ in page.attributes if name.startswith("on")]
+    assert ("html", "lang", "en") in page.attributes
+    assert page.tags.count("h1") == page.tags.count("main") == 1
+    assert page.tags.count("svg") == page.tags.count("figure") == page.all("role").count("img")
+    assert not re.search(r"\b(nan|inf|None|Undefined)\b", "".join(page.text))
+    return page
+
+
+def test_a_page_is_whole_and_needs_no_network(both, take_apart):
+    page = check_whole(both[1], take_apart)
+    assert page.tags.count("svg") == ALWAYS + 1
+    assert len(both[1].encode()) < 3e6
+
+
+def test_the_dh_tables_are_those_of_the_arm(both, take_apart, numbers):
+    run, text = both
+    page, table = take_apart(text), run.table
+    for i in range(table.dof + 1):
+        row = row_of(page, "tool" if i == table.dof else str(i))
+        wanted = [np.rad2deg(table.alpha[i]), 1e3 * table.a[i], 1e3 * table.d[i]]
+        assert numbers(" ".join(row[1:4])) == pytest.approx(wanted, abs=0.0051)
+    rows = [row for row in page.rows if len(row) == 5 and row[1].startswith("q")]
+    for (alpha, a, d, theta), row in zip(table.to_classic().rows, rows, strict=True):
+        assert theta == 0.0
+        assert numbers(" ".join(row[2:])) == pytest.approx([1e3 * d, 1e3 * a, np.rad2deg(alpha)], abs=0.0051)
+
+
+def test_the_errors_are_those_of_the_path(both, take_apart, numbers):
+    run, text = both
+    page = take_apart(text)
+    for name, errors in zip(run.prepared.task.points, 1e3 * run.evaluation.path.distance.T, strict=True):
+        wanted = [errors.mean(), np.median(errors), np.percentile(errors, 95), errors.max()]
+        assert numbers(" ".join(row_of(page, f"{name} [mm]")[1:])) == pytest.approx(wanted, abs=0.0051)
+        said = run.content["point_error"][name]
+        assert [said["mean"], said["max"]] == pytest.approx([errors.mean() / 1e3, errors.max() / 1e3], rel=1e-6)
+
+
+def test_the_fitness_and_its_parts_are_those_of_the_result(both, take_apart, numbers):
+    run, text = both
+    page = take_apart(text)
+    total = numbers(row_of(page, "r")[2])[0]
+    assert total == pytest.approx(1e3 * run.content["fitness"], abs=0.0051)
+    names = [*run.prepared.task.points, "area E"]
+    names += ["orientation"] if run.content["orientation_weight"] else []
+    assert sum(numbers(row_of(page, name)[2])[0] for name in names) == pytest.approx(total, abs=0.0051 * len(names))
+
+
+def test_the_start_error_is_that_of_the_result(both):
+    run, text = both
+    assert start_error(run) == pytest.approx(run.content["start_error"], rel=1e-3, abs=1e-9)
+    assert f"the end-effector is {1e3 * run.content['start_error']:.3f} mm from" in text
+
+
+def test_limits_are_those_of_the_urdf_in_the_folder(both, take_apart, numbers):
+    run, text = both
+    urdf = (run.folder / "arm.urdf").read_text(encoding="utf-8")
+    limits = re.findall(r'effort="([^"]+)" velocity="([^"]+)"', urdf)
+    rows = [row for row in take_apart(text).rows if len(row) == 5 and row[0].isdigit() and not row[1].startswith("q")]
+    assert len(limits) == run.table.dof
+    for (effort, velocity), row in zip(limits, rows[-run.table.dof :], strict=True):
+        assert numbers(row[2])[0] == pytest.approx(np.rad2deg(float(velocity)), abs=0.051)
+        assert numbers(row[4])[0] == pytest.approx(float(effort), abs=0.00051)
+
+
+def test_the_search_is_told(both):
+    run, text = both
+    for part in (f"seed {run.content['seed']}", "60 candidate arms", "all iterations were done", "3 iterations of 3"):
+        assert part in text
+    for note in run.prepared.notes:
+        assert note.replace("'", "&#39;") in text
+    assert "interrupted" not in text
+
+
+def test_the_same_run_gives_the_same_page_whatever_matplotlib_is_set_to(folders, pages):
+    run, text = read_finished(folders["welding"]), pages["welding"]
+    with mpl.rc_context({"font.size": 20, "axes.facecolor": "red", "svg.fonttype": "path"}):
+        before = dict(mpl.rcParams)
+        assert report_html(run) == text
+        assert dict(mpl.rcParams) == before
+
+
+def test_names_are_text_whatever_they_hold_and_an_interrupted_search_says_so(invented, take_apart):
+    text = report_html(invented(names=HOSTILE, name='</title><img src="http://x">&amp;', stopped_by="interrupted"))
+    page = check_whole(text, take_apart)
+    said = "".join(page.text)
+    assert said.count(HOSTILE[0]) >= 4
+    assert all(part in said for part in (HOSTILE[1], HOSTILE[2][:8], '</title><img src="http://x">&amp;'))
+    assert not {"img", "script", "input"} & set(page.tags)
+    assert "This search was interrupted" in said
+    assert "--resume" in said
+
+
+@pytest.mark.parametrize(("dof", "scenario"), [(1, "packaging"), (8, "welding")])
+def test_any_number_of_joints(invented, take_apart, dof, scenario):
+    page = check_whole(report_html(invented(dof, scenario, seed=dof)), take_apart)
+    assert row_of(page, f"link_{dof}")
+    assert page.tags.count("svg") == ALWAYS + 1
+
+
+def test_an_arm_that_was_given_has_no_search_but_its_offsets(invented, take_apart, numbers):
+    rows = [(0.1, 0.05, 0.1, 0.2), (0.3, -0.2, 0.1, -0.4), (0.5, 0.2, -0.1, 0.6), (0.7, 0.1, 0.1, 0.8)]
+    table = DHTable.from_rows(rows, base_yaw=0.9)
+    text = report_html(invented(table=table, stopped_by=None))
+    page = check_whole(text, take_apart)
+    for i, (alpha, a, d, theta) in enumerate(rows):
+        row = row_of(page, "tool" if i == 3 else str(i))
+        wanted = [np.rad2deg(alpha), 1e3 * a, 1e3 * d, np.rad2deg(theta)]
+        assert numbers(" ".join(row[1:5])) == pytest.approx(wanted, abs=0.0051)
+    assert "Rz(51.566 deg)" in "".join(page.text)
+    assert page.tags.count("svg") == ALWAYS
+    assert 'id="search"' not in text
+    assert "given and scored" in text
+
+
+@pytest.mark.parametrize("name", ["seed", "rejected", "wall_time", "evaluations", "converged_at"])
+@pytest.mark.parametrize("value", [None, "much", True, float("inf")])
+def test_a_damaged_entry_is_named(invented, name, value):
+    run = invented()
+    damaged = dataclasses.replace(run, content=run.content | {name: value})
+    with pytest.raises(RunFolderError, match=f"'{name}' is {value!r}"):
+        search_facts(damaged)
+
+
+def test_a_history_without_its_columns_is_named(invented):
+    run = invented()
+    history = {name: values for name, values in run.history.items() if name != "mean"}
+    with pytest.raises(RunFolderError, match="'mean' is missing"):
+        history_columns(dataclasses.replace(run, history=history))
+
+
+def test_a_missing_entry_is_named(invented):
+    run = invented()
+    content = {name: value for name, value in run.content.items() if name != "algorithm"}
+    with pytest.raises(RunFolderError, match="'algorithm' is missing"):
+        search_facts(dataclasses.replace(run, content=content))
+
+
+def test_assumptions_are_those_that_were_made(invented):
+    run = invented()
+    heavier = RobotOptions(BodyOptions(joint_mass=1.25), LimitOptions(payload=2.0, margin=2.0))
+    for options, values in ((RobotOptions(), ("0.6 kg", "0 kg", "1.5")), (heavier, ("1.25 kg", "2 kg", "2"))):
+        said = {each.flag: each.value for each in words.assumptions(options)}
+        assert tuple(said[flag] for flag in ("--joint-mass", "--payload", "--margin")) == values
+        assert len(said) > len(dataclasses.fields(BodyOptions)) + len(dataclasses.fields(LimitOptions))
+    light, heavy = (joint_loads(run, options) for options in (RobotOptions(), heavier))
+    assert heavy.masses[1:] - light.masses[1:] == pytest.approx([0.65] * 3)
+    assert (np.abs(heavy.torque).max(axis=0) > np.abs(light.torque).max(axis=0)).all()
+    assert heavy.limits.velocity == pytest.approx(2.0 / 1.5 * light.limits.velocity)
+
+
+def test_settings_at_their_defaults_are_left_out(invented):
+    assert words.changed_settings(invented(3).prepared.study) == []
+    names = {each.name: each for each in words.changed_settings(invented(4, "welding").prepared.study)}
+    assert set(names) == {"design.dof", "fitness.scenario"}
+    assert names["design.dof"][1:3] == ("4", "3")
+
+
+def test_a_long_recording_makes_a_small_page_in_little_time(invented, longer):
+    run = longer(invented(6), 60)
+    began = time.process_time()
+    text = report_html(run)
+    assert len(run.prepared.task.time) == 6000
+    assert time.process_time() - began < 10.0
+    assert len(text.encode()) < 1e6
