@@ -10,27 +10,27 @@ from armdesign._version import __version__
 _HOMES = {
     "ArmDesignError": ("armdesign.errors", "ArmDesignError"),
     "DHTable": ("armdesign.kinematics.dh", "DHTable"),
-    "Study": ("armdesign.settings.sections", "Study"),
+    "Settings": ("armdesign.settings.sections", "Settings"),
     "arm_model": ("armdesign.kinematics.models", "arm_model"),
     "evaluate_design": ("armdesign.search.evaluation", "evaluate_design"),
     "prepare": ("armdesign.search.prepare", "prepare"),
     "read_design": ("armdesign.kinematics.dh_files", "read_design"),
     "read_recording": ("armdesign.demonstration", "read_recording"),
-    "read_study": ("armdesign.settings.sections", "read_study"),
+    "read_settings": ("armdesign.settings.sections", "read_settings"),
     "search_arm": ("armdesign.search.search", "search"),
     "write_search": ("armdesign.runs.folder", "write_search"),
 }
 __all__ = [
     "ArmDesignError",
     "DHTable",
-    "Study",
+    "Settings",
     "__version__",
     "arm_model",
     "evaluate_design",
     "prepare",
     "read_design",
     "read_recording",
-    "read_study",
+    "read_settings",
     "search_arm",
     "write_search",
 ]
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from armdesign.search.evaluation import evaluate_design
     from armdesign.search.prepare import prepare
     from armdesign.search.search import search as search_arm
-    from armdesign.settings.sections import Study, read_study
+    from armdesign.settings.sections import Settings, read_settings
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 (any public name)

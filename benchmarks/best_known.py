@@ -17,10 +17,10 @@ from armdesign.search.evaluation import evaluate_design
 
 def entry_of(run: FinishedRun) -> Best:
     """A finished run as an entry."""
-    task, content = run.prepared.study.task, run.content
+    task, content = run.prepared.settings.task, run.content
     cut = f" from {task.start:g} s to {task.stop:g} s" if task.start is not None and task.stop is not None else ""
     rate = f" at {task.rate:g} Hz" if task.rate is not None else ""
-    scenario = run.prepared.study.fitness.scenario
+    scenario = run.prepared.settings.fitness.scenario
     name = f"{Path(str(task.recording)).name}{cut}{rate}, {scenario} weights"
     found = f"{content.get('algorithm')}, {content.get('evaluations')} candidates, seed {content.get('seed')}"
     fitness = evaluate_design(run.table, run.prepared).fitness

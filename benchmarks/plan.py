@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from armdesign.demonstration import read_recording
 from armdesign.search.prepare import Prepared, prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 T = TypeVar("T")
 C = TypeVar("C")
@@ -43,7 +43,7 @@ class Job:
         changes = {"design": {"dof": dof}, "fitness": {"scenario": self.scenario}}
         for section, entries in sections.items():
             changes[section] = {**changes.get(section, {}), **entries}
-        return prepare(read_recording(self.path), Study().replace(changes))
+        return prepare(read_recording(self.path), Settings().replace(changes))
 
 
 PACKAGING, WELDING = Job(EXAMPLES / "packaging.csv"), Job(EXAMPLES / "welding.csv", "welding")
@@ -119,8 +119,8 @@ def with_points(prepared: Prepared, count: int) -> Prepared:
     names = tuple(f"point_{i}" for i in range(1, count + 1))
     weights = tuple(np.arange(1.0, count + 1) / (count * (count + 1) / 2))
     task = replace(prepared.task, P=points, points=names, R=None, quaternions=None, orientation=None)
-    study = prepared.study.replace({"fitness": {"weights": weights, "orientation_weight": 0.0}})
-    return replace(prepared, task=task, study=study)
+    settings = prepared.settings.replace({"fitness": {"weights": weights, "orientation_weight": 0.0}})
+    return replace(prepared, task=task, settings=settings)
 
 
 def designs(prepared: Prepared, count: int, seed: int = 0) -> Array:

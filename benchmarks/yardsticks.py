@@ -134,9 +134,9 @@ def swarm_row(plan: Plan, dof: int) -> Row:
 def pose_solver(prepared: Prepared) -> PoseSolver:
     """Damped least squares on single frames."""
     record = prepared.problem().record[0]
-    n = prepared.study.design.dof
+    n = prepared.settings.design.dof
     limits = np.stack([record["lower"][:n], record["upper"][:n]], axis=1)
-    return PoseSolver(limits, prepared.study.fitness, starts=STARTS)
+    return PoseSolver(limits, prepared.settings.fitness, starts=STARTS)
 
 
 def timed_solve(solver: PoseSolver, frame: Frame) -> tuple[float, float]:

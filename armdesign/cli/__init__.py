@@ -16,7 +16,7 @@ from armdesign.cli.recording_command import app as recording
 from armdesign.cli.report_command import report
 from armdesign.cli.runs_command import runs
 from armdesign.cli.search_command import search
-from armdesign.cli.study_command import app as study
+from armdesign.cli.study_command import app as settings
 from armdesign.cli.sweep_command import sweep
 
 app = typer.Typer(
@@ -37,7 +37,7 @@ app.command()(report)
 app.command()(preview)
 app.command()(compare)
 app.add_typer(recording)
-app.add_typer(study)
+app.add_typer(settings)
 
 
 def show_version(wanted: bool) -> None:

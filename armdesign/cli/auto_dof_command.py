@@ -87,7 +87,7 @@ def prepared_tasks(prepare_for: Callable[[int], Prepared]) -> dict[int, Prepared
     """
     from armdesign.experiments.auto_dof.dof_rule import JOINTS  # noqa: PLC0415
 
-    fewest, most = prepare_for(JOINTS[1]).study.design.auto_dof or JOINTS
+    fewest, most = prepare_for(JOINTS[1]).settings.design.auto_dof or JOINTS
     tasks = {}
     for n in range(fewest, most + 1):
         tasks[n] = prepare_for(n)
@@ -107,7 +107,7 @@ def folder_for(source: Path, prepared: Prepared) -> Path:
     from armdesign.experiments.auto_dof.dof_records import holds_auto  # noqa: PLC0415
     from armdesign.runs.folder import holds_run  # noqa: PLC0415
 
-    search = prepared.study.search
+    search = prepared.settings.search
     name = f"{source.stem}-{search.algorithm}-auto-seed{search.seed}"
     folder, k = Path("runs") / name, 2
     while holds_run(folder) or holds_auto(folder):
@@ -188,7 +188,7 @@ class Screen:
 
         self.line.__exit__()
         self.line = ProgressLine()
-        search = prepared.study.search
+        search = prepared.settings.search
         if not self.quiet:
             if not self.told:
                 for note in prepared.notes:

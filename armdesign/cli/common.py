@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from armdesign.search.backends import Backend
     from armdesign.search.prepare import Prepared
     from armdesign.search.search import Progress
-    from armdesign.settings.sections import Study
+    from armdesign.settings.sections import Settings
 
 Arguments = ParamSpec("Arguments")
 Outcome = TypeVar("Outcome")
@@ -74,34 +74,36 @@ def one_sentence_errors(command: Callable[Arguments, Outcome]) -> Callable[Argum
     return wrapped
 
 
-def read_settings(config: Path | None, changes: dict[str, dict[str, Any]]) -> Study:
+def settings_from_flags(config: Path | None, changes: dict[str, dict[str, Any]]) -> Settings:
     """Settings of the file, with the flags that were given over them."""
-    from armdesign.settings.sections import Study, read_study  # noqa: PLC0415
+    from armdesign.settings.sections import Settings, read_settings  # noqa: PLC0415
 
-    study = Study() if config is None else read_study(config)
+    settings = Settings() if config is None else read_settings(config)
     given = {
         section: {k: v for k, v in entries.items() if v is not None} if isinstance(entries, dict) else entries
         for section, entries in changes.items()
     }
-    return study.replace(given)
+    return settings.replace(given)
 
 
-def with_weights(study: Study, scenario: str | None, weights: str | None, point_count: Callable[[], int]) -> Study:
+def with_weights(
+    settings: Settings, scenario: str | None, weights: str | None, point_count: Callable[[], int]
+) -> Settings:
     """Settings with the weights of the flags: --weights as given, --scenario instead of the file's.
 
     Args:
-        study: The settings.
+        settings: The settings.
         scenario: What --scenario says.
         weights: What --weights says.
         point_count: Gives the number of points; asked only where it decides which weight is the orientation's.
     """
     if scenario is not None:
-        study = study.replace({"fitness": {"scenario": scenario, "weights": (), "orientation_weight": None}})
+        settings = settings.replace({"fitness": {"scenario": scenario, "weights": (), "orientation_weight": None}})
     if weights is None:
-        return study
+        return settings
     values = [weight(part) for part in weights.split(",") if part.strip()]
     w_0 = values.pop(0) if len(values) == point_count() + 1 else 0.0
-    return study.replace({"fitness": {"weights": values, "orientation_weight": w_0}})
+    return settings.replace({"fitness": {"weights": values, "orientation_weight": w_0}})
 
 
 def weight(text: str) -> float:
@@ -321,7 +323,7 @@ def open_backend(
     check_workers(workers, cluster)
     if cluster is not None:
         return open_cluster(prepared, cluster)
-    settings = prepared.study.search
+    settings = prepared.settings.search
     paying = settings.candidates // PAYS_PER_WORKER
     count = workers if workers is not None else max(1, min(available_cores(), paying))
     return InProcess(prepared) if count == 1 else WorkerPool(prepared, count)

@@ -17,9 +17,9 @@ from armdesign.cli.common import (
     announce_compiling,
     clock,
     one_sentence_errors,
-    read_settings,
     refuse_existing,
     say,
+    settings_from_flags,
 )
 from armdesign.cli.recordings_asked import open_recording
 from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch
     from armdesign.experiments.compare.comparison import Compared
     from armdesign.search.prepare import Prepared
-    from armdesign.settings.sections import Study
+    from armdesign.settings.sections import Settings
 
 
 @one_sentence_errors
@@ -91,20 +91,20 @@ def compare(
     changes = task.changes()
     folder = task_folder(recording, arms or []) if recording is not None or config is None else None
     if folder is None:
-        study = first_study(arms or []) if config is None else read_settings(config, {})
-        entrants = open_entrants(arms or [], study, tool or ())
-        prepared = task_of_recording(recording, study.replace({"task": changes}), scenario, weights, entrants)
+        settings = first_study(arms or []) if config is None else settings_from_flags(config, {})
+        entrants = open_entrants(arms or [], settings, tool or ())
+        prepared = task_of_recording(recording, settings.replace({"task": changes}), scenario, weights, entrants)
     else:
         given = [
             name for name, value in (("--scenario", scenario), ("--config", config), ("--weights", weights)) if value
         ]
         prepared = task_of_run(folder, [*given, *(f"--{name.replace('_', '-')}" for name in changes)])
-        entrants = open_entrants(arms or [], prepared.study, tool or ())
+        entrants = open_entrants(arms or [], prepared.settings, tool or ())
     if not quiet:
         for note in prepared.notes if folder is None else ():
             say(note)
     rows = compared(entrants, prepared, how, payload, quiet=quiet)
-    source = str(recording if recording is not None else folder or prepared.study.task.recording)
+    source = str(recording if recording is not None else folder or prepared.settings.task.recording)
     write_outputs(json_file, csv_file, rows, prepared, payload, how, source)
     if not quiet:
         typer.echo(comparison_table(rows))
@@ -150,23 +150,23 @@ def task_of_run(folder: Path, given: Sequence[str]) -> Prepared:
     return open_run(folder)
 
 
-def first_study(arms: Sequence[str]) -> Study:
+def first_study(arms: Sequence[str]) -> Settings:
     """The settings that the first of the runs carries, else the published ones.
 
     Raises:
         SettingsError: They are not valid.
     """
     from armdesign.experiments.compare.arms import settings_in, study_in  # noqa: PLC0415
-    from armdesign.settings.sections import Study  # noqa: PLC0415
+    from armdesign.settings.sections import Settings  # noqa: PLC0415
 
     for arm in arms:
         if (carried := settings_in(Path(arm))) is not None:
             return study_in(Path(arm), carried)
-    return Study()
+    return Settings()
 
 
 def task_of_recording(
-    recording: Path | None, study: Study, scenario: str | None, weights: str | None, entrants: Sequence[Entrant]
+    recording: Path | None, settings: Settings, scenario: str | None, weights: str | None, entrants: Sequence[Entrant]
 ) -> Prepared:
     """The task of a recording, for arms of so many joints and such a length at most.
 
@@ -176,11 +176,11 @@ def task_of_recording(
     from armdesign.experiments.compare.comparison import with_joints  # noqa: PLC0415
     from armdesign.search.prepare import prepare  # noqa: PLC0415
 
-    if recording is None and study.task.recording is None and not study.task.files:
+    if recording is None and settings.task.recording is None and not settings.task.files:
         raise SettingsError("no task is given", fix="Name a recording or a run folder with --task")
-    study = with_joints(study, max(entrant.dof for entrant in entrants))
-    _, demonstration, study = open_recording(recording, study, scenario, weights, "compare ARM --task")
-    return prepare(demonstration, study, longest=max(entrant.length for entrant in entrants))
+    settings = with_joints(settings, max(entrant.dof for entrant in entrants))
+    _, demonstration, settings = open_recording(recording, settings, scenario, weights, "compare ARM --task")
+    return prepare(demonstration, settings, longest=max(entrant.length for entrant in entrants))
 
 
 def check_outputs(json_file: Path | None, csv_file: Path | None, *, overwrite: bool) -> None:

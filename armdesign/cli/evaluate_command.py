@@ -16,7 +16,7 @@ from armdesign.cli.common import (
     WeightsOption,
     announce_compiling,
     one_sentence_errors,
-    read_settings,
+    settings_from_flags,
 )
 from armdesign.cli.recordings_asked import open_demonstrations
 from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
@@ -63,12 +63,12 @@ def evaluate(
     check_design(table)
     carried = {} if config is not None else settings_of(design)
     try:
-        study = read_settings(config, carried)
+        settings = settings_from_flags(config, carried)
     except SettingsError as error:
         raise SettingsError(f"{config or design}: {error}", value=error.value) from error
     held = {"holdouts": None} if recordings else {}
-    study = study.replace({"task": task.changes() | held, "design": {"dof": table.dof}})
-    asked = open_demonstrations(recordings, study, scenario, weights, "evaluate DESIGN")
+    settings = settings.replace({"task": task.changes() | held, "design": {"dof": table.dof}})
+    asked = open_demonstrations(recordings, settings, scenario, weights, "evaluate DESIGN")
     prepared = asked.prepared(longest=table.length)
     with announce_compiling(quiet):
         compile_kernels(prepared.problem())

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from armdesign.cli.common import ConfigOption, one_sentence_errors, read_settings, refuse_existing
+from armdesign.cli.common import ConfigOption, one_sentence_errors, refuse_existing, settings_from_flags
 from armdesign.cli.recordings_asked import named_source, read_demonstration
 from armdesign.cli.task_flags import NO_FLAGS, MirrorOption, TaskFlags, UnitsOption, UpOption, takes_task_flags
 from armdesign.errors import SettingsError
 
 if TYPE_CHECKING:
     from armdesign.demonstration import Recording
-    from armdesign.settings.sections import Study
+    from armdesign.settings.sections import Settings
 
 app = typer.Typer(
     name="recording",
@@ -64,11 +64,11 @@ def plot(
     from armdesign.demonstration.picture import check_kind, draw_recording  # noqa: PLC0415
     from armdesign.files import write_whole  # noqa: PLC0415
 
-    study = settled(file, config, {"units": units, "up": up, "mirror": mirror})
-    target = out or Path(f"{named_source(study, 'recording plot').stem}.png")
+    settings = settled(file, config, {"units": units, "up": up, "mirror": mirror})
+    target = out or Path(f"{named_source(settings, 'recording plot').stem}.png")
     kind = check_kind(target.suffix.lower().lstrip("."))
     refuse_existing(target, overwrite=overwrite)
-    write_whole(target, draw_recording(read_demonstration(study), kind))
+    write_whole(target, draw_recording(read_demonstration(settings), kind))
     typer.echo(f"Written: {target}")
 
 
@@ -93,13 +93,13 @@ def convert(
     from armdesign.demonstration.convert import task_json_beside, write_conversion  # noqa: PLC0415
 
     file, out = in_and_out(paths)
-    study = settled(file, config, task.changes())
-    named_source(study, "recording convert")
-    if study.task.base_mode != "shoulder":
+    settings = settled(file, config, task.changes())
+    named_source(settings, "recording convert")
+    if settings.task.base_mode != "shoulder":
         fix = "Give --base-mode to the search on what is written"
         raise SettingsError("the points are written where they are in the room, whatever the base mode", fix=fix)
     refuse_existing(out, task_json_beside(out), overwrite=overwrite)
-    conversion = converted(read_demonstration(study), study)
+    conversion = converted(read_demonstration(settings), settings)
     written = write_conversion(out, conversion)
     if not quiet:
         typer.echo("\n".join(conversion.notes), err=True)
@@ -124,14 +124,14 @@ def in_and_out(paths: list[Path]) -> tuple[Path | None, Path]:
     return (paths[0] if len(paths) == 2 else None), out
 
 
-def settled(file: Path | None, config: Path | None, changes: dict[str, Any]) -> Study:
+def settled(file: Path | None, config: Path | None, changes: dict[str, Any]) -> Settings:
     """Settings of the file and the flags, with the recording's path."""
-    study = read_settings(config, {"task": changes})
-    return study if file is None else study.replace({"task": {"recording": str(file), "files": {}}})
+    settings = settings_from_flags(config, {"task": changes})
+    return settings if file is None else settings.replace({"task": {"recording": str(file), "files": {}}})
 
 
 def opened(file: Path | None, config: Path | None, changes: dict[str, Any]) -> Recording:
     """The recording in metres with z up."""
-    study = settled(file, config, changes)
-    named_source(study, "recording info")
-    return read_demonstration(study)
+    settings = settled(file, config, changes)
+    named_source(settings, "recording info")
+    return read_demonstration(settings)

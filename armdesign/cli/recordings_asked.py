@@ -14,7 +14,7 @@ from armdesign.settings.kinds import is_unicode
 if TYPE_CHECKING:
     from armdesign.demonstration import Recording
     from armdesign.search.prepare import Prepared
-    from armdesign.settings.sections import Study
+    from armdesign.settings.sections import Settings
 
 
 @dataclass(frozen=True)
@@ -25,30 +25,34 @@ class Asked:
         source: What runs are named after.
         seen: Those that the search sees.
         unseen: Those that are held out.
-        study: The settings, with the paths they were read from.
+        settings: The settings, with the paths they were read from.
     """
 
     source: Path
     seen: tuple[Recording, ...]
     unseen: tuple[Recording, ...]
-    study: Study
+    settings: Settings
 
     def prepared(self, dof: int | None = None, *, longest: float | None = None) -> Prepared:
         """Task and settings, for another number of joints than that of the settings where one is given."""
         from armdesign.search.demonstrations import prepare_several  # noqa: PLC0415
 
-        study = self.study if dof is None else self.study.replace({"design": {"dof": dof}})
-        return prepare_several(self.seen, study, holdouts=self.unseen, longest=longest)
+        settings = self.settings if dof is None else self.settings.replace({"design": {"dof": dof}})
+        return prepare_several(self.seen, settings, holdouts=self.unseen, longest=longest)
 
 
 def open_demonstrations(
-    recordings: Sequence[Path] | None, study: Study, scenario: str | None, weights: str | None, command: str = "search"
+    recordings: Sequence[Path] | None,
+    settings: Settings,
+    scenario: str | None,
+    weights: str | None,
+    command: str = "search",
 ) -> Asked:
     """Read all demonstrations, and settle the settings that depend on the first's points.
 
     Args:
         recordings: Those on the command line; they stand in place of those in the settings.
-        study: The settings.
+        settings: The settings.
         scenario: What --scenario says.
         weights: What --weights says.
         command: How to write the command.
@@ -56,11 +60,11 @@ def open_demonstrations(
     from armdesign.search.demonstrations import alone  # noqa: PLC0415
 
     first = recordings[0] if recordings else None
-    others = [str(path) for path in recordings[1:]] if recordings else list(study.task.more_recordings or ())
-    unseen = list(study.task.holdouts or ())
+    others = [str(path) for path in recordings[1:]] if recordings else list(settings.task.more_recordings or ())
+    unseen = list(settings.task.holdouts or ())
     for path in (*others, *unseen):
         check_name(path)
-    source, demonstration, single = open_recording(first, alone(study), scenario, weights, command)
+    source, demonstration, single = open_recording(first, alone(settings), scenario, weights, command)
 
     if not single.task.files:
         check_different([source, *map(Path, others)], [Path(path) for path in unseen])
@@ -71,7 +75,7 @@ def open_demonstrations(
     seen = (demonstration, *map(read, others))
     held = tuple(map(read, unseen))
     paths = {"more_recordings": resolved(others), "holdouts": resolved(unseen)}
-    counted_how = {"demonstrations": study.fitness.demonstrations}
+    counted_how = {"demonstrations": settings.fitness.demonstrations}
     return Asked(source, seen, held, single.replace({"task": paths, "fitness": counted_how}))
 
 
@@ -109,8 +113,8 @@ def check_name(path: str) -> None:
 
 
 def open_recording(
-    recording: Path | None, study: Study, scenario: str | None, weights: str | None, command: str = "search"
-) -> tuple[Path, Recording, Study]:
+    recording: Path | None, settings: Settings, scenario: str | None, weights: str | None, command: str = "search"
+) -> tuple[Path, Recording, Settings]:
     """Read the recording, and settle the settings that depend on its points.
 
     Returns:
@@ -118,34 +122,36 @@ def open_recording(
     """
     from armdesign.search.prepare import choose  # noqa: PLC0415
 
-    task = study.task
+    task = settings.task
     if recording is not None:
         check_name(str(recording))
         named: dict[str, Any] = {"recording": str(recording), "files": {}, "more_recordings": None, "holdouts": None}
-        study = study.replace({"task": named})
+        settings = settings.replace({"task": named})
     elif task.more_recordings or task.holdouts:
         raise SettingsError(
             f"the settings name several demonstrations, but 'armdesign {command}' takes one at a time",
             value=task.more_recordings,
             fix="Name a recording on the command line, or leave out task.more_recordings and task.holdouts",
         )
-    source = named_source(study, command)
-    demonstration = read_demonstration(study)
-    task = study.task
+    source = named_source(settings, command)
+    demonstration = read_demonstration(settings)
+    task = settings.task
     files = {name: str(Path(path).resolve()) for name, path in task.files.items()}
     single = None if files else str(source.resolve())
-    study = study.replace({"task": {"recording": single, "files": files}})
-    chosen = with_weights(study, scenario, weights, lambda: len(choose(demonstration, study, oriented=False).points))
+    settings = settings.replace({"task": {"recording": single, "files": files}})
+    chosen = with_weights(
+        settings, scenario, weights, lambda: len(choose(demonstration, settings, oriented=False).points)
+    )
     return source, demonstration, chosen
 
 
-def named_source(study: Study, command: str) -> Path:
+def named_source(settings: Settings, command: str) -> Path:
     """The recording's path; of several files, the folder of the first.
 
     Raises:
         SettingsError: None is named, or both one and several.
     """
-    task = study.task
+    task = settings.task
     if task.recording is not None and task.files:
         raise SettingsError("task.recording and task.files are set", fix="Leave one out")
     if task.recording is None and not task.files:
@@ -157,12 +163,12 @@ def named_source(study: Study, command: str) -> Path:
     )
 
 
-def read_demonstration(study: Study) -> Recording:
+def read_demonstration(settings: Settings) -> Recording:
     """The recording that the settings name; units and axes do not count where points count from the base already."""
     from armdesign.demonstration import read_recording, read_recordings  # noqa: PLC0415
     from armdesign.search.prepare import ORIGIN  # noqa: PLC0415
 
-    task = study.task
+    task = settings.task
     relative = task.base == ORIGIN
     units, up, mirror = (None, None, False) if relative else (task.units, task.up, task.mirror)
     if task.files:

@@ -25,10 +25,10 @@ from armdesign.cli.common import (
     clock,
     one_sentence_errors,
     open_backend,
-    read_settings,
     refuse_beside_resume,
     say,
     seconds,
+    settings_from_flags,
     tell_at_once,
     with_weights,
 )
@@ -134,7 +134,7 @@ def search(
     count = joint_count(dof)
     auto = count == AUTO
     refuse_without_auto(auto=auto, within=within, enough=enough)
-    study = read_settings(
+    settings = settings_from_flags(
         config,
         {
             "task": task.changes() | {"holdouts": [str(path.resolve()) for path in holdout or ()] or None},
@@ -155,11 +155,11 @@ def search(
     if write_config:
         if recordings:
             first, *more = (str(path.resolve()) for path in recordings)
-            study = study.replace({"task": {"recording": first, "more_recordings": more or None}})
-        weighted = with_weights(study, scenario, weights, lambda: len(study.task.points) or 3)
+            settings = settings.replace({"task": {"recording": first, "more_recordings": more or None}})
+        weighted = with_weights(settings, scenario, weights, lambda: len(settings.task.points) or 3)
         typer.echo(weighted.to_toml(comments=True), nl=False)
         return
-    asked = open_demonstrations(recordings, study, scenario, weights)
+    asked = open_demonstrations(recordings, settings, scenario, weights)
     if demonstrations is not None and len(asked.seen) == 1:
         raise SettingsError(
             "--demonstrations is given, but there is one demonstration", value=demonstrations,
@@ -213,9 +213,9 @@ def folder_for(asked: Asked, out: Path | None) -> Path:
 
     if out is not None:
         return out
-    study, more = asked.study, len(asked.seen) - 1
+    settings, more = asked.settings, len(asked.seen) - 1
     several = f"-and-{more}-more" if more else ""
-    name = f"{asked.source.stem}{several}-{study.search.algorithm}-n{study.design.dof}-seed{study.search.seed}"
+    name = f"{asked.source.stem}{several}-{settings.search.algorithm}-n{settings.design.dof}-seed{settings.search.seed}"
     return free_folder(Path("runs"), name)
 
 
@@ -311,15 +311,15 @@ def carry_on(
 
 def opening(prepared: Prepared) -> str:
     """What is going to be searched, and what was decided on the way."""
-    study, task = prepared.study, prepared.task
+    settings, task = prepared.settings, prepared.task
     lines = [*prepared.notes, *warnings_of_others(prepared)]
-    shown = ", ".join(f"{name} {w:.3g}" for name, w in zip(task.points, study.fitness.weights, strict=True))
-    if study.fitness.orientation_weight:
-        shown += f", orientation of {study.task.orientation} {study.fitness.orientation_weight:.3g}"
+    shown = ", ".join(f"{name} {w:.3g}" for name, w in zip(task.points, settings.fitness.weights, strict=True))
+    if settings.fitness.orientation_weight:
+        shown += f", orientation of {settings.task.orientation} {settings.fitness.orientation_weight:.3g}"
     lines.append(f"Weights: {shown}.")
     lines.append(
-        f"Searching an arm of {counted(study.design.dof, 'joint')} with {study.search.algorithm}, "
-        f"{study.search.size}, seed {study.search.seed}."
+        f"Searching an arm of {counted(settings.design.dof, 'joint')} with {settings.search.algorithm}, "
+        f"{settings.search.size}, seed {settings.search.seed}."
     )
     return "\n".join(lines)
 

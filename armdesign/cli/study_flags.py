@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from armdesign.cli.common import read_settings
+from armdesign.cli.common import settings_from_flags
 from armdesign.cli.recordings_asked import open_recording
 from armdesign.errors import ArmDesignError, SettingsError
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from armdesign.demonstration import Recording
     from armdesign.experiments.studies import Asked
     from armdesign.experiments.sweep.sweep_plan import Tasks
-    from armdesign.settings.sections import Study
+    from armdesign.settings.sections import Settings
 
 MOST_JOINTS = 10
 TASK_FLAGS = ("--base", "--points", "--weights", "--units", "--scale")
@@ -150,14 +150,14 @@ def read_tasks(name: str, flags: Flags, search: Mapping[str, Any], dof: Sequence
     from armdesign.experiments.sweep.sweep_plan import check_stems  # noqa: PLC0415
     from armdesign.search.prepare import prepare  # noqa: PLC0415
 
-    study = read_settings(flags.config, {})
+    settings = settings_from_flags(flags.config, {})
     named = list(flags.tasks or ())
     if not named:
-        named = list(EXAMPLES) if study.task.recording is None and not study.task.files else [str(flags.config)]
+        named = list(EXAMPLES) if settings.task.recording is None and not settings.task.files else [str(flags.config)]
     found = {}
     for word in dict.fromkeys(named):
         with about(word):
-            key, recording, own = open_task(name, word, study, flags.scenario)
+            key, recording, own = open_task(name, word, settings, flags.scenario)
         own = own.replace({"search": dict(search)})
         for n in dof:
             with about(word):
@@ -195,18 +195,18 @@ def settings_instead(word: str, flags: Sequence[str]) -> str:
     return f"A study takes this from a settings file: write one by '{how}' and name it as the task"
 
 
-def open_task(name: str, word: str, study: Study, scenario: str | None) -> tuple[str, Recording, Study]:
+def open_task(name: str, word: str, settings: Settings, scenario: str | None) -> tuple[str, Recording, Settings]:
     """The key, the recording and the settings of one task."""
     from armdesign.experiments.studies.study_examples import EXAMPLES, example_recording  # noqa: PLC0415
-    from armdesign.settings.sections import read_study  # noqa: PLC0415
+    from armdesign.settings.sections import read_settings  # noqa: PLC0415
 
     command = f"study {name}"
     if word in EXAMPLES:
-        _, recording, own = open_recording(example_recording(word), study, scenario or word, None, command)
+        _, recording, own = open_recording(example_recording(word), settings, scenario or word, None, command)
         return word, recording, own
     path = Path(word)
     if path.suffix.lower() == ".toml":
-        _, recording, own = open_recording(None, read_study(path), scenario, None, command)
+        _, recording, own = open_recording(None, read_settings(path), scenario, None, command)
     else:
-        _, recording, own = open_recording(path, study, scenario, None, command)
+        _, recording, own = open_recording(path, settings, scenario, None, command)
     return str(path.resolve()), recording, own

@@ -22,9 +22,9 @@ from armdesign.cli.common import (
     clock,
     cluster_client,
     one_sentence_errors,
-    read_settings,
     refuse_beside_resume,
     seconds,
+    settings_from_flags,
     tell_at_once,
 )
 from armdesign.cli.recordings_asked import open_recording
@@ -35,7 +35,7 @@ from armdesign.errors import SettingsError, counted, resume_command
 if TYPE_CHECKING:
     from armdesign.experiments.sweep import Crew, Ledger, Sweep
     from armdesign.experiments.sweep.sweep_plan import Tasks
-    from armdesign.settings.sections import Study
+    from armdesign.settings.sections import Settings
 
 SOME_FAILED = 1
 SHOWN_FAILURES = 5
@@ -104,7 +104,7 @@ def sweep(
         refuse_beside_resume(context, "a sweep", "To extend it, repeat its command with more, and --out for --resume")
         folder, (asked, tasks) = resume, read_sweep(resume)
     else:
-        study = read_settings(
+        settings = settings_from_flags(
             config,
             {
                 "task": task.changes(),
@@ -118,8 +118,8 @@ def sweep(
                 },
             },
         )
-        lists = asked_lists(study, dof, seeds, algorithm, d)
-        asked, tasks = prepared_for(recordings, study, lists, scenario, weights)
+        lists = asked_lists(settings, dof, seeds, algorithm, d)
+        asked, tasks = prepared_for(recordings, settings, lists, scenario, weights)
         folder = out or default_folder(asked)
     if dry_run:
         typer.echo(plan_text(folder, asked, tasks, worker_count(workers)))
@@ -128,7 +128,7 @@ def sweep(
 
 
 def asked_lists(
-    study: Study, dof: str | None, seeds: str | None, algorithm: str | None, d: str | None
+    settings: Settings, dof: str | None, seeds: str | None, algorithm: str | None, d: str | None
 ) -> dict[str, tuple[Any, ...]]:
     """The lists that make up the runs; where no flag is given, the one value of the settings.
 
@@ -138,7 +138,7 @@ def asked_lists(
     from armdesign.experiments.sweep.ranges import seed_numbers, whole_numbers  # noqa: PLC0415
     from armdesign.settings.sections import with_algorithm  # noqa: PLC0415
 
-    search = study.search
+    search = settings.search
     named = [part.strip() for part in (algorithm or "").split(",") if part.strip()]
     meant = with_algorithm({"angle_interval": d}, search.algorithm)
     algorithms = tuple(dict.fromkeys(named or [meant.get("algorithm", search.algorithm)]))
@@ -149,7 +149,7 @@ def asked_lists(
     intervals = (search.angle_interval,) if d is None else whole_numbers(d, "--d")
     return {
         "algorithms": algorithms,
-        "dof": (study.design.dof,) if dof is None else whole_numbers(dof, "--dof"),
+        "dof": (settings.design.dof,) if dof is None else whole_numbers(dof, "--dof"),
         "seeds": (search.seed,) if seeds is None else seed_numbers(seeds),
         "angle_intervals": intervals if "rapso" in algorithms else (),
     }
@@ -157,7 +157,7 @@ def asked_lists(
 
 def prepared_for(
     recordings: list[Path] | None,
-    study: Study,
+    settings: Settings,
     lists: dict[str, tuple[Any, ...]],
     scenario: str | None,
     weights: str | None,
@@ -175,7 +175,7 @@ def prepared_for(
     tasks, common = {}, []
     demonstrations: list[Path | None] = [*recordings] if recordings else [None]
     for recording in demonstrations:
-        source, demonstration, own = open_recording(recording, study, scenario, weights, "sweep")
+        source, demonstration, own = open_recording(recording, settings, scenario, weights, "sweep")
         path = str(source.resolve())
         paths.append(path)
         common.append(common_settings(own))
@@ -183,7 +183,7 @@ def prepared_for(
             tasks[path, n] = prepare(demonstration, own.replace({"design": {"dof": n}}))
     paths = list(dict.fromkeys(paths))
     check_stems(paths)
-    if any(settings != common[0] for settings in common):
+    if any(each != common[0] for each in common):
         raise SettingsError(
             f"--weights {weights} mean different things for recordings with different numbers of points",
             value=weights,

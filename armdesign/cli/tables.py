@@ -25,7 +25,7 @@ def design_table(table: DHTable) -> str:
 
 def evaluation_table(evaluation: Evaluation, prepared: Prepared) -> str:
     """DH rows, length, fitness in its parts, and the error of each point; of several demonstrations also each one's."""
-    fitness, several = prepared.study.fitness, demonstrations_table(evaluation, prepared)
+    fitness, several = prepared.settings.fitness, demonstrations_table(evaluation, prepared)
     meant = f", {fitness.demonstrations} of {len(prepared.demonstrations)} demonstrations" if prepared.others else ""
     lines = [
         f"{counted(evaluation.table.dof, 'joint')}, modified DH (Craig): T = Rx(alpha) Tx(a) Tz(d) Rz(q)",
@@ -47,7 +47,7 @@ def point_lines(evaluation: Evaluation, prepared: Prepared, title: str) -> list[
     for i, name in enumerate(prepared.task.points):
         distance = path.distance[:, i] * 1e3
         lines.append(f"    {name:<20} {distance.mean():11.2f} {distance.max():10.2f}")
-    if prepared.study.fitness.orientation_weight:
+    if prepared.settings.fitness.orientation_weight:
         error = np.rad2deg(path.orientation_error)
         lines.append(f"    {'orientation [deg]':<20} {error.mean():11.2f} {error.max():10.2f}")
     return lines

@@ -9,7 +9,7 @@ from armdesign.demonstration import Recording, Step, resolve, write_plain_csv
 from armdesign.demonstration.provenance import Origin, origin_of, write_task_json
 from armdesign.demonstration.task import cleaned_points
 from armdesign.search.prepare import cleaning_of
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,14 +34,14 @@ class Conversion:
         return tuple(step.sentence for step in self.steps)
 
 
-def convert(recording: Recording, study: Study, *, oriented: bool = False) -> Conversion:
+def convert(recording: Recording, settings: Settings, *, oriented: bool = False) -> Conversion:
     """Choose and clean the points that the settings ask for.
 
     A search on what comes out has the same task as one on the recording itself with the same settings.
 
     Args:
         recording: The recording.
-        study: The settings; those of the task count.
+        settings: The settings; those of the task count.
         oriented: Whether an orientation is needed, so that without task.orientation one is chosen.
 
     Raises:
@@ -49,11 +49,11 @@ def convert(recording: Recording, study: Study, *, oriented: bool = False) -> Co
         RecordingError: The data cannot be used.
         SettingsError: A number is out of range.
     """
-    settings = study.task
-    chosen = resolve(recording, settings.base, settings.points, settings.orientation, oriented=oriented)
-    how = cleaning_of(settings).settled(chosen.recording)
+    task = settings.task
+    chosen = resolve(recording, task.base, task.points, task.orientation, oriented=oriented)
+    how = cleaning_of(task).settled(chosen.recording)
     cleaned, steps = cleaned_points(chosen, how)
-    used = study.replace({"task": {"outliers": how.outliers, "repeats": how.repeats, "low_pass": how.low_pass}})
+    used = settings.replace({"task": {"outliers": how.outliers, "repeats": how.repeats, "low_pass": how.low_pass}})
     return Conversion(cleaned, chosen.base, steps, origin_of(chosen, used.task))
 
 

@@ -16,7 +16,7 @@ from armdesign._version import __version__
 from armdesign.demonstration import Chosen, Step
 from armdesign.errors import RunFolderError
 from armdesign.files import write_whole
-from armdesign.settings.sections import TaskSettings
+from armdesign.settings.sections import Task as TaskSettings
 
 SCHEMA_VERSION = 1
 

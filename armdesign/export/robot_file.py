@@ -92,7 +92,7 @@ def finished_robot(evaluation: Evaluation, prepared: Prepared, options: RobotOpt
     moved = motions(evaluation, prepared)
     q = np.concatenate([angles for _, angles in moved])
     loads = motion_limits(table, moved, chosen)
-    position = searched_limits(prepared.study.design)
+    position = searched_limits(prepared.settings.design)
     notes: tuple[str, ...] = ()
     if chosen.limits.narrow_limits is not None:
         position = narrowed(position, q, np.deg2rad(chosen.limits.narrow_limits))

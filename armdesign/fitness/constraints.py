@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings.sections import DesignSettings
+from armdesign.settings.sections import Design
 
 COLUMNS = ("alpha", "a", "d")
 SAMPLE_BATCH, SAMPLE_BATCHES = 4096, 250
@@ -171,7 +171,7 @@ class DesignSpace:
         return designs
 
 
-def design_space(settings: DesignSettings) -> DesignSpace:
+def design_space(settings: Design) -> DesignSpace:
     """The design space of the settings: the default freedom of method section 2, single bounds over it.
 
     Raises:
@@ -214,7 +214,7 @@ def design_space(settings: DesignSettings) -> DesignSpace:
     return space
 
 
-def joint_limits(settings: DesignSettings) -> Array:
+def joint_limits(settings: Design) -> Array:
     """Joint limits of the settings, shape (n, 2) [rad].
 
     Raises:

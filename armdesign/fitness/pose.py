@@ -13,7 +13,7 @@ from armdesign.fitness.block import BlockEvaluator, as_rows, batch_of
 from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY
 from armdesign.fitness.problem import Problem, make_problem
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings.sections import FitnessSettings, SolverSettings
+from armdesign.settings.sections import Fitness, Solver
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class PoseSolver(BlockEvaluator):
     def __init__(
         self,
         limits: ArrayLike,
-        fitness: FitnessSettings,
-        solver: SolverSettings | None = None,
+        fitness: Fitness,
+        solver: Solver | None = None,
         *,
         starts: int = 64,
         block: int | None = None,
@@ -74,7 +74,7 @@ class PoseSolver(BlockEvaluator):
             raise SettingsError("the fitness settings hold no weights", allowed="one weight per point")
         points = np.zeros((1, len(fitness.weights), 3))
         alone = replace(fitness, mount="identity")
-        solver = replace(solver or SolverSettings(), starts=starts)
+        solver = replace(solver or Solver(), starts=starts)
         problem = make_problem(points, np.eye(3)[None], 1.0, limits, alone, solver)
         problem.record["held_weights"] = problem.record["weights"]
         problem.record["start_free"] = problem.record["free"]
@@ -120,7 +120,7 @@ def best_pose(
     points: ArrayLike,
     rotation: ArrayLike | None,
     limits: ArrayLike,
-    fitness: FitnessSettings,
+    fitness: Fitness,
     *,
     starts: int = 64,
 ) -> Pose:

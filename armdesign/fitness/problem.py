@@ -13,7 +13,7 @@ from armdesign.errors import SettingsError, TaskError
 from armdesign.fitness.kernels.association import MAX_POINTS
 from armdesign.fitness.kernels.orientation import METRICS
 from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY, MOUNT_START, PROBLEM
-from armdesign.settings.sections import FitnessSettings, SolverSettings
+from armdesign.settings.sections import Fitness, Solver
 
 DRAWN_HAND = 10.0  # weight of the hand while starts are compared, high enough to lead it to its point
 HELD_HAND = 1000.0  # weight of the hand while the start is solved, so that it ends on its point
@@ -58,8 +58,8 @@ def make_problem(
     R: ArrayLike | None,
     dt: float,
     limits: ArrayLike,
-    fitness: FitnessSettings,
-    solver: SolverSettings,
+    fitness: Fitness,
+    solver: Solver,
 ) -> Problem:
     """Put a problem together.
 
@@ -93,7 +93,7 @@ def make_problem(
     return Problem(points, np.array(rotations, dtype=float, order="C"), record, start_poses(effort.starts, bounds))
 
 
-def fill_fitness(record: np.void, fitness: FitnessSettings, m: int, dt: float) -> None:
+def fill_fitness(record: np.void, fitness: Fitness, m: int, dt: float) -> None:
     """Write the fitness settings into a PROBLEM record, in metres and radians."""
     for name, hand in (("weights", fitness.weights[-1]), ("drawn_weights", DRAWN_HAND), ("held_weights", HELD_HAND)):
         record[name][:m] = fitness.weights
@@ -109,7 +109,7 @@ def fill_fitness(record: np.void, fitness: FitnessSettings, m: int, dt: float) -
     record["radius"] = np.deg2rad(degrees)
 
 
-def fill_solver(record: np.void, solver: SolverSettings, limits: Array, effort: StartEffort) -> None:
+def fill_solver(record: np.void, solver: Solver, limits: Array, effort: StartEffort) -> None:
     """Write the solver settings and the joint limits into a PROBLEM record."""
     n = len(limits)
     record["lower"][:n], record["upper"][:n] = limits[:, 0], limits[:, 1]
@@ -120,7 +120,7 @@ def fill_solver(record: np.void, solver: SolverSettings, limits: Array, effort: 
     record["second_order"] = solver.second_order
 
 
-def resolve_weights(fitness: FitnessSettings, m: int) -> tuple[float, tuple[float, ...]]:
+def resolve_weights(fitness: Fitness, m: int) -> tuple[float, tuple[float, ...]]:
     """The weights (w_0, (w_1..w_m)): those given, else the scenario's.
 
     The packaging weights grow in proportion along the arm, so they extend to any number of points.
@@ -166,7 +166,7 @@ class StartEffort(NamedTuple):
     finalists: int
 
 
-def start_effort(solver: SolverSettings, dof: int) -> StartEffort:
+def start_effort(solver: Solver, dof: int) -> StartEffort:
     """The effort as set, else by the number of joints: the more joints, the more basins the first frame has.
 
     The figures are about the least with which the best known start is found for 99 % of random designs; see

@@ -98,8 +98,8 @@ def write_search(folder: str | Path, result: SearchResult) -> Written:
     """
     effort = result.effort
     extra = {
-        "algorithm": result.prepared.study.search.algorithm,
-        "seed": result.prepared.study.search.seed,
+        "algorithm": result.prepared.settings.search.algorithm,
+        "seed": result.prepared.settings.search.seed,
         "evaluations": int(result.history.evaluations[-1]),
         "computational_effort": effort.computational_effort,
         "converged_at": effort.iterations,
@@ -178,7 +178,7 @@ def write_task(folder: Path, prepared: Prepared) -> None:
     """Write task.csv, task.json, and study.toml last."""
     write_plain_csv(folder / TASK, task_recording(prepared.task))
     write_origin(folder / TASK_JSON, prepared)
-    write_whole(folder / STUDY, prepared.study.to_toml())
+    write_whole(folder / STUDY, prepared.settings.to_toml())
 
 
 def others_of(prepared: Prepared) -> dict[str, Prepared]:
@@ -278,7 +278,7 @@ def write_origin(path: Path, prepared: Prepared) -> None:
 
 def result_content(evaluation: Evaluation, prepared: Prepared) -> dict[str, Any]:
     """Content of result.json: lengths in metres, angles in radians; the settings as in study.toml."""
-    study, task, path = prepared.study, prepared.task, evaluation.path
+    settings, task, path = prepared.settings, prepared.task, evaluation.path
     return {
         "schema_version": SCHEMA_VERSION,
         "armdesign_version": __version__,
@@ -291,9 +291,9 @@ def result_content(evaluation: Evaluation, prepared: Prepared) -> dict[str, Any]
         "mount": path.mount.tolist(),
         "base": task.base,
         "points": list(task.points),
-        "weights": list(study.fitness.weights),
-        "orientation_weight": study.fitness.orientation_weight,
-        "orientation_metric": study.fitness.orientation_metric,
+        "weights": list(settings.fitness.weights),
+        "orientation_weight": settings.fitness.orientation_weight,
+        "orientation_metric": settings.fitness.orientation_metric,
         "point_error": {
             name: {"mean": float(path.distance[:, i].mean()), "max": float(path.distance[:, i].max())}
             for i, name in enumerate(task.points)
@@ -305,7 +305,7 @@ def result_content(evaluation: Evaluation, prepared: Prepared) -> dict[str, Any]
         "start_error": path.start_error,
         "frames": len(task.time),
         "recording": asdict(source_of(prepared)),
-        "settings": study.to_dict(),
+        "settings": settings.to_dict(),
         "notes": list(prepared.notes),
     } | several_content(evaluation, prepared)
 
@@ -336,7 +336,7 @@ def demonstration_content(prepared: Prepared, evaluation: Evaluation, folder: st
 
 def source_of(prepared: Prepared) -> Source:
     """The file a demonstration was read from."""
-    return next(iter(prepared.origin.sources), Source(prepared.study.task.recording))
+    return next(iter(prepared.origin.sources), Source(prepared.settings.task.recording))
 
 
 def dh_content(table: DHTable) -> dict[str, Any]:

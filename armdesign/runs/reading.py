@@ -52,7 +52,7 @@ class FinishedRun:
     @property
     def limits(self) -> Array:
         """Joint limits of the search, shape (n, 2) [rad]."""
-        return joint_limits(self.prepared.study.design)
+        return joint_limits(self.prepared.settings.design)
 
 
 def read_finished(folder: str | Path) -> FinishedRun:
@@ -98,7 +98,7 @@ def read_evaluation(place: Path, prepared: Prepared, content: dict[str, Any]) ->
         )
     mount = rotation(content.get("mount", np.eye(3).tolist()), place)
     path = BlockEvaluator(prepared.problem(), block=1).replay(table, q, mount)
-    tied = prepared.study.fitness.tie_hand
+    tied = prepared.settings.fitness.tie_hand
     miss = path.distance[0, -1] if tied else np.linalg.norm(table.frames(q[0])[-1, :3, 3] - prepared.task.P[0, -1])
     path = replace(path, start_error=float(miss))
     return Evaluation(table, *figures(content, place), path)

@@ -21,7 +21,7 @@ from armdesign.runs.lock import locked
 from armdesign.demonstration.provenance import Origin, Source, fingerprint, read_task_json
 from armdesign.runs.folder import STUDY, TASK, TASK_JSON
 from armdesign.search.search import Progress, Search, SearchResult
-from armdesign.settings.sections import read_study
+from armdesign.settings.sections import read_settings
 from armdesign.search.prepare import Prepared
 from armdesign.errors import resume_command
 
@@ -95,14 +95,14 @@ def open_run(folder: Path) -> Prepared:
         base, origin, steps = read_task_json(folder / (NOTES if earlier else TASK_JSON))
     except RunFolderError as error:
         raise RunFolderError(f"{folder} holds no run to resume: {error}", value=str(folder)) from error
-    study = read_study(folder / STUDY)
+    settings = read_settings(folder / STUDY)
     if earlier:
-        path = study.task.recording
+        path = settings.task.recording
         origin = Origin(sources=(Source(path, fingerprint(path)),))
     task = task_from_recording(read_plain_csv(folder / TASK), base=base)
-    others = open_others(folder, runfolder.OTHERS, study.task.more_recordings)
-    holdouts = open_others(folder, runfolder.HOLDOUTS, study.task.holdouts)
-    return Prepared(study, task, steps, origin, others, holdouts)
+    others = open_others(folder, runfolder.OTHERS, settings.task.more_recordings)
+    holdouts = open_others(folder, runfolder.HOLDOUTS, settings.task.holdouts)
+    return Prepared(settings, task, steps, origin, others, holdouts)
 
 
 def open_others(folder: Path, pattern: str, recordings: Sequence[str] | None) -> tuple[Prepared, ...]:

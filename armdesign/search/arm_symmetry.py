@@ -10,7 +10,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.fitness.constraints import DesignSpace
-from armdesign.settings.sections import SearchSettings
+from armdesign.settings.sections import Search as SearchSettings
 from armdesign.swarm import Box, MultiBasin, Sampler, Slab
 
 FLAT = 1e-3

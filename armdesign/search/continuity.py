@@ -11,33 +11,33 @@ from armdesign.demonstration import Step, Task
 from armdesign.demonstration.cleaning.gaps import seconds
 from armdesign.demonstration.sanity import warning
 from armdesign.errors import counted
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 _SAME = 1e-3  # relative difference of steps in time that is no resampling
 
 
-def settled_continuity(study: Study, recorded: float, dt: float) -> tuple[Study, tuple[Step, ...]]:
+def settled_continuity(settings: Settings, recorded: float, dt: float) -> tuple[Settings, tuple[Step, ...]]:
     """Keep the speed that eps per frame means at the recorded rate, where the task has another rate.
 
     Args:
-        study: The settings.
+        settings: The settings.
         recorded: Time between frames of the recording [s].
         dt: Time between frames of the task [s].
     """
-    fitness, task = study.fitness, study.task
+    fitness, task = settings.fitness, settings.task
     asked = task.rate is not None or task.cut
     if fitness.continuity_speed is not None or not asked or abs(dt / recorded - 1.0) < _SAME:
-        return study, ()
+        return settings, ()
     speed = fitness.continuity / recorded
     sentence = (
         f"eps = {fitness.continuity:g} deg per frame at the recorded {1 / recorded:.4g} frames/s is {speed:.4g} deg/s; "
         f"that speed is kept, which makes {speed * dt:.4g} deg per frame at {1 / dt:.4g} frames/s."
     )
     details = {"continuity": fitness.continuity, "recorded_rate": 1.0 / recorded, "continuity_speed": speed}
-    return study.replace({"fitness": {"continuity_speed": speed}}), (Step("continuity", sentence, details),)
+    return settings.replace({"fitness": {"continuity_speed": speed}}), (Step("continuity", sentence, details),)
 
 
-def pace_steps(task: Task, study: Study, longest: float) -> tuple[Step, ...]:
+def pace_steps(task: Task, settings: Settings, longest: float) -> tuple[Step, ...]:
     """Warnings where no arm can follow within the bound on the joints' steps.
 
     A joint moves the hand by at most its angle times the arm's length, and |dq_1| + ... + |dq_n| <= sqrt(n) |dq|. So
@@ -45,10 +45,10 @@ def pace_steps(task: Task, study: Study, longest: float) -> tuple[Step, ...]:
 
     Args:
         task: The task.
-        study: Its settings.
+        settings: Its settings.
         longest: Length L_max of the longest arm [m].
     """
-    fitness, n = study.fitness, study.design.dof
+    fitness, n = settings.fitness, settings.design.dof
     speed = fitness.continuity_speed
     eps = math.radians(fitness.continuity if speed is None else speed * task.dt)
     bound = eps * math.sqrt(n)

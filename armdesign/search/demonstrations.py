@@ -11,7 +11,7 @@ from armdesign.demonstration import Recording, Step
 from armdesign.demonstration.sanity import warning
 from armdesign.errors import ArmDesignError, TaskError, counted, short_names
 from armdesign.search.prepare import Prepared, choose, prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 SAME_RATE = 1e-3
 """Relative difference of frame rates that is none."""
@@ -19,7 +19,7 @@ SAME_RATE = 1e-3
 
 def prepare_several(
     recordings: Sequence[Recording],
-    study: Study,
+    settings: Settings,
     *,
     holdouts: Sequence[Recording] = (),
     longest: float | None = None,
@@ -31,7 +31,7 @@ def prepare_several(
 
     Args:
         recordings: The demonstrations that the search sees, at least one.
-        study: The settings; ``task.more_recordings`` and ``task.holdouts``, where set, are the files of the others.
+        settings: The settings; ``task.more_recordings`` and ``task.holdouts``, where set, are the files of the others.
         holdouts: Demonstrations that it does not see.
         longest: See ``prepare``.
 
@@ -42,21 +42,21 @@ def prepare_several(
         TaskError: The demonstrations do not have the same points, or one of them cannot be followed.
         ArmDesignError: See ``prepare``.
     """
-    first = prepare(recordings[0], alone(study), longest=longest)
+    first = prepare(recordings[0], alone(settings), longest=longest)
     if len(recordings) == 1 and not holdouts:
         return first
-    check_points([*recordings, *holdouts], alone(study))
-    paths = study.task.more_recordings or [file_of(recording) for recording in recordings[1:]]
-    unseen = study.task.holdouts or [file_of(recording) for recording in holdouts]
-    shared = shared_settings(study, first)
+    check_points([*recordings, *holdouts], alone(settings))
+    paths = settings.task.more_recordings or [file_of(recording) for recording in recordings[1:]]
+    unseen = settings.task.holdouts or [file_of(recording) for recording in holdouts]
+    shared = shared_settings(settings, first)
     others = [prepare_other(*each, shared, longest) for each in zip(recordings[1:], paths, strict=True)]
     kept = [prepare_other(*each, shared, longest) for each in zip(holdouts, unseen, strict=True)]
     changes: dict[str, dict[str, Any]] = {"task": {"more_recordings": known(paths), "holdouts": known(unseen)}}
     if others:
-        changes["fitness"] = {"demonstrations": study.fitness.demonstrations or "mean"}
+        changes["fitness"] = {"demonstrations": settings.fitness.demonstrations or "mean"}
     steps = (*first.steps, *told(first, recordings[0].source, others, kept))
-    whole = first.study.replace(changes)
-    return replace(first, study=whole, steps=steps, others=tuple(others), holdouts=tuple(kept))
+    whole = first.settings.replace(changes)
+    return replace(first, settings=whole, steps=steps, others=tuple(others), holdouts=tuple(kept))
 
 
 def file_of(recording: Recording) -> str | None:
@@ -70,15 +70,15 @@ def known(paths: Sequence[str | None]) -> list[str] | None:
     return [path for path in paths if path] if paths and all(paths) else None
 
 
-def alone(study: Study) -> Study:
+def alone(settings: Settings) -> Settings:
     """The settings for one demonstration."""
-    return study.replace({"task": {"more_recordings": None, "holdouts": None}, "fitness": {"demonstrations": None}})
+    return settings.replace({"task": {"more_recordings": None, "holdouts": None}, "fitness": {"demonstrations": None}})
 
 
-def shared_settings(study: Study, first: Prepared) -> Study:
+def shared_settings(settings: Settings, first: Prepared) -> Settings:
     """The settings for the other demonstrations: those asked for, with what the first has settled for all."""
-    fitness, task = first.study.fitness, first.study.task
-    return alone(study).replace(
+    fitness, task = first.settings.fitness, first.settings.task
+    return alone(settings).replace(
         {
             "task": {name: getattr(task, name) for name in ("outliers", "repeats", "low_pass")} | {"files": {}},
             "fitness": {"weights": fitness.weights, "orientation_weight": fitness.orientation_weight},
@@ -86,7 +86,7 @@ def shared_settings(study: Study, first: Prepared) -> Study:
     )
 
 
-def prepare_other(recording: Recording, path: str | None, shared: Study, longest: float | None) -> Prepared:
+def prepare_other(recording: Recording, path: str | None, shared: Settings, longest: float | None) -> Prepared:
     """One of the other demonstrations.
 
     Raises:
@@ -100,7 +100,7 @@ def prepare_other(recording: Recording, path: str | None, shared: Study, longest
         raise type(error)(f"{recording.source}: {error}", value=error.value) from error
 
 
-def check_points(recordings: Sequence[Recording], study: Study) -> None:
+def check_points(recordings: Sequence[Recording], settings: Settings) -> None:
     """Refuse demonstrations whose points have not the same names, from the base to the hand.
 
     Raises:
@@ -109,7 +109,7 @@ def check_points(recordings: Sequence[Recording], study: Study) -> None:
     found: dict[str, str] = {}
     for recording in recordings:
         try:
-            chosen = choose(recording, study, oriented=False)
+            chosen = choose(recording, settings, oriented=False)
         except TaskError as error:
             if recording.source in str(error):
                 raise
@@ -132,7 +132,7 @@ def told(first: Prepared, source: str, others: Sequence[Prepared], holdouts: Seq
     steps = []
     if others:
         steps.append(listed("demonstrations", f"One arm for {len(seen)} demonstrations", seen))
-        steps += [bolted_once(first)] if first.study.fitness.orientation_weight else []
+        steps += [bolted_once(first)] if first.settings.fitness.orientation_weight else []
     if holdouts:
         steps.append(listed("holdouts", "Held out, not seen by the search", unseen))
     return (*steps, *pace_differs(named))
@@ -146,7 +146,7 @@ def listed(kind: str, what: str, every: Sequence[tuple[str, Prepared]]) -> Step:
 
 def bolted_once(first: Prepared) -> Step:
     """How the tool is mounted for all demonstrations."""
-    if first.study.fitness.mount == "start":
+    if first.settings.fitness.mount == "start":
         return Step("mount", "The tool is bolted on once: as the first demonstration's first frame asks for.")
     return Step("mount", "The tool is bolted on as the hand's frame stands, in all demonstrations.")
 
@@ -166,5 +166,5 @@ def pace_differs(every: Sequence[tuple[str, Prepared]]) -> tuple[Step, ...]:
 
 def degrees_per_second(prepared: Prepared) -> float:
     """The speed that eps means on a task [deg/s]."""
-    fitness = prepared.study.fitness
+    fitness = prepared.settings.fitness
     return fitness.continuity / prepared.task.dt if fitness.continuity_speed is None else fitness.continuity_speed

@@ -58,7 +58,7 @@ def evaluate_design(table: DHTable, prepared: Prepared) -> Evaluation:
         SearchError: The arm does not reach the first frame.
     """
     check_design(table)
-    dof = prepared.study.design.dof
+    dof = prepared.settings.design.dof
     if table.dof != dof:
         raise DesignError(f"the arm has {counted(table.dof, 'joint')}, the settings are for {dof}", allowed=dof)
     first = evaluate_on(table, prepared.problem())
@@ -66,7 +66,7 @@ def evaluate_design(table: DHTable, prepared: Prepared) -> Evaluation:
         return first
     others = [evaluate_on(table, each.problem(), first.path, each.name) for each in prepared.others]
     holdouts = [scored(table, each.problem(), first.path) for each in prepared.holdouts]
-    whole = together([first, *others], prepared.study.fitness.demonstrations) if others else first
+    whole = together([first, *others], prepared.settings.fitness.demonstrations) if others else first
     return replace(whole, holdouts=tuple(holdouts))
 
 

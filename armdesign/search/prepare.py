@@ -17,7 +17,8 @@ from armdesign.fitness.objective import Demonstrations, Objective
 from armdesign.fitness.problem import SCENARIOS, Problem, make_problem, resolve_weights, start_effort
 from armdesign.fitness.robot import RobotFitness
 from armdesign.search.continuity import pace_steps, settled_continuity
-from armdesign.settings.sections import Study, TaskSettings
+from armdesign.settings.sections import Settings
+from armdesign.settings.sections import Task as TaskSettings
 
 ORIGIN = "origin"
 """Name of the base where the points of a recording already count from it, as in a run's task.csv."""
@@ -28,7 +29,7 @@ class Prepared:
     """A study with everything that depends on the recording filled in.
 
     Attributes:
-        study: The settings with base, points, orientation, cleaning and weights as they are used.
+        settings: The settings with base, points, orientation, cleaning and weights as they are used.
         task: What is tracked.
         steps: What was decided and done to the data.
         origin: Where the task comes from.
@@ -37,7 +38,7 @@ class Prepared:
         holdouts: Demonstrations that the search does not see; the finished arm is scored on them.
     """
 
-    study: Study
+    settings: Settings
     task: Task
     steps: tuple[Step, ...] = ()
     origin: Origin = field(default_factory=Origin)
@@ -51,20 +52,20 @@ class Prepared:
 
     def problem(self) -> Problem:
         """The task and the settings as arrays."""
-        study = self.study
+        settings = self.settings
         return make_problem(
-            self.task.P, self.task.R, self.task.dt, joint_limits(study.design), study.fitness, study.solver
+            self.task.P, self.task.R, self.task.dt, joint_limits(settings.design), settings.fitness, settings.solver
         )
 
     def space(self) -> DesignSpace:
         """The design space."""
-        return design_space(self.study.design)
+        return design_space(self.settings.design)
 
     @property
     def name(self) -> str:
         """What the demonstration is called: the path of its recording."""
         source = next(iter(self.origin.sources), None)
-        return str((source.path if source else None) or self.study.task.recording or "the demonstration")
+        return str((source.path if source else None) or self.settings.task.recording or "the demonstration")
 
     @property
     def demonstrations(self) -> tuple[Prepared, ...]:
@@ -80,16 +81,16 @@ class Prepared:
         if not self.others:
             return RobotFitness(self.problem(), self.space(), block)
         problems = [each.problem() for each in self.demonstrations]
-        worst = self.study.fitness.demonstrations == "worst"
+        worst = self.settings.fitness.demonstrations == "worst"
         return Demonstrations(problems, self.space(), block, worst=worst)
 
 
-def prepare(recording: Recording, study: Study, *, longest: float | None = None) -> Prepared:
+def prepare(recording: Recording, settings: Settings, *, longest: float | None = None) -> Prepared:
     """Build the task of a recording and settle every setting that was left to it.
 
     Args:
         recording: The demonstration.
-        study: The settings.
+        settings: The settings.
         longest: Length of the longest arm in question [m]; by default L_max of the search.
 
     Raises:
@@ -97,68 +98,68 @@ def prepare(recording: Recording, study: Study, *, longest: float | None = None)
         SettingsError: The weights do not fit the points.
         RecordingError: The data cannot be used.
     """
-    chosen = choose(recording, study, oriented=False)
-    w_0, weights = weights_for(study, len(chosen.points))
+    chosen = choose(recording, settings, oriented=False)
+    w_0, weights = weights_for(settings, len(chosen.points))
     if w_0 > 0.0:
-        chosen = choose(recording, study, oriented=True)
-    how = cleaning_of(study.task).settled(chosen.recording)
-    if counts_from_base(recording, study):
+        chosen = choose(recording, settings, oriented=True)
+    how = cleaning_of(settings.task).settled(chosen.recording)
+    if counts_from_base(recording, settings):
         task = replace(task_from_recording(chosen.recording, base=ORIGIN), steps=chosen.steps)
     else:
-        task = task_of_chosen(chosen, how, study.task.base_mode)
+        task = task_of_chosen(chosen, how, settings.task.base_mode)
     steps = list(task.steps)
-    wanted = study.task.orientation
+    wanted = settings.task.orientation
     if wanted is not None and chosen.orientation is None:
         sentence = f"The orientation of '{wanted}' is not followed: the orientation weight w_0 is 0."
         steps.append(Step("orientation", sentence))
-    study = settled(study, chosen, how, w_0, weights)
-    origin = origin_of(chosen, study.task)
-    study, more = settled_continuity(study, recorded_step(chosen.recording), task.dt)
+    settings = settled(settings, chosen, how, w_0, weights)
+    origin = origin_of(chosen, settings.task)
+    settings, more = settled_continuity(settings, recorded_step(chosen.recording), task.dt)
     steps += more
-    reach = study.design.length[1] if longest is None else longest
+    reach = settings.design.length[1] if longest is None else longest
     steps += check_reach(task, reach, searched=longest is None)
-    steps += pace_steps(task, study, reach)
-    return Prepared(study, task, tuple(steps), origin)
+    steps += pace_steps(task, settings, reach)
+    return Prepared(settings, task, tuple(steps), origin)
 
 
-def choose(recording: Recording, study: Study, *, oriented: bool) -> Chosen:
+def choose(recording: Recording, settings: Settings, *, oriented: bool) -> Chosen:
     """The points that the settings ask for.
 
     Args:
         recording: The demonstration.
-        study: The settings.
+        settings: The task.
         oriented: Whether the orientation is followed.
 
     Raises:
         TaskError: There is no such point, or no such orientation.
     """
-    settings = study.task
-    if counts_from_base(recording, study):
-        return choose_relative(recording, study, oriented=oriented)
+    task = settings.task
+    if counts_from_base(recording, settings):
+        return choose_relative(recording, settings, oriented=oriented)
     if not oriented:
-        return resolve(recording, settings.base, settings.points, None)
+        return resolve(recording, task.base, task.points, None)
     try:
-        return resolve(recording, settings.base, settings.points, settings.orientation, oriented=True)
+        return resolve(recording, task.base, task.points, task.orientation, oriented=True)
     except TaskError as error:
         message = f"an orientation is to be followed (w_0 > 0), but {error}"
         fix = "Or take weights with w_0 = 0 such as the packaging scenario's"
         raise TaskError(message, value=error.value, fix=fix) from error
 
 
-def counts_from_base(recording: Recording, study: Study) -> bool:
+def counts_from_base(recording: Recording, settings: Settings) -> bool:
     """Whether the recording's points count from the base already."""
-    return study.task.base == ORIGIN and ORIGIN not in recording.points
+    return settings.task.base == ORIGIN and ORIGIN not in recording.points
 
 
-def choose_relative(recording: Recording, study: Study, *, oriented: bool) -> Chosen:
+def choose_relative(recording: Recording, settings: Settings, *, oriented: bool) -> Chosen:
     """The points that the settings ask for, of a recording whose points count from the base already.
 
     Of an expression, as in the settings of a run on the recording itself, the name counts.
     """
-    texts = study.task.points or tuple(recording.points)
+    texts = settings.task.points or tuple(recording.points)
     names = tuple(named(text, recording) for text in texts)
     used = {name: pick(recording, name) for name in names}
-    turn = named(study.task.orientation or names[-1], recording) if oriented else None
+    turn = named(settings.task.orientation or names[-1], recording) if oriented else None
     if turn is not None and turn not in recording.orientations:
         raise TaskError(
             f"the orientation of '{turn}' is to be followed (w_0 > 0), but the recording has none for it",
@@ -168,7 +169,7 @@ def choose_relative(recording: Recording, study: Study, *, oriented: bool) -> Ch
         )
     turns = {} if turn is None else {turn: recording.orientations[turn]}
     kept = Recording(recording.time, used, turns, recording.source, recording.about)
-    unused = unused_settings(study)
+    unused = unused_settings(settings)
     sentence = f"The points count from the base already; not used: {', '.join(unused)}."
     steps = (Step("unused", sentence, {"settings": unused}),) if unused else ()
     return Chosen(kept, ORIGIN, names, turn, steps, {})
@@ -186,12 +187,12 @@ def pick(recording: Recording, name: str) -> Array:
     return recording.points[name]
 
 
-def unused_settings(study: Study) -> list[str]:
+def unused_settings(settings: Settings) -> list[str]:
     """Task settings that are set but do nothing where points count from the base already."""
     default = TaskSettings()
     names = ("units", "up", "mirror", "base_mode", *(entry.name for entry in fields(Cleaning)))
     nothing = (False, "off")
-    values = {name: getattr(study.task, name) for name in names}
+    values = {name: getattr(settings.task, name) for name in names}
     return [name for name, value in values.items() if value not in nothing and value != getattr(default, name)]
 
 
@@ -200,7 +201,7 @@ def cleaning_of(settings: TaskSettings) -> Cleaning:
     return Cleaning(**{entry.name: getattr(settings, entry.name) for entry in fields(Cleaning)})
 
 
-def settled(study: Study, chosen: Chosen, how: Cleaning, w_0: float, weights: tuple[float, ...]) -> Study:
+def settled(settings: Settings, chosen: Chosen, how: Cleaning, w_0: float, weights: tuple[float, ...]) -> Settings:
     """The study with everything entered that was left to the recording, so that it prepares the same again."""
     meant = chosen.expressions
     turn = chosen.orientation
@@ -211,9 +212,9 @@ def settled(study: Study, chosen: Chosen, how: Cleaning, w_0: float, weights: tu
     }
     if chosen.base != ORIGIN or chosen.expressions:
         task |= {name: getattr(how, name) for name in ("outliers", "repeats", "low_pass")}
-    return study.replace(
+    return settings.replace(
         {
-            "solver": start_effort(study.solver, study.design.dof)._asdict(),
+            "solver": start_effort(settings.solver, settings.design.dof)._asdict(),
             "task": task,
             "fitness": {"weights": weights, "orientation_weight": w_0},
         }
@@ -226,13 +227,13 @@ def recorded_step(recording: Recording) -> float:
     return 1.0 / declared if declared and abs(declared * recording.step - 1.0) < 0.3 else recording.step
 
 
-def weights_for(study: Study, m: int) -> tuple[float, tuple[float, ...]]:
+def weights_for(settings: Settings, m: int) -> tuple[float, tuple[float, ...]]:
     """The weights (w_0, (w_1..w_m)) for m points: those given, else the scenario's.
 
     Raises:
         SettingsError: They do not fit the points or do not sum to 1; the message says what to write.
     """
-    fitness = study.fitness
+    fitness = settings.fitness
     given = fitness.weights or (SCENARIOS[fitness.scenario][1] if fitness.scenario == "welding" else ())
     shown = ",".join(f"{w:.12g}" for w in given)
     if given and len(given) != m:

@@ -18,7 +18,7 @@ from armdesign.search.arm_symmetry import new_search, resumed_search
 from armdesign.search.backends import Backend, InProcess
 from armdesign.search.evaluation import Evaluation, evaluate_design
 from armdesign.search.prepare import Prepared
-from armdesign.settings.sections import SearchSettings
+from armdesign.settings.sections import Search as SearchSettings
 from armdesign.swarm import Box, Effort, History, MultiBasin, State, Swarm, make_swarm, measure_effort, swarm_from_state
 
 ITERATION = 400
@@ -95,7 +95,7 @@ class Search:
             SettingsError: The bounds leave no arm.
         """
         self.prepared, self.backend = prepared, backend
-        self.settings = prepared.study.search
+        self.settings = prepared.settings.search
         self.space = prepared.space()
         self.swarm = new_swarm(self.settings, self.space)
         self.rejections = Rejections()
@@ -305,8 +305,8 @@ def better(
 
 def nothing_found(prepared: Prepared, nearest: float) -> NothingFoundError:
     """The error of a search in which no arm was valid."""
-    tolerance = prepared.study.fitness.reach_tolerance
-    if prepared.study.fitness.reach_frames == "all" and nearest <= tolerance:
+    tolerance = prepared.settings.fitness.reach_tolerance
+    if prepared.settings.fitness.reach_frames == "all" and nearest <= tolerance:
         return NothingFoundError(
             f"no candidate keeps its end-effector within {tolerance * 1e3:g} mm of the hand in every frame, though "
             "some reach it at the start",

@@ -32,7 +32,7 @@ METRES = Number(0.0, 10.0, "m")
 
 
 @dataclass(frozen=True)
-class TaskSettings(Section):
+class Task(Section):
     """From the recording to the task (method section 1)."""
 
     recording: str | None = parameter(
@@ -115,7 +115,7 @@ class TaskSettings(Section):
 
 
 @dataclass(frozen=True)
-class DesignSettings(Section):
+class Design(Section):
     """Freedom and limits of the arm (method sections 2 and 6)."""
 
     dof: int = parameter(3, Number(1, 10, integer=True), "Number of joints n.")
@@ -150,7 +150,7 @@ class DesignSettings(Section):
 
 
 @dataclass(frozen=True)
-class FitnessSettings(Section):
+class Fitness(Section):
     """What a good arm is (method sections 3 to 5)."""
 
     scenario: str = parameter(
@@ -201,7 +201,7 @@ class FitnessSettings(Section):
 
 
 @dataclass(frozen=True)
-class SolverSettings(Section):
+class Solver(Section):
     """Damped least squares along the path (method sections 3 and 4)."""
 
     starts: int | None = parameter(
@@ -235,7 +235,7 @@ class SolverSettings(Section):
 
 
 @dataclass(frozen=True)
-class SearchSettings(Section):
+class Search(Section):
     """The search: many basins, or the paper's swarms (method section 7)."""
 
     algorithm: str = parameter(
@@ -295,20 +295,20 @@ class SearchSettings(Section):
 
 SWARM = ("particles", "iterations", "inertia", "c1", "c2", "c_range", "range", "angle_interval")
 """Settings of the search that only the swarms have."""
-SECTIONS: tuple[type[Section], ...] = (TaskSettings, DesignSettings, FitnessSettings, SolverSettings, SearchSettings)
+SECTIONS: tuple[type[Section], ...] = (Task, Design, Fitness, Solver, Search)
 
 
 @dataclass(frozen=True)
-class Study:
+class Settings:
     """All settings of one search."""
 
-    task: TaskSettings = dataclasses.field(default_factory=TaskSettings)
-    design: DesignSettings = dataclasses.field(default_factory=DesignSettings)
-    fitness: FitnessSettings = dataclasses.field(default_factory=FitnessSettings)
-    solver: SolverSettings = dataclasses.field(default_factory=SolverSettings)
-    search: SearchSettings = dataclasses.field(default_factory=SearchSettings)
+    task: Task = dataclasses.field(default_factory=Task)
+    design: Design = dataclasses.field(default_factory=Design)
+    fitness: Fitness = dataclasses.field(default_factory=Fitness)
+    solver: Solver = dataclasses.field(default_factory=Solver)
+    search: Search = dataclasses.field(default_factory=Search)
 
-    def replace(self, changes: Mapping[str, Mapping[str, Any]]) -> Study:
+    def replace(self, changes: Mapping[str, Mapping[str, Any]]) -> Settings:
         """A copy with other values, given as {section: {entry: value}}.
 
         Raises:
@@ -333,7 +333,7 @@ class Study:
             for name in entries:
                 if name not in names:
                     raise SettingsError(f"unknown setting '{title}.{name}'", value=name, allowed=list(names))
-            meant = with_algorithm(entries, self.search.algorithm) if title == SearchSettings.title() else entries
+            meant = with_algorithm(entries, self.search.algorithm) if title == Search.title() else entries
             sections[title] = dataclasses.replace(getattr(self, title), **meant)
         return dataclasses.replace(self, **sections)
 
@@ -355,7 +355,7 @@ def with_algorithm(entries: Mapping[str, Any], algorithm: str) -> Mapping[str, A
     return entries
 
 
-def read_study(path: str | Path) -> Study:
+def read_settings(path: str | Path) -> Settings:
     """Read a TOML file of settings; entries left out keep their defaults.
 
     Args:
@@ -377,17 +377,17 @@ def read_study(path: str | Path) -> Study:
             fix="'armdesign search --write-config' prints a file to start from",
         ) from error
     try:
-        study = Study().replace(tables)
+        settings = Settings().replace(tables)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}", value=error.value) from error
-    return beside(study, path.parent)
+    return beside(settings, path.parent)
 
 
-def beside(study: Study, folder: Path) -> Study:
+def beside(settings: Settings, folder: Path) -> Settings:
     """The study with the paths of its recordings counted from a folder."""
-    task = study.task
+    task = settings.task
     files = {name: str(folder / file) for name, file in task.files.items()}
     recording = None if task.recording is None else str(folder / task.recording)
     given = {name: getattr(task, name) for name in ("more_recordings", "holdouts")}
     lists = {name: [str(folder / path) for path in paths] for name, paths in given.items() if paths}
-    return study.replace({"task": {"recording": recording, "files": files, **lists}})
+    return settings.replace({"task": {"recording": recording, "files": files, **lists}})

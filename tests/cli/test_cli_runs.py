@@ -13,7 +13,7 @@ from armdesign.runs.lock import locked
 @pytest.fixture(scope="module")
 def begun(run, packaging, packaged, tmp_path_factory):
     """A run folder with settings, a saved state of three iterations and no result, as a killed search leaves it."""
-    from armdesign import Study, prepare, read_recording  # noqa: PLC0415
+    from armdesign import Settings, prepare, read_recording  # noqa: PLC0415
     from armdesign.runs import checkpoint  # noqa: PLC0415
     from armdesign.runs import resumable as running  # noqa: PLC0415
     from armdesign.runs.resumable import open_run, start_run  # noqa: PLC0415
@@ -22,8 +22,8 @@ def begun(run, packaging, packaged, tmp_path_factory):
 
     folder = tmp_path_factory.mktemp("begun") / "run"
     folder.mkdir()
-    study = Study().replace({"design": {"dof": 6}, "search": {"particles": 10, "iterations": 50, "seed": 7}})
-    start_run(folder, prepare(read_recording(packaging), study))
+    settings = Settings().replace({"design": {"dof": 6}, "search": {"particles": 10, "iterations": 50, "seed": 7}})
+    start_run(folder, prepare(read_recording(packaging), settings))
     search = Search(open_run(folder), InProcess(open_run(folder)))
     for _ in range(3):
         search.advance()

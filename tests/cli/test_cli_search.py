@@ -124,8 +124,8 @@ def test_odd_file_names(run, place, packaging, small, name):
     (place / name).write_bytes(packaging.read_bytes())
     assert run("search", *small, "--quiet", "--", name).exit_code == 0
     (folder,) = (place / "runs").iterdir()
-    study = tomllib.loads((folder / "study.toml").read_text(encoding="utf-8"))
-    assert study["task"]["recording"] == str(place.resolve() / name)
+    settings = tomllib.loads((folder / "study.toml").read_text(encoding="utf-8"))
+    assert settings["task"]["recording"] == str(place.resolve() / name)
     assert run("search", "--config", folder / "study.toml", "--out", "again", "--quiet").exit_code == 0
     assert (place / "again" / "history.csv").read_bytes() == (folder / "history.csv").read_bytes()
 
@@ -147,11 +147,11 @@ def test_odd_point_names(run, place, packaging, small):
 
 def test_flags_go_over_the_file(settings_of, place):
     (place / "mine.toml").write_text("[search]\nparticles = 11\nseed = 5\ninertia = 0.7\n[design]\ndof = 4\n")
-    study, _ = settings_of("--config", place / "mine.toml", "--seed", 6)
-    assert study["search"]["particles"] == 10
-    assert study["search"]["seed"] == 6
-    assert study["search"]["inertia"] == 0.7
-    assert study["design"]["dof"] == 6
+    settings, _ = settings_of("--config", place / "mine.toml", "--seed", 6)
+    assert settings["search"]["particles"] == 10
+    assert settings["search"]["seed"] == 6
+    assert settings["search"]["inertia"] == 0.7
+    assert settings["design"]["dof"] == 6
 
 
 def test_recording_in_a_file_counts_from_the_file(run, place, packaging, small, monkeypatch):
@@ -162,8 +162,8 @@ def test_recording_in_a_file_counts_from_the_file(run, place, packaging, small, 
     monkeypatch.chdir(place / "elsewhere")
     outcome = run("search", "--config", "../data/mine.toml", *small, "--out", "run")
     assert outcome.exit_code == 0, outcome.output
-    study = tomllib.loads((place / "elsewhere" / "run" / "study.toml").read_text())
-    assert study["task"]["recording"] == str((place / "data" / "mine.csv").resolve())
+    settings = tomllib.loads((place / "elsewhere" / "run" / "study.toml").read_text())
+    assert settings["task"]["recording"] == str((place / "data" / "mine.csv").resolve())
 
 
 def test_recording_on_the_command_line_goes_over_the_file_s(settings_of, place, packaging):
@@ -181,40 +181,40 @@ def test_recording_on_the_command_line_goes_over_the_file_s(settings_of, place, 
     ],
 )
 def test_weights_as_fractions_with_and_without_that_of_the_orientation(settings_of, text, w_0, weights):
-    study, _ = settings_of("--weights", text)
-    assert study["fitness"]["orientation_weight"] == w_0
-    assert study["fitness"]["weights"] == [float(Fraction(weight)) for weight in weights]
+    settings, _ = settings_of("--weights", text)
+    assert settings["fitness"]["orientation_weight"] == w_0
+    assert settings["fitness"]["weights"] == [float(Fraction(weight)) for weight in weights]
 
 
 def test_first_of_m_plus_one_weights_is_that_of_the_orientation(settings_of, welding):
-    study, output = settings_of("--weights", "1/5,0,3/10,1/2", recording=welding)
-    assert study["fitness"]["orientation_weight"] == 0.2
-    assert study["fitness"]["weights"] == [0.0, 0.3, 0.5]
-    assert study["task"]["orientation"] == "hand"
+    settings, output = settings_of("--weights", "1/5,0,3/10,1/2", recording=welding)
+    assert settings["fitness"]["orientation_weight"] == 0.2
+    assert settings["fitness"]["weights"] == [0.0, 0.3, 0.5]
+    assert settings["task"]["orientation"] == "hand"
     assert "orientation of hand 0.2" in output
 
 
 def test_scenario_goes_over_the_weights_of_the_file(settings_of, place, welding):
     (place / "mine.toml").write_text("[fitness]\nweights = [0.2, 0.2, 0.6]\norientation_weight = 0.0\n")
-    study, _ = settings_of("--config", place / "mine.toml", "--scenario", "welding", recording=welding)
-    assert study["fitness"]["scenario"] == "welding"
-    assert study["fitness"]["weights"] == [0.0, 0.1, 0.7]
-    assert study["fitness"]["orientation_weight"] == 0.2
-    study, _ = settings_of("--config", place / "mine.toml", recording=welding)
-    assert study["fitness"]["weights"] == [0.2, 0.2, 0.6]
+    settings, _ = settings_of("--config", place / "mine.toml", "--scenario", "welding", recording=welding)
+    assert settings["fitness"]["scenario"] == "welding"
+    assert settings["fitness"]["weights"] == [0.0, 0.1, 0.7]
+    assert settings["fitness"]["orientation_weight"] == 0.2
+    settings, _ = settings_of("--config", place / "mine.toml", recording=welding)
+    assert settings["fitness"]["weights"] == [0.2, 0.2, 0.6]
 
 
 def test_orientation_without_weight_says_that_it_is_not_followed(settings_of, welding):
-    study, output = settings_of("--orientation", "hand", recording=welding)
+    settings, output = settings_of("--orientation", "hand", recording=welding)
     assert "The orientation of 'hand' is not followed: the orientation weight w_0 is 0." in output
-    assert "orientation" not in study["task"]
+    assert "orientation" not in settings["task"]
 
 
 def test_base_and_points_are_those_named(settings_of):
-    study, output = settings_of("--base", "upper_arm", "--points", "forearm, hand")
-    assert study["task"]["base"] == "upper_arm"
-    assert study["task"]["points"] == ["forearm", "hand"]
-    assert study["fitness"]["weights"] == pytest.approx([1 / 3, 2 / 3], abs=1e-15)
+    settings, output = settings_of("--base", "upper_arm", "--points", "forearm, hand")
+    assert settings["task"]["base"] == "upper_arm"
+    assert settings["task"]["points"] == ["forearm", "hand"]
+    assert settings["fitness"]["weights"] == pytest.approx([1 / 3, 2 / 3], abs=1e-15)
     assert "Base upper_arm; points from there to the hand: forearm, hand; no orientation." in output
 
 

@@ -52,9 +52,9 @@ def test_the_table_at_the_end_tells_of_each(searched):
 
 def test_the_settings_repeat_the_run(run, searched, place):
     folder, _ = searched
-    study = tomllib.loads((folder / "study.toml").read_text(encoding="utf-8"))
-    assert study["fitness"]["demonstrations"] == "worst"
-    assert len(study["task"]["more_recordings"]) == len(study["task"]["holdouts"]) == 1
+    settings = tomllib.loads((folder / "study.toml").read_text(encoding="utf-8"))
+    assert settings["fitness"]["demonstrations"] == "worst"
+    assert len(settings["task"]["more_recordings"]) == len(settings["task"]["holdouts"]) == 1
     outcome = run("search", "--config", folder / "study.toml", "--no-report", "--quiet", "--out", place / "again")
     assert outcome.exit_code == 0, outcome.output
     for name in ("history.csv", "trajectory.csv", "demonstration_2/trajectory.csv", "holdout_1/trajectory.csv"):

@@ -132,13 +132,13 @@ def test_dry_run_of_a_sweep_that_is_there_leaves_it_alone(run, done, packaging, 
 
 
 def test_dry_run_knows_more_candidates_and_pso_as_longer(packaging):
-    from armdesign import Study, prepare, read_recording  # noqa: PLC0415
+    from armdesign import Settings, prepare, read_recording  # noqa: PLC0415
     from armdesign.experiments.sweep.estimate import Cost, Estimate, duration  # noqa: PLC0415
     from armdesign.experiments.sweep.sweep_plan import unit_for  # noqa: PLC0415
 
     def time_of(algorithm="rapso", **search):
-        study = Study().replace({"search": search})
-        task = prepare(read_recording(packaging), study)
+        settings = Settings().replace({"search": search})
+        task = prepare(read_recording(packaging), settings)
         return duration(unit_for("a.csv", task, algorithm, None, 0), Cost(0.002, 0.001, reached=True))
 
     assert time_of(particles=800) == pytest.approx(2 * time_of())

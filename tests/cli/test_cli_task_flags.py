@@ -12,7 +12,7 @@ from armdesign.cli.common import ProgressLine
 from armdesign.cli.sweep_progress import SweepLine
 from armdesign.cli.task_flags import TaskFlags
 from armdesign.search.search import Progress
-from armdesign.settings.sections import TaskSettings
+from armdesign.settings.sections import Task as TaskSettings
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 BOX = ("--base", "ACRO_tip", "--points", "elbow=EPICl+EPICm,wrist=STYLr+STYLu,hand=INDEX+LASTC+MEDH+LATH")

@@ -1,6 +1,6 @@
 import tomllib
 
-from armdesign.settings.sections import SECTIONS, Study, read_study
+from armdesign.settings.sections import SECTIONS, Settings, read_settings
 
 
 def printed(run, *flags):
@@ -12,7 +12,7 @@ def printed(run, *flags):
 def test_printed_settings_are_toml_and_equal_the_defaults(run, place):
     text = printed(run)
     (place / "study.toml").write_text(text)
-    assert read_study(place / "study.toml") == Study()
+    assert read_settings(place / "study.toml") == Settings()
     assert set(tomllib.loads(text)) == {kind.title() for kind in SECTIONS}
 
 
@@ -38,23 +38,23 @@ def test_descriptions_read_like_sentences(run):
 def test_entries_not_set_can_be_set_by_taking_the_mark_away(run, place):
     text = printed(run).replace("# start =   (not set)", "start = 0.5")
     (place / "study.toml").write_text(text)
-    assert read_study(place / "study.toml").task.start == 0.5
+    assert read_settings(place / "study.toml").task.start == 0.5
 
 
 def test_flags_and_files_go_into_what_is_printed(run, place):
     (place / "mine.toml").write_text("[fitness]\nlambda_E = 2.5\n")
     text = printed(run, "--config", "mine.toml", "--dof", 5, "--weights", "0.1,0.2,0.3,0.4", "--base", "shoulder")
-    study = tomllib.loads(text)
-    assert study["fitness"]["lambda_E"] == 2.5
-    assert study["fitness"]["weights"] == [0.2, 0.3, 0.4]
-    assert study["fitness"]["orientation_weight"] == 0.1
-    assert study["design"]["dof"] == 5
-    assert study["task"]["base"] == "shoulder"
+    settings = tomllib.loads(text)
+    assert settings["fitness"]["lambda_E"] == 2.5
+    assert settings["fitness"]["weights"] == [0.2, 0.3, 0.4]
+    assert settings["fitness"]["orientation_weight"] == 0.1
+    assert settings["design"]["dof"] == 5
+    assert settings["task"]["base"] == "shoulder"
 
 
 def test_recording_goes_into_what_is_printed(run, place, packaging):
-    study = tomllib.loads(printed(run, packaging))
-    assert study["task"]["recording"] == str(packaging.resolve())
+    settings = tomllib.loads(printed(run, packaging))
+    assert settings["task"]["recording"] == str(packaging.resolve())
 
 
 def test_nothing_is_written(run, place):

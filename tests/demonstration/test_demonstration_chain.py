@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign import Study
+from armdesign import Settings
 from armdesign.demonstration import About, Cleaning, Recording, build_task, read_recording, read_recordings
 from armdesign.demonstration.cleaning.cleaning import clean
 from armdesign.demonstration.convert import convert, write_conversion
 from armdesign.demonstration.files.quaternions import product, rotation_matrices
 from armdesign.errors import RecordingError
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import TaskSettings
+from armdesign.settings.sections import Task as TaskSettings
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 CAPTURED = About(format="C3D", captured=True)
@@ -140,12 +140,12 @@ CHANGES = {"nothing": {}, "everything": FULL | {"scale": 1.1, "base_mode": "fixe
 @pytest.mark.parametrize("changes", CHANGES.values(), ids=CHANGES.keys())
 def test_searching_what_was_converted_is_searching_the_recording(tmp_path, changes):
     given = still() if "cut" in changes else arm()
-    study = Study().replace({"task": changes, "fitness": {"weights": (0.1, 0.2, 0.4), "orientation_weight": 0.3}})
-    straight = prepare(given, study)
-    converted = convert(given, study, oriented=True)
+    settings = Settings().replace({"task": changes, "fitness": {"weights": (0.1, 0.2, 0.4), "orientation_weight": 0.3}})
+    straight = prepare(given, settings)
+    converted = convert(given, settings, oriented=True)
     csv, told = write_conversion(tmp_path / "out.csv", converted)
     assert told == tmp_path / "out.task.json"
-    finished = replace(study, task=TaskSettings(base_mode=changes.get("base_mode", "shoulder")))
+    finished = replace(settings, task=TaskSettings(base_mode=changes.get("base_mode", "shoulder")))
     again = prepare(read_recording(csv), finished)
     assert again.task.time.tobytes() == straight.task.time.tobytes()
     np.testing.assert_allclose(again.task.P, straight.task.P, rtol=0, atol=1e-12)
@@ -188,19 +188,19 @@ class TestRealRecordings:
         assert "the distance from 'elbow' to 'wrist' is not steady, 235 +- 14 mm" in slides.sentence
 
     def test_converting_a_capture_and_searching_it_is_the_same_task(self, tmp_path):
-        study = Study().replace({"task": BOX, "fitness": {"scenario": "welding"}})
+        settings = Settings().replace({"task": BOX, "fitness": {"scenario": "welding"}})
         given = box_lift("box_lift.c3d")
-        straight = prepare(given, study)
-        csv, _ = write_conversion(tmp_path / "out.csv", convert(given, study))
-        again = prepare(read_recording(csv), Study().replace({"fitness": {"scenario": "welding"}}))
+        straight = prepare(given, settings)
+        csv, _ = write_conversion(tmp_path / "out.csv", convert(given, settings))
+        again = prepare(read_recording(csv), Settings().replace({"fitness": {"scenario": "welding"}}))
         np.testing.assert_allclose(again.task.P, straight.task.P, rtol=0, atol=1e-12)
         np.testing.assert_allclose(again.task.R, straight.task.R, rtol=0, atol=1e-12)
 
     def test_what_was_settled_prepares_the_same_again(self):
         given = box_lift("box_lift.c3d")
-        first = prepare(given, Study().replace({"fitness": {"scenario": "welding"}}))
-        second = prepare(given, first.study)
-        assert second.study == first.study
+        first = prepare(given, Settings().replace({"fitness": {"scenario": "welding"}}))
+        second = prepare(given, first.settings)
+        assert second.settings == first.settings
         assert second.task.P.tobytes() == first.task.P.tobytes()
         assert second.task.R.tobytes() == first.task.R.tobytes()
 

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from armdesign.demonstration import build_task, read_recording
 from armdesign.fitness.problem import make_problem
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings.sections import FitnessSettings, SolverSettings
+from armdesign.settings.sections import Fitness, Solver
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared"
@@ -59,13 +59,13 @@ def full_turn(n):
 
 def settings_for(weights, w_0=0.0, **others):
     """Fitness settings with resolved weights."""
-    return FitnessSettings(weights=tuple(weights), orientation_weight=w_0, **others)
+    return Fitness(weights=tuple(weights), orientation_weight=w_0, **others)
 
 
 def problem_for(P, n, weights, *, R=None, w_0=0.0, limits=None, solver=None, dt=0.02, **others):
     """A problem of n joints, +-pi by default."""
     bounds = full_turn(n) if limits is None else limits
-    return make_problem(P, R, dt, bounds, settings_for(weights, w_0, **others), solver or SolverSettings())
+    return make_problem(P, R, dt, bounds, settings_for(weights, w_0, **others), solver or Solver())
 
 
 @cache

@@ -8,7 +8,7 @@ import pytest
 from armdesign.errors import DesignError, SettingsError
 from armdesign.fitness.constraints import design_space, joint_limits
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings.sections import DesignSettings
+from armdesign.settings.sections import Design
 
 SIZES = range(1, 11)
 
@@ -33,7 +33,7 @@ def plain_admissible(space, Phi):
 
 @pytest.mark.parametrize("n", SIZES)
 def test_default_freedom_has_3n_minus_1_entries(n):
-    space = design_space(DesignSettings(dof=n))
+    space = design_space(Design(dof=n))
     free = [name for name, chosen in zip(space.names, space.free, strict=True) if chosen]
     expected = ["alpha_0"]
     for i in range(1, n):
@@ -49,7 +49,7 @@ def test_default_freedom_has_3n_minus_1_entries(n):
 def test_table_and_phi_are_inverse():
     rng = np.random.default_rng(1)
     for n in SIZES:
-        space = design_space(DesignSettings(dof=n, base_yaw=(-90.0, 90.0)))
+        space = design_space(Design(dof=n, base_yaw=(-90.0, 90.0)))
         Phi = rng.uniform(*space.bounds)
         table = space.table(Phi)
         np.testing.assert_array_equal(space.phi(table), Phi)
@@ -61,7 +61,7 @@ def test_table_and_phi_are_inverse():
 
 
 def test_a_table_that_does_not_fit_is_refused():
-    space = design_space(DesignSettings(dof=2))
+    space = design_space(Design(dof=2))
     with pytest.raises(DesignError, match="3 joints"):
         space.phi(DHTable(np.zeros(4), np.zeros(4), np.zeros(4)))
     with pytest.raises(DesignError, match=r"d_0, a_tool"):
@@ -71,7 +71,7 @@ def test_a_table_that_does_not_fit_is_refused():
 @pytest.mark.parametrize("n", SIZES)
 def test_lengths_and_omega_l_equal_plain_loops(n):
     rng = np.random.default_rng([2, n])
-    space = design_space(DesignSettings(dof=n, a=(0.0, 0.3), d=(0.0, 0.3), length=(0.3, 1.0)))
+    space = design_space(Design(dof=n, a=(0.0, 0.3), d=(0.0, 0.3), length=(0.3, 1.0)))
     lower, upper = space.bounds
     Phi = lower + rng.uniform(-0.05, 1.05, (400, len(lower))) ** 2 * (upper - lower)
     for row in Phi[::3]:  # joints on one axis, or nearly
@@ -86,7 +86,7 @@ def test_lengths_and_omega_l_equal_plain_loops(n):
 
 
 def test_the_ends_of_omega_l_are_open_and_the_bounds_closed():
-    space = design_space(DesignSettings(dof=2, length=(0.5, 0.875), tool_length=0.125))
+    space = design_space(Design(dof=2, length=(0.5, 0.875), tool_length=0.125))
     Phi = np.array([[0.1, 0.5, 0.25, 0.25, 0.2]] * 8)
     Phi[1, 2:4] = 0.125, 0.25  # L = L_min
     Phi[2, 2:4] = 0.375, 0.375  # L = L_max
@@ -100,7 +100,7 @@ def test_the_ends_of_omega_l_are_open_and_the_bounds_closed():
 
 @pytest.mark.parametrize("n", SIZES)
 def test_samples_lie_in_omega_l(n):
-    space = design_space(DesignSettings(dof=n, length=(0.3, 1.2) if n > 1 else (0.05, 1.2)))
+    space = design_space(Design(dof=n, length=(0.3, 1.2) if n > 1 else (0.05, 1.2)))
     Phi = space.sample(np.random.default_rng(n), 500)
     assert Phi.shape == (500, 3 * n - 1)
     assert all(plain_admissible(space, row) for row in Phi)
@@ -110,7 +110,7 @@ def test_samples_lie_in_omega_l(n):
 @pytest.mark.parametrize(("n", "length"), [(2, (0.3, 1.0)), (3, (0.6, 1.2)), (4, (0.2, 0.9)), (4, (0.6, 1.2))])
 def test_samples_are_uniform(n, length):
     """Means, spreads and quantiles are those of plain rejection from the box."""
-    space, count = design_space(DesignSettings(dof=n, length=length)), 20000
+    space, count = design_space(Design(dof=n, length=length)), 20000
     lower, upper = space.bounds
     rng, plain = np.random.default_rng(3), []
     while sum(map(len, plain)) < count:
@@ -128,7 +128,7 @@ def test_samples_are_uniform(n, length):
 
 def test_samples_respect_lower_bounds_of_lengths():
     bounds = {"a_1": (0.1, 0.5), "d_2": (0.2, 0.3), "d_tool": (0.05, 0.2), "alpha_1": (30.0, 60.0), "a_2": (0.25, 0.25)}
-    space = design_space(DesignSettings(dof=5, bounds=bounds))
+    space = design_space(Design(dof=5, bounds=bounds))
     Phi = space.sample(np.random.default_rng(4), 2000)
     assert all(plain_admissible(space, row) for row in Phi)
     tables = [space.table(row) for row in Phi[:200]]
@@ -137,7 +137,7 @@ def test_samples_respect_lower_bounds_of_lengths():
 
 def test_an_empty_space_is_an_error_with_a_way_out():
     with pytest.raises(SettingsError, match=r"length between 3 and 4 m.*Widen"):
-        design_space(DesignSettings(dof=2, length=(3.0, 4.0))).sample(np.random.default_rng(5), 1)
+        design_space(Design(dof=2, length=(3.0, 4.0))).sample(np.random.default_rng(5), 1)
 
 
 @pytest.mark.parametrize(
@@ -151,11 +151,11 @@ def test_an_empty_space_is_an_error_with_a_way_out():
 )
 def test_spaces_that_make_no_sense_are_refused(settings, message):
     with pytest.raises(SettingsError, match=message):
-        design_space(DesignSettings(dof=3, **settings))
+        design_space(Design(dof=3, **settings))
 
 
 def test_bounds_of_single_entries_go_over_the_others():
-    space = design_space(DesignSettings(dof=2, bounds={"alpha_1": (-30.0, 45.0), "a_0": (0.0, 0.2)}))
+    space = design_space(Design(dof=2, bounds={"alpha_1": (-30.0, 45.0), "a_0": (0.0, 0.2)}))
     named = dict(zip(space.names, zip(space.lower, space.upper, strict=True), strict=True))
     assert named["alpha_1"] == pytest.approx((np.deg2rad(-30.0), np.deg2rad(45.0)))
     assert named["a_0"] == (0.0, 0.2)
@@ -163,11 +163,11 @@ def test_bounds_of_single_entries_go_over_the_others():
 
 
 def test_joint_limits_are_one_pair_for_all_or_one_each():
-    np.testing.assert_allclose(joint_limits(DesignSettings(dof=3)), np.tile([-np.pi, np.pi], (3, 1)))
+    np.testing.assert_allclose(joint_limits(Design(dof=3)), np.tile([-np.pi, np.pi], (3, 1)))
     pairs = ((-90.0, 90.0), (0.0, 45.0))
-    np.testing.assert_allclose(joint_limits(DesignSettings(dof=2, joint_limits=pairs)), np.deg2rad(pairs))
+    np.testing.assert_allclose(joint_limits(Design(dof=2, joint_limits=pairs)), np.deg2rad(pairs))
     with pytest.raises(SettingsError, match="2 pairs for 3 joints"):
-        joint_limits(DesignSettings(dof=3, joint_limits=pairs))
+        joint_limits(Design(dof=3, joint_limits=pairs))
 
 
 PACKAGING_ARM = [(0.515, 0, 0), (-1.57, 0.11, 0), (-0.27, 0.5, 0), (-1.57, 0, 0.1)]
@@ -179,7 +179,7 @@ def test_the_published_arms_stand_in_omega_l_up_to_the_one_twist_beyond_its_boun
     for rows, length, inside in ((PACKAGING_ARM, 0.71, True), (WELDING_ARM, 0.78, False)):
         table = DHTable.from_rows(np.array(rows, dtype=float))
         assert table.length == pytest.approx(length, abs=1e-12)
-        space = design_space(DesignSettings(dof=table.dof))
+        space = design_space(Design(dof=table.dof))
         assert space.admissible(space.phi(table)).tolist() == [inside]
-        wider = design_space(DesignSettings(dof=table.dof, alpha=(-96.0, 96.0)))
+        wider = design_space(Design(dof=table.dof, alpha=(-96.0, 96.0)))
         assert wider.admissible(wider.phi(table)).tolist() == [True]

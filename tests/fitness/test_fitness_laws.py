@@ -13,16 +13,16 @@ from armdesign.fitness.block import BlockEvaluator
 from armdesign.fitness.constraints import design_space
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.evaluation import evaluate_on
-from armdesign.settings.sections import DesignSettings, SolverSettings
+from armdesign.settings.sections import Design, Solver
 
 METRICS = ("geodesic", "euler", "axis")
-EXACT = SolverSettings(tolerance=1e-10, floor=1e-13, max_steps=500)  # so that rounding ends no frame a step sooner
-THOROUGH = SolverSettings(descents=64, max_steps=500)  # finds the start an arm's own motion has
+EXACT = Solver(tolerance=1e-10, floor=1e-13, max_steps=500)  # so that rounding ends no frame a step sooner
+THOROUGH = Solver(descents=64, max_steps=500)  # finds the start an arm's own motion has
 
 
 def tables(n, count, seed=0):
     """Designs of the default search space."""
-    space = design_space(DesignSettings(dof=n))
+    space = design_space(Design(dof=n))
     return [space.table(Phi) for Phi in space.sample(np.random.default_rng(seed), count)]
 
 
@@ -69,7 +69,7 @@ def test_turning_the_scene_with_the_base_changes_nothing(metric):
 @pytest.mark.parametrize("metric", METRICS)
 def test_turning_the_scene_changes_nothing_either_where_the_start_sets_the_mount(metric):
     """Starts that place the points equally well, the tool turned, are told apart by rounding: so for most arms."""
-    ratios = turned_ratios(metric, "start", SolverSettings())
+    ratios = turned_ratios(metric, "start", Solver())
     assert np.median(np.abs(ratios - 1.0)) < 1e-4
     assert (np.abs(ratios - 1.0).max(axis=1) < 1e-2).mean() >= 0.7
 
@@ -81,7 +81,7 @@ def test_scaling_everything_scales_the_fitness(scale, tolerance):
     plain = problem_for(P, 4, PACKAGING)
     scaled = problem_for(
         scale * P, 4, PACKAGING, delta=0.01 * scale, reach_tolerance=0.001 * scale,
-        solver=SolverSettings(floor=1e-9 * scale),
+        solver=Solver(floor=1e-9 * scale),
     )  # fmt: skip
     taken = 0
     for table, scores, path in valid_paths(plain, 12):

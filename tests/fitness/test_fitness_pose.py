@@ -14,7 +14,7 @@ from scipy.optimize import differential_evolution
 from armdesign.errors import DesignError, SettingsError, TaskError
 from armdesign.fitness.constraints import design_space
 from armdesign.fitness.pose import PoseSolver, best_pose
-from armdesign.settings.sections import DesignSettings
+from armdesign.settings.sections import Design
 
 NEAR = 1e-5  # 0.01 mm
 CASES = {"packaging": (PACKAGING, 0.0), "welding": (WELDING, 0.2)}
@@ -24,7 +24,7 @@ def instance(k):
     """Case k: a design from the search space, an arm-like frame and a hand rotation."""
     rng = np.random.default_rng([7, k])
     n = 3 + k % 4
-    space = design_space(DesignSettings(dof=n))
+    space = design_space(Design(dof=n))
     return space.table(space.sample(rng, 1)), random_frames(rng, 1, 3)[0], random_rotation(rng)
 
 

@@ -9,7 +9,7 @@ from scipy.stats import qmc
 
 from armdesign.errors import SettingsError, TaskError
 from armdesign.fitness.problem import make_problem, resolve_weights, start_poses
-from armdesign.settings.sections import FitnessSettings, SolverSettings
+from armdesign.settings.sections import Fitness, Solver
 
 SIZES = range(1, 11)
 UNIT = np.array([0.0, 1.0])
@@ -58,13 +58,13 @@ def test_fixed_joints_start_where_they_are():
 
 
 def test_weights_come_from_the_scenario_or_the_settings():
-    assert resolve_weights(FitnessSettings(), 3) == (0.0, pytest.approx(PACKAGING))
-    assert resolve_weights(FitnessSettings(scenario="welding"), 3) == (0.2, WELDING)
-    w_0, weights = resolve_weights(FitnessSettings(), 5)
+    assert resolve_weights(Fitness(), 3) == (0.0, pytest.approx(PACKAGING))
+    assert resolve_weights(Fitness(scenario="welding"), 3) == (0.2, WELDING)
+    w_0, weights = resolve_weights(Fitness(), 5)
     assert w_0 == 0.0
     np.testing.assert_allclose(weights, np.arange(1, 6) / 15.0)
-    assert resolve_weights(FitnessSettings(weights=(0.4, 0.6)), 2) == (0.0, (0.4, 0.6))
-    assert resolve_weights(FitnessSettings(weights=(0.4, 0.4), orientation_weight=0.2), 2) == (0.2, (0.4, 0.4))
+    assert resolve_weights(Fitness(weights=(0.4, 0.6)), 2) == (0.0, (0.4, 0.6))
+    assert resolve_weights(Fitness(weights=(0.4, 0.4), orientation_weight=0.2), 2) == (0.2, (0.4, 0.4))
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_weights_come_from_the_scenario_or_the_settings():
 )
 def test_weights_that_make_no_sense_are_refused(settings, m, message):
     with pytest.raises(SettingsError, match=message):
-        resolve_weights(FitnessSettings(**settings), m)
+        resolve_weights(Fitness(**settings), m)
 
 
 def test_a_problem_holds_metres_and_radians():
@@ -99,7 +99,7 @@ def test_problems_that_make_no_sense_are_refused():
     with pytest.raises(TaskError, match="no orientation"):
         problem_for(np.zeros((4, 3, 3)), 2, WELDING, w_0=0.2)
     with pytest.raises(SettingsError, match="2 weights for 3 points"):
-        make_problem(np.zeros((4, 3, 3)), None, 0.1, full_turn(2), settings_for((0.5, 0.5)), SolverSettings())
+        make_problem(np.zeros((4, 3, 3)), None, 0.1, full_turn(2), settings_for((0.5, 0.5)), Solver())
 
 
 def test_the_problem_keeps_its_own_copy_of_the_task():

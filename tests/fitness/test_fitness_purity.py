@@ -16,7 +16,7 @@ from armdesign.fitness.block import BlockEvaluator
 from armdesign.fitness.constraints import design_space
 from armdesign.fitness.robot import Rejections, RobotFitness
 from armdesign.search.evaluation import evaluate_on
-from armdesign.settings.sections import DesignSettings
+from armdesign.settings.sections import Design
 
 COLUMNS = ("fitness", "path_fitness", "area", "valid", "start_error", "steps", "accepted", "frames")
 TASKS = {"packaging": (4, PACKAGING, 0.0), "welding": (5, WELDING, 0.2)}
@@ -29,7 +29,7 @@ def setting(name):
     n, weights, w_0 = TASKS[name]
     P, R = recorded(name)
     problem = problem_for(P[::5], n, weights, R=None if R is None else R[::5], w_0=w_0)
-    space = design_space(DesignSettings(dof=n))
+    space = design_space(Design(dof=n))
     rng = np.random.default_rng(21)
     return (
         problem,
@@ -162,7 +162,7 @@ def test_rejections_add_up(name):
 @pytest.mark.parametrize("far", [0.02, 0.15, 0.5, 0.9, 1.1])
 def test_the_reach_shell_removes_no_arm_that_could_start(far):
     """Those left out because the first hand point is out of their links' span are invalid when tried."""
-    space = design_space(DesignSettings(dof=3, bounds={"d_tool": (0.05, 0.9), "a_1": (0.0, 0.05), "d_1": (0.0, 0.05)}))
+    space = design_space(Design(dof=3, bounds={"d_tool": (0.05, 0.9), "a_1": (0.0, 0.05), "d_1": (0.0, 0.05)}))
     direction = np.array([0.6, 0.0, 0.8])
     P = np.array([[0.3 * far * direction, 0.6 * far * direction, far * direction]])
     problem = problem_for(P, 3, PACKAGING)
@@ -178,7 +178,7 @@ def test_the_reach_shell_removes_no_arm_that_could_start(far):
 
 @pytest.mark.parametrize("hand", [(0.0, 0.3, 0.93), (0.1, 0.0, 0.1)])
 def test_the_reach_shell_is_that_of_the_plain_links(hand):
-    space = design_space(DesignSettings(dof=4, bounds={"d_tool": (0.05, 0.9)}))
+    space = design_space(Design(dof=4, bounds={"d_tool": (0.05, 0.9)}))
     Phi = space.sample(np.random.default_rng(25), 300)
     problem = problem_for(np.array([[[0.0, 0, 0.1], [0.0, 0, 0.2], hand]]), 4, PACKAGING)
     _, removed = RobotFitness(problem, space).evaluate(Phi)

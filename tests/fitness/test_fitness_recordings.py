@@ -10,7 +10,7 @@ from scenes import PACKAGING, WELDING, problem_for, recorded, rows_of
 from armdesign.fitness.constraints import design_space
 from armdesign.fitness.robot import RobotFitness
 from armdesign.search.evaluation import evaluate_on
-from armdesign.settings.sections import DesignSettings
+from armdesign.settings.sections import Design
 
 TASKS = {  # recording: joints, weights, w_0, every so many frames
     "packaging": (4, PACKAGING, 0.0, 1),
@@ -43,7 +43,7 @@ def test_scores_equal_the_plain_recomputation(name, metric):
     problem = problem_for(
         P, n, weights, R=R, w_0=w_0, orientation_metric=metric, mount=mount, dt=0.02 * stride, continuity_speed=500.0,
     )  # fmt: skip
-    table, fitness = best_of_some(problem, design_space(DesignSettings(dof=n)))
+    table, fitness = best_of_some(problem, design_space(Design(dof=n)))
     result = evaluate_on(table, problem)
     g, area, sigma, distance, error = plain_reference.path(
         rows_of(table), table.base_yaw, result.path.q, P, weights, w_0=w_0, R=R, mount=result.path.mount,
@@ -69,7 +69,7 @@ def test_paths_on_recordings_keep_to_speed_and_limits(name):
     P, R = P[::stride], None if R is None else R[::stride]
     limits = np.deg2rad(np.tile([-170.0, 170.0], (n, 1)))
     problem = problem_for(P, n, weights, R=R, w_0=w_0, limits=limits)
-    table, _ = best_of_some(problem, design_space(DesignSettings(dof=n)))
+    table, _ = best_of_some(problem, design_space(Design(dof=n)))
     path = evaluate_on(table, problem).path
     assert np.linalg.norm(np.diff(path.q, axis=0), axis=1).max() <= np.deg2rad(10.0) * (1.0 + 1e-9)
     assert (limits[:, 0] <= path.q).all()

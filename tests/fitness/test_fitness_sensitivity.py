@@ -9,9 +9,9 @@ from scenes import PACKAGING, WELDING, problem_for, recorded
 from armdesign.fitness.constraints import design_space
 from armdesign.fitness.kernels.sensitivity import Sensitivity
 from armdesign.fitness.robot import RobotFitness
-from armdesign.settings.sections import DesignSettings, SolverSettings
+from armdesign.settings.sections import Design, Solver
 
-EXACT = SolverSettings(tolerance=1e-14, floor=0.0, max_steps=400)
+EXACT = Solver(tolerance=1e-14, floor=0.0, max_steps=400)
 FINE = 0.001  # pieces of the area [m]; their number jumps, and with it E, the less the finer they are
 H = 1e-4
 TASKS = {"packaging": (PACKAGING, 0.0), "welding": (WELDING, 0.2)}
@@ -28,7 +28,7 @@ class Scene:
             P[::10], n, weights, R=R[::10] if w_0 > 0.0 else None, w_0=w_0, limits=limits, solver=EXACT, delta=FINE,
             continuity=continuity, **others,
         )  # fmt: skip
-        self.space = design_space(DesignSettings(dof=n, base_yaw=(-90.0, 90.0)))
+        self.space = design_space(Design(dof=n, base_yaw=(-90.0, 90.0)))
         self.fitness = RobotFitness(self.problem, self.space)
         designs = self.space.sample(np.random.default_rng(5), count)
         scores, _ = self.fitness.evaluate(designs)

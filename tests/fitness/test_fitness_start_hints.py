@@ -11,7 +11,7 @@ from armdesign.errors import DesignError
 from armdesign.fitness.block import BlockEvaluator
 from armdesign.fitness.constraints import design_space
 from armdesign.fitness.robot import RobotFitness
-from armdesign.settings.sections import DesignSettings
+from armdesign.settings.sections import Design
 
 TASKS = {"packaging": (3, PACKAGING, 0.0, 60), "welding": (4, WELDING, 0.2, 40)}
 every_task = pytest.mark.parametrize("name", TASKS)
@@ -22,7 +22,7 @@ def setting(name, **others):
     n, weights, w_0, count = TASKS[name]
     P, R = recorded(name)
     problem = problem_for(P[::8], n, weights, R=None if R is None else R[::8], w_0=w_0, **others)
-    space = design_space(DesignSettings(dof=n))
+    space = design_space(Design(dof=n))
     Phi = space.sample(np.random.default_rng(31), count)
     fitness = RobotFitness(problem, space)
     return fitness, Phi, fitness.evaluate(Phi)[0]

@@ -17,7 +17,7 @@ from armdesign.fitness.robot import RobotFitness
 from armdesign.search.evaluation import evaluate_on
 from armdesign.search.prepare import prepare
 from armdesign.search.search import search
-from armdesign.settings.sections import DesignSettings, SolverSettings, Study
+from armdesign.settings.sections import Design, Settings, Solver
 
 TASKS = {"packaging": (3, PACKAGING, 0.0, 60), "welding": (4, WELDING, 0.2, 40)}
 every_task = pytest.mark.parametrize("name", TASKS)
@@ -29,10 +29,10 @@ def setting(name, paths=1, **others):
     """Fitness and designs."""
     n, weights, w_0, count = TASKS[name]
     P, R = recorded(name)
-    solver = SolverSettings(start_paths=paths, finalists=FINALISTS)
+    solver = Solver(start_paths=paths, finalists=FINALISTS)
     R = None if R is None else R[::8]
     problem = problem_for(P[::8], n, weights, R=R, w_0=w_0, solver=solver, **others)
-    space = design_space(DesignSettings(dof=n))
+    space = design_space(Design(dof=n))
     return RobotFitness(problem, space), space.sample(np.random.default_rng(32), count)
 
 
@@ -115,9 +115,9 @@ def test_the_followed_path_is_the_best_one(name):
 def test_as_many_starts_are_solved_as_paths_are_wanted():
     for dof in (3, 6):
         for paths in (1, 4, 16):
-            effort = start_effort(SolverSettings(start_paths=paths), dof)
-            assert effort.finalists == max(start_effort(SolverSettings(), dof).finalists, paths)
-            assert start_effort(SolverSettings(start_paths=paths, finalists=3), dof).finalists == 3
+            effort = start_effort(Solver(start_paths=paths), dof)
+            assert effort.finalists == max(start_effort(Solver(), dof).finalists, paths)
+            assert start_effort(Solver(start_paths=paths, finalists=3), dof).finalists == 3
 
 
 @pytest.fixture
@@ -232,7 +232,7 @@ def test_a_search_in_which_every_arm_loses_the_hand_says_so():
         "fitness": {"reach_frames": "all", "reach_tolerance": 0.002},
         "search": {"particles": 30, "iterations": 1},
     }
-    prepared = prepare(read_recording(RECORDINGS["packaging"]), Study().replace(changes))
+    prepared = prepare(read_recording(RECORDINGS["packaging"]), Settings().replace(changes))
     with pytest.raises(SearchError, match=r"within 2 mm of the hand in every frame, though some reach it at the start"):
         search(prepared)
 

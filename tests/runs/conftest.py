@@ -11,12 +11,12 @@ from armdesign.cli import app
 from armdesign.demonstration import read_recording
 from armdesign.fitness.block import compile_kernels
 from armdesign.runs.resumable import finished
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 from armdesign.search.prepare import prepare
 
 collect_ignore = [] if hasattr(os, "fork") else ["test_survival_interrupts.py", "test_survival_kills.py"]
 RECORDING = runs.EXAMPLES / "packaging.csv"
-SMALL = Study().replace({"task": {"stop": 0.4}, "search": {"particles": 12, "iterations": 6}})
+SMALL = Settings().replace({"task": {"stop": 0.4}, "search": {"particles": 12, "iterations": 6}})
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ from armdesign.runs import checkpoint
 from armdesign.search.backends import InProcess, WorkerPool
 from armdesign.demonstration import Recording
 from armdesign.search.search import Search
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 from armdesign.search.prepare import prepare
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
@@ -57,7 +57,7 @@ def test_a_worker_at_a_large_search_needs_less_than_400_megabytes():
     hand = np.stack([0.45 + 0.1 * np.cos(turn), 0.1 * np.sin(turn), 0.2 + 0.05 * np.sin(2 * turn)], axis=1)
     points = {"shoulder": np.zeros_like(hand), "elbow": 0.5 * hand - [0, 0, 0.15], "hand": hand}
     settings = {"design": {"dof": 7}, "search": {"particles": 400, "iterations": 1}}
-    task = prepare(Recording(time, points, {}, "circle"), Study().replace(settings))
+    task = prepare(Recording(time, points, {}, "circle"), Settings().replace(settings))
     with WorkerPool(task, 2) as pool:
         progress = Search(task, pool).advance()
         peaks = [resident(pid, "VmHWM") / 1e6 for pid in pool.pids]

@@ -10,7 +10,7 @@ from armdesign.cli.common import seconds
 from armdesign.search.backends import InProcess
 from armdesign.errors import SettingsError
 from armdesign.search.search import Search, stalled
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 
 def best(rows):
@@ -65,7 +65,7 @@ def test_a_time_limit_ends_the_search_and_the_folder_is_whole(tmp_path, begin, c
 
 def test_a_time_limit_counts_what_was_spent_before(task, tmp_path):
     limited = Search(task, InProcess(task))
-    limited.settings = Study().replace({"search": {"time_limit": 60.0}}).search
+    limited.settings = Settings().replace({"search": {"time_limit": 60.0}}).search
     limited.advance()
     assert limited.ended_by() is None
     state = limited.state()

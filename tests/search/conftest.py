@@ -17,7 +17,7 @@ from armdesign.kinematics.dh import DHTable
 from armdesign.runs.folder import claim_folder, write_search
 from armdesign.search.prepare import prepare
 from armdesign.search.search import search
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -32,8 +32,8 @@ def examples():
 def small_study(examples):
     """Settings of a search that takes a moment."""
 
-    def study(scenario="packaging", **changes):
-        basis = Study().replace(
+    def settings(scenario="packaging", **changes):
+        basis = Settings().replace(
             {
                 "task": {"recording": str(examples[scenario])},
                 "design": {"dof": 6},
@@ -43,7 +43,7 @@ def small_study(examples):
         )
         return basis.replace(changes)
 
-    return study
+    return settings
 
 
 @pytest.fixture(scope="session")

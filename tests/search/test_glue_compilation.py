@@ -83,9 +83,9 @@ import numpy as np
 from armdesign.fitness.evaluator import compile_kernels
 from armdesign.fitness.path import advance
 from armdesign.fitness.problem import make_problem
-from armdesign.settings import FitnessSettings, SolverSettings
+from armdesign.settings import Fitness, Solver
 P = np.array([[[0.1, 0.0, 0.0], [0.3, 0.0, 0.0]]] * 3)
-problem = make_problem(P, None, 0.1, [[-3.0, 3.0]] * 3, FitnessSettings(weights=(0.5, 0.5)), SolverSettings())
+problem = make_problem(P, None, 0.1, [[-3.0, 3.0]] * 3, Fitness(weights=(0.5, 0.5)), Solver())
 compile_kernels(problem)
 stats = advance.stats
 print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))

@@ -7,7 +7,7 @@ import pytest
 
 from armdesign.search.search import search
 from armdesign.settings.kinds import Choice
-from armdesign.settings.sections import SECTIONS, Study
+from armdesign.settings.sections import SECTIONS, Settings
 
 OPTIONS = [
     ("packaging", {"search": {"algorithm": "pso", "inertia": 0.6, "c1": 1.2, "c2": 0.9}}),
@@ -76,7 +76,7 @@ def test_every_parameter_is_tried():
 
 
 def test_every_word_is_tried():
-    defaults = Study().to_dict()
+    defaults = Settings().to_dict()
     for kind in SECTIONS:
         for entry in dataclasses.fields(kind):
             if isinstance(entry.metadata["kind"], Choice) and entry.name not in ("scenario", "up", "demonstrations"):
@@ -97,18 +97,18 @@ def test_what_comes_out_fits_together(prepared_for, outside, option):
 
 
 def check_search(result):
-    study, best = result.prepared.study, result.best
-    assert best.fitness == study.fitness.lambda_f * best.path_fitness + study.fitness.lambda_E * best.area
+    settings, best = result.prepared.settings, result.best
+    assert best.fitness == settings.fitness.lambda_f * best.path_fitness + settings.fitness.lambda_E * best.area
     assert best.fitness == result.history.best[-1]
-    whole = "budget" if study.search.algorithm == "multibasin" else "iterations"
-    rules = {whole} | {rule for rule in ("patience", "target") if getattr(study.search, rule) is not None}
+    whole = "budget" if settings.search.algorithm == "multibasin" else "iterations"
+    rules = {whole} | {rule for rule in ("patience", "target") if getattr(settings.search, rule) is not None}
     assert result.stopped_by in rules
-    assert result.stopped_by != "iterations" or len(result.history.best) == study.search.iterations
-    assert result.stopped_by != "target" or best.fitness <= study.search.target
+    assert result.stopped_by != "iterations" or len(result.history.best) == settings.search.iterations
+    assert result.stopped_by != "target" or best.fitness <= settings.search.target
 
 
 def check_design(result):
-    design, table, space = result.prepared.study.design, result.best.table, result.prepared.space()
+    design, table, space = result.prepared.settings.design, result.best.table, result.prepared.space()
     Phi = space.phi(table)
     assert (space.bounds[0] <= Phi).all()
     assert (space.bounds[1] >= Phi).all()
@@ -120,23 +120,23 @@ def check_design(result):
 
 
 def check_path(result):
-    study, task, path = result.prepared.study, result.prepared.task, result.best.path
-    limits = np.deg2rad(np.broadcast_to(study.design.joint_limits, (6, 2)))
+    settings, task, path = result.prepared.settings, result.prepared.task, result.best.path
+    limits = np.deg2rad(np.broadcast_to(settings.design.joint_limits, (6, 2)))
     assert path.q.shape == (len(task.time), 6)
     assert (path.q >= limits[:, 0] - 1e-12).all()
     assert (path.q <= limits[:, 1] + 1e-12).all()
-    speed, step = study.fitness.continuity_speed, np.deg2rad(study.fitness.continuity)
+    speed, step = settings.fitness.continuity_speed, np.deg2rad(settings.fitness.continuity)
     radius = step if speed is None else np.deg2rad(speed) * task.dt
     assert np.linalg.norm(np.diff(path.q, axis=0), axis=1).max() <= radius * (1 + 1e-9)
     assert (np.diff(path.sigma, axis=1) >= 0).all()
     assert ((path.sigma >= 0) & (path.sigma <= 1)).all()
-    assert path.start_error <= study.fitness.reach_tolerance
-    assert not study.fitness.tie_hand or (path.sigma[:, -1] == 1).all()
+    assert path.start_error <= settings.fitness.reach_tolerance
+    assert not settings.fitness.tie_hand or (path.sigma[:, -1] == 1).all()
 
 
 def check_errors(result, outside):
     """Distances, g, E_t and e_R out of joint angles and sigma alone."""
-    fitness, task = result.prepared.study.fitness, result.prepared.task
+    fitness, task = result.prepared.settings.fitness, result.prepared.task
     path, table = result.best.path, result.best.table
     weights, m = np.array(fitness.weights), len(task.points)
     for t in range(0, len(path.q), 7):

@@ -13,7 +13,7 @@ from armdesign.errors import RunFolderError
 from armdesign.runs.listing import read_runs
 from armdesign.runs.resumable import open_run, start_run
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_task_json_tells_the_whole_way(captured, tmp_path):
         "points": ("elbow=upper_arm", "hand=0.5*forearm+0.5*hand"),
         "rate": 40.0,
     }
-    prepared = prepare(recording, Study().replace({"task": changes}))
+    prepared = prepare(recording, Settings().replace({"task": changes}))
     (tmp_path / "run").mkdir()
     start_run(tmp_path / "run", prepared)
     told = content(tmp_path / "run" / "task.json")
@@ -59,14 +59,14 @@ def test_task_json_tells_the_whole_way(captured, tmp_path):
 
 def test_an_opened_run_knows_where_it_comes_from(captured, tmp_path):
     recording, path = captured
-    prepared = prepare(recording, Study().replace({"task": {"recording": str(path)}}))
+    prepared = prepare(recording, Settings().replace({"task": {"recording": str(path)}}))
     (tmp_path / "run").mkdir()
     start_run(tmp_path / "run", prepared)
     again = open_run(tmp_path / "run")
     assert again.notes == prepared.notes
     assert again.origin.sources == prepared.origin.sources
     assert (again.origin.points, again.origin.base) == (prepared.origin.points, prepared.origin.base)
-    assert again.study == prepared.study
+    assert again.settings == prepared.settings
     assert again.task.P.tobytes() == prepared.task.P.tobytes()
     first = (tmp_path / "run" / "task.json").read_bytes()
     start_run(tmp_path / "run", again)
@@ -75,7 +75,7 @@ def test_an_opened_run_knows_where_it_comes_from(captured, tmp_path):
 
 def test_a_run_of_an_earlier_version_can_be_opened(captured, tmp_path):
     recording, path = captured
-    prepared = prepare(recording, Study().replace({"task": {"recording": str(path)}}))
+    prepared = prepare(recording, Settings().replace({"task": {"recording": str(path)}}))
     folder = tmp_path / "run"
     folder.mkdir()
     start_run(folder, prepared)
@@ -112,8 +112,8 @@ def test_numbers_of_numpy_are_written_as_numbers(tmp_path):
 
 def test_beside_a_converted_recording(captured, tmp_path):
     recording, path = captured
-    study = Study().replace({"task": {"recording": str(path), "base": "shoulder", "points": ("forearm", "hand")}})
-    csv, told = write_conversion(tmp_path / "out.csv", convert(recording, study))
+    settings = Settings().replace({"task": {"recording": str(path), "base": "shoulder", "points": ("forearm", "hand")}})
+    csv, told = write_conversion(tmp_path / "out.csv", convert(recording, settings))
     assert told.name == "out.task.json"
     assert content(told)["points"] == ["forearm", "hand"]
     assert content(told)["sources"][0]["path"] == str(path)

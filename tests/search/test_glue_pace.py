@@ -6,7 +6,7 @@ import pytest
 from armdesign.demonstration import About, Recording, Task
 from armdesign.search.continuity import pace_steps, settled_continuity, turned
 from armdesign.search.prepare import prepare, recorded_step
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 
 @pytest.fixture
@@ -25,8 +25,8 @@ def radius(prepared):
 
 @pytest.mark.parametrize(("rate", "degrees"), [(50.0, 20.0), (200.0, 5.0), (25.0, 40.0)])
 def test_resampling_keeps_the_speed_that_eps_means(recording, rate, degrees):
-    prepared = prepare(recording, Study().replace({"task": {"rate": rate}}))
-    assert prepared.study.fitness.continuity_speed == pytest.approx(1000.0)
+    prepared = prepare(recording, Settings().replace({"task": {"rate": rate}}))
+    assert prepared.settings.fitness.continuity_speed == pytest.approx(1000.0)
     assert radius(prepared) == pytest.approx(degrees)
     (note,) = [note for note in prepared.notes if note.startswith("eps = ")]
     assert "eps = 10 deg per frame at the recorded 100 frames/s is 1000 deg/s" in note
@@ -35,23 +35,23 @@ def test_resampling_keeps_the_speed_that_eps_means(recording, rate, degrees):
 
 def test_without_resampling_eps_stays_per_frame(recording):
     for changes in ({}, {"task": {"rate": 100.0}}, {"task": {"start": 0.5}}):
-        prepared = prepare(recording, Study().replace(changes))
-        assert prepared.study.fitness.continuity_speed is None
+        prepared = prepare(recording, Settings().replace(changes))
+        assert prepared.settings.fitness.continuity_speed is None
         assert radius(prepared) == pytest.approx(10.0)
         assert not any(note.startswith("eps = ") for note in prepared.notes)
 
 
 def test_a_speed_that_was_asked_for_stays(recording):
     changes = {"task": {"rate": 50.0}, "fitness": {"continuity_speed": 300.0}}
-    prepared = prepare(recording, Study().replace(changes))
-    assert prepared.study.fitness.continuity_speed == 300.0
+    prepared = prepare(recording, Settings().replace(changes))
+    assert prepared.settings.fitness.continuity_speed == 300.0
     assert radius(prepared) == pytest.approx(6.0)
 
 
 def test_speed_kept_is_that_of_the_recording():
-    asked = Study().replace({"fitness": {"continuity": 3.0}, "task": {"rate": 30.0}})
-    study, (step,) = settled_continuity(asked, 1 / 120, 1 / 30)
-    assert study.fitness.continuity_speed == pytest.approx(360.0)
+    asked = Settings().replace({"fitness": {"continuity": 3.0}, "task": {"rate": 30.0}})
+    settings, (step,) = settled_continuity(asked, 1 / 120, 1 / 30)
+    assert settings.fitness.continuity_speed == pytest.approx(360.0)
     assert step.details["recorded_rate"] == pytest.approx(120.0)
 
 
@@ -60,8 +60,8 @@ def test_the_rate_that_a_file_declares_counts_where_its_times_are_rounded(record
     rounded = Recording(time, recording.points, source="r.trc", about=About("TRC", rate=60.0))
     assert 1 / recorded_step(rounded) == 60.0
     assert recorded_step(recording) == recording.step
-    prepared = prepare(rounded, Study().replace({"task": {"rate": 30.0}}))
-    assert prepared.study.fitness.continuity_speed == pytest.approx(600.0)
+    prepared = prepare(rounded, Settings().replace({"task": {"rate": 30.0}}))
+    assert prepared.settings.fitness.continuity_speed == pytest.approx(600.0)
 
 
 def task_of(P, quaternions=None, rate=100.0):
@@ -71,12 +71,12 @@ def task_of(P, quaternions=None, rate=100.0):
 @pytest.mark.parametrize("n", [1, 3, 6])
 @pytest.mark.parametrize("longest", [0.8, 1.2])
 def test_the_hand_s_bound_is_eps_times_root_n_times_the_longest_arm(n, longest):
-    study = Study().replace({"design": {"dof": n}})
+    settings = Settings().replace({"design": {"dof": n}})
     bound = np.deg2rad(10.0) * np.sqrt(n) * longest
     for share, warned in ((0.999, False), (1.001, True)):
         P = np.zeros((10, 3))
         P[5:, 0] = share * bound
-        steps = pace_steps(task_of(P), study, longest)
+        steps = pace_steps(task_of(P), settings, longest)
         assert bool(steps) == warned
     (step,) = steps
     assert step.sentence.startswith(f"Warning: in 1 frame of 10 'hand' moves faster than any arm of {n} joint")
@@ -102,11 +102,11 @@ def test_turns_that_are_too_fast_are_told_where_they_count():
     angle[10:] = np.deg2rad(25.0)
     turns = np.stack([np.sin(angle / 2), 0 * angle, 0 * angle, np.cos(angle / 2)], axis=1)
     task = task_of(np.zeros((20, 3)), turns)
-    counting = Study().replace({"fitness": {"orientation_weight": 0.2}})
+    counting = Settings().replace({"fitness": {"orientation_weight": 0.2}})
     (step,) = pace_steps(task, counting, 1.2)
     assert "'hand' turns faster than any arm of 3 joints can follow with eps (at most 1.73e+03 deg/s)" in step.sentence
     assert step.details["fastest"] == pytest.approx(2500.0)
-    assert pace_steps(task, Study().replace({"fitness": {"orientation_weight": 0.0}}), 1.2) == ()
+    assert pace_steps(task, Settings().replace({"fitness": {"orientation_weight": 0.0}}), 1.2) == ()
 
 
 def test_the_angle_between_frames(recording):

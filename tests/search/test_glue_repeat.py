@@ -9,7 +9,7 @@ from armdesign.demonstration import read_recording
 from armdesign.runs.folder import write_search
 from armdesign.search.prepare import prepare
 from armdesign.search.search import search
-from armdesign.settings.sections import Study, read_study
+from armdesign.settings.sections import Settings, read_settings
 
 FILES = ("history.csv", "trajectory.csv", "task.csv", "arm.urdf", "study.toml")
 
@@ -28,9 +28,9 @@ def same(one, other):
 
 
 def test_settings_of_a_run_read_back_as_they_were(finished):
-    study = read_study(finished.folder / "study.toml")
-    assert study == finished.result.prepared.study
-    assert Study().replace(study.to_dict()) == study
+    settings = read_settings(finished.folder / "study.toml")
+    assert settings == finished.result.prepared.settings
+    assert Settings().replace(settings.to_dict()) == settings
 
 
 def test_command_repeats_the_run(finished, tmp_path):
@@ -43,16 +43,16 @@ def test_command_repeats_the_run(finished, tmp_path):
 
 def test_fresh_process_in_another_place_repeats_the_run(finished, tmp_path, process):
     code = "import os, sys; os.chdir(sys.argv.pop(1)); from armdesign.cli import main; main()"
-    study, out = finished.folder / "study.toml", tmp_path / "again"
-    outcome = process(code, tmp_path, "search", "--config", study, "--out", out, "--quiet")
+    settings, out = finished.folder / "study.toml", tmp_path / "again"
+    outcome = process(code, tmp_path, "search", "--config", settings, "--out", out, "--quiet")
     assert outcome.returncode == 0, outcome.stderr
     assert same(out, finished.folder)
 
 
 @pytest.mark.parametrize("block", [3])
 def test_python_repeats_the_run_with_another_block(finished, tmp_path, block):
-    study = read_study(finished.folder / "study.toml")
-    result = search(prepare(read_recording(study.task.recording), study), block=block)
+    settings = read_settings(finished.folder / "study.toml")
+    result = search(prepare(read_recording(settings.task.recording), settings), block=block)
     (tmp_path / "again").mkdir(exist_ok=True)
     write_search(tmp_path / "again", result)
     assert same(tmp_path / "again", finished.folder)
@@ -66,9 +66,9 @@ def test_task_file_repeats_the_run_without_the_recording(finished, tmp_path):
 
 
 def test_without_pruning_the_run_is_the_same(finished, tmp_path):
-    study = read_study(finished.folder / "study.toml").replace({"search": {"prune": False}})
+    settings = read_settings(finished.folder / "study.toml").replace({"search": {"prune": False}})
     (tmp_path / "plain").mkdir()
-    write_search(tmp_path / "plain", search(prepare(read_recording(study.task.recording), study)))
+    write_search(tmp_path / "plain", search(prepare(read_recording(settings.task.recording), settings)))
     for name in ("history.csv", "trajectory.csv", "arm.urdf"):
         assert (tmp_path / "plain" / name).read_bytes() == (finished.folder / name).read_bytes()
     plain, pruned = content(tmp_path / "plain"), content(finished.folder)

@@ -219,11 +219,11 @@ def test_urdf_has_the_joint_limits_of_the_study(finished):
 
 
 def test_study_in_the_folder_is_that_in_the_result(finished):
-    study = tomllib.loads((finished.folder / "study.toml").read_text(encoding="utf-8"))
-    assert json.loads(json.dumps(study)) == finished.content["settings"]
-    assert study["task"]["base"] == "shoulder"
-    assert study["task"]["points"] == ["upper_arm", "forearm", "hand"]
-    assert Path(study["task"]["recording"]).is_file()
+    settings = tomllib.loads((finished.folder / "study.toml").read_text(encoding="utf-8"))
+    assert json.loads(json.dumps(settings)) == finished.content["settings"]
+    assert settings["task"]["base"] == "shoulder"
+    assert settings["task"]["points"] == ["upper_arm", "forearm", "hand"]
+    assert Path(settings["task"]["recording"]).is_file()
 
 
 def test_result_names_the_recording(finished, examples):

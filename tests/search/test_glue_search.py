@@ -13,7 +13,7 @@ from armdesign.kinematics.dh import DHTable
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
 from armdesign.search.search import search
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 
 def same(one, other):
@@ -68,7 +68,7 @@ def test_progress_is_told_after_every_iteration(prepared_for, reference):
     assert [entry.valid for entry in told] == history.valid.tolist()
     assert {(entry.iterations, entry.particles) for entry in told} == {(4, 10)}
     assert all(entry.elapsed <= later.elapsed for entry, later in pairwise(told))
-    settings = Study().fitness
+    settings = Settings().fitness
     for entry in told:
         assert entry.fitness == settings.lambda_f * entry.path_fitness + settings.lambda_E * entry.area
 
@@ -119,7 +119,7 @@ def neighbourhood(table, angle, length):
 @pytest.mark.parametrize(("dof", "oriented"), [(3, False), (4, False), (6, True)])
 def test_arm_that_made_the_task_is_found_in_its_neighbourhood(outside, dof, oriented):
     table, time, path = generated(np.random.default_rng(dof), dof)
-    study = Study().replace(
+    settings = Settings().replace(
         {
             "task": {"base": "origin"},
             "design": {"dof": dof, "bounds": neighbourhood(table, 0.2, 1e-3), "length": (0.2, 2.0)},
@@ -132,7 +132,7 @@ def test_arm_that_made_the_task_is_found_in_its_neighbourhood(outside, dof, orie
             "search": {"particles": 16, "iterations": 5},
         }
     )
-    prepared = prepare(recording_of(table, time, path, outside, oriented), study)
+    prepared = prepare(recording_of(table, time, path, outside, oriented), settings)
     exact = evaluate_design(table, prepared)
     assert exact.path_fitness < 1e-5
     assert exact.path.start_error < 1e-4

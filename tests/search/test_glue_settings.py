@@ -6,7 +6,7 @@ import pytest
 
 from armdesign.errors import SettingsError
 from armdesign.fitness.problem import SCENARIOS
-from armdesign.settings.sections import SECTIONS, Study, read_study
+from armdesign.settings.sections import SECTIONS, Settings, read_settings
 
 PUBLISHED = {
     "design": {
@@ -37,15 +37,15 @@ PUBLISHED = {
     ],
 )
 def test_what_only_a_swarm_has_asks_for_one(changes, algorithm):
-    study = Study()
+    settings = Settings()
     for entries in changes:
-        study = study.replace({"search": {name: value for name, value in entries.items() if value is not None}})
-    assert study.search.algorithm == algorithm
+        settings = settings.replace({"search": {name: value for name, value in entries.items() if value is not None}})
+    assert settings.search.algorithm == algorithm
 
 
 @pytest.mark.parametrize(("section", "name"), [(s, name) for s, entries in PUBLISHED.items() for name in entries])
 def test_defaults_are_the_published_values(section, name):
-    assert getattr(getattr(Study(), section), name) == PUBLISHED[section][name]
+    assert getattr(getattr(Settings(), section), name) == PUBLISHED[section][name]
 
 
 def test_scenarios_have_the_published_weights():
@@ -89,22 +89,22 @@ CHANGED = {
 @pytest.mark.parametrize("comments", [False, True])
 @pytest.mark.parametrize("changes", [{}, CHANGED], ids=["defaults", "changed"])
 def test_settings_survive_a_file(tmp_path, comments, changes):
-    study = Study().replace(changes)
-    (tmp_path / "study.toml").write_text(study.to_toml(comments=comments), encoding="utf-8")
-    assert read_study(tmp_path / "study.toml") == study
+    settings = Settings().replace(changes)
+    (tmp_path / "study.toml").write_text(settings.to_toml(comments=comments), encoding="utf-8")
+    assert read_settings(tmp_path / "study.toml") == settings
 
 
 def test_settings_survive_a_dictionary():
-    study = Study().replace(CHANGED)
-    assert Study().replace(study.to_dict()) == study
-    assert Study().to_dict()["task"].keys().isdisjoint({"recording", "base", "low_pass"})
+    settings = Settings().replace(CHANGED)
+    assert Settings().replace(settings.to_dict()) == settings
+    assert Settings().to_dict()["task"].keys().isdisjoint({"recording", "base", "low_pass"})
 
 
 def test_change_leaves_the_rest_and_the_original_alone():
-    study = Study()
-    changed = study.replace({"search": {"seed": 3}})
-    assert (study.search.seed, changed.search.seed) == (0, 3)
-    assert changed.design == study.design
+    settings = Settings()
+    changed = settings.replace({"search": {"seed": 3}})
+    assert (settings.search.seed, changed.search.seed) == (0, 3)
+    assert changed.design == settings.design
     assert changed.replace({}) == changed
     with pytest.raises(dataclasses.FrozenInstanceError):
         changed.search.seed = 4
@@ -122,28 +122,28 @@ def test_change_leaves_the_rest_and_the_original_alone():
 )
 def test_change_that_is_not_allowed_is_named(changes, message):
     with pytest.raises(SettingsError, match=message):
-        Study().replace(changes)
+        Settings().replace(changes)
 
 
 def test_missing_entries_keep_their_defaults(tmp_path):
     (tmp_path / "study.toml").write_text("[search]\nseed = 3\n")
-    assert read_study(tmp_path / "study.toml") == Study().replace({"search": {"seed": 3}})
+    assert read_settings(tmp_path / "study.toml") == Settings().replace({"search": {"seed": 3}})
     (tmp_path / "empty.toml").write_text("")
-    assert read_study(tmp_path / "empty.toml") == Study()
+    assert read_settings(tmp_path / "empty.toml") == Settings()
     (tmp_path / "marked.toml").write_bytes(b"\xef\xbb\xbf[search]\r\nseed = 3\r\n")  # as some editors save it
-    assert read_study(tmp_path / "marked.toml").search.seed == 3
+    assert read_settings(tmp_path / "marked.toml").search.seed == 3
 
 
 def test_relative_recording_counts_from_the_file(tmp_path):
     (tmp_path / "study.toml").write_text('[task]\nrecording = "data/arm.csv"\n')
-    assert read_study(tmp_path / "study.toml").task.recording == str(tmp_path / "data" / "arm.csv")
+    assert read_settings(tmp_path / "study.toml").task.recording == str(tmp_path / "data" / "arm.csv")
     (tmp_path / "study.toml").write_text('[task]\nrecording = "/data/arm.csv"\n')
-    assert read_study(tmp_path / "study.toml").task.recording == "/data/arm.csv"
+    assert read_settings(tmp_path / "study.toml").task.recording == "/data/arm.csv"
 
 
 def test_file_may_be_given_as_text(tmp_path):
     (tmp_path / "study.toml").write_text("[search]\nseed = 3\n")
-    assert read_study(str(tmp_path / "study.toml")).search.seed == 3
+    assert read_settings(str(tmp_path / "study.toml")).search.seed == 3
 
 
 @pytest.mark.parametrize(
@@ -158,10 +158,10 @@ def test_file_may_be_given_as_text(tmp_path):
 def test_file_that_cannot_be_used_is_named(tmp_path, content, message):
     (tmp_path / "study.toml").write_bytes(content)
     with pytest.raises(SettingsError, match=message):
-        read_study(tmp_path / "study.toml")
+        read_settings(tmp_path / "study.toml")
 
 
 def test_file_that_is_none_is_named(tmp_path):
     for path in (tmp_path / "absent.toml", tmp_path):
         with pytest.raises(SettingsError, match="cannot read the settings"):
-            read_study(path)
+            read_settings(path)

@@ -20,7 +20,7 @@ from armdesign.search.demonstrations import prepare_several
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
 from armdesign.search.search import Search, search
-from armdesign.settings.sections import Study, read_study
+from armdesign.settings.sections import Settings, read_settings
 
 CUTS = (0.3, 0.7, 0.95, 1.0, 1.2)
 
@@ -49,7 +49,7 @@ def prepared(takes):
     """Some of them, prepared."""
 
     def ready(which, *, scenario="packaging", unseen=(), dof=4, how="mean", **search_settings):
-        study = Study().replace(
+        settings = Settings().replace(
             {
                 "design": {"dof": dof},
                 "fitness": {"scenario": scenario, "demonstrations": how},
@@ -57,7 +57,7 @@ def prepared(takes):
             }
         )
         every = takes[scenario]
-        return prepare_several([every[k] for k in which], study, holdouts=[every[k] for k in unseen])
+        return prepare_several([every[k] for k in which], settings, holdouts=[every[k] for k in unseen])
 
     return ready
 
@@ -184,11 +184,11 @@ def test_holdouts_have_no_part_in_the_search(prepared):
 def test_one_demonstration_alone_is_prepared_as_ever(prepared, takes):
     alone = prepared([0], how=None)
     ever = prepare(
-        takes["packaging"][0], Study().replace({"design": {"dof": 4}, "search": {"particles": 12, "iterations": 4}})
+        takes["packaging"][0], Settings().replace({"design": {"dof": 4}, "search": {"particles": 12, "iterations": 4}})
     )
-    assert alone.study == ever.study
+    assert alone.settings == ever.settings
     assert alone.notes == ever.notes
-    assert "demonstrations" not in ever.study.to_toml()
+    assert "demonstrations" not in ever.settings.to_toml()
 
 
 def test_workers_find_what_one_process_finds(prepared):
@@ -264,7 +264,7 @@ def test_a_run_is_read_back_as_it_was(run):
         np.testing.assert_array_equal(read.path.q, was.path.q)
         np.testing.assert_allclose(read.path.distance, was.path.distance, atol=1e-12)
     for read, was in zip(back.prepared.demonstrations, task.demonstrations, strict=True):
-        assert read.study == was.study
+        assert read.settings == was.settings
         np.testing.assert_array_equal(read.task.P, was.task.P)
 
 
@@ -341,21 +341,21 @@ def test_different_points_are_refused_with_files_and_points(takes):
     points = {name.replace("forearm", "elbow"): values for name, values in first.points.items()}
     other = Recording(first.time, points, {}, "other.csv", first.about)
     with pytest.raises(TaskError) as caught:
-        prepare_several([first, other], Study())
+        prepare_several([first, other], Settings())
     assert f"{first.source} has upper_arm, forearm, hand; other.csv has upper_arm, elbow, hand" in str(caught.value)
-    chosen = Study().replace({"task": {"points": ["upper_arm", "hand"], "base": "shoulder"}})
+    chosen = Settings().replace({"task": {"points": ["upper_arm", "hand"], "base": "shoulder"}})
     assert prepare_several([first, other], chosen).others[0].task.points == ("upper_arm", "hand")
     with pytest.raises(TaskError, match=r"other\.csv: there is no point 'forearm'"):
-        prepare_several([first, other], Study().replace({"task": {"points": ["forearm", "hand"]}}))
+        prepare_several([first, other], Settings().replace({"task": {"points": ["forearm", "hand"]}}))
 
 
 def test_what_the_first_settles_holds_for_all(takes):
     first, other = takes["packaging"][:2]
     captured = replace(first, about=replace(first.about, captured=True))
-    named = Study().replace({"task": {"base": "shoulder", "points": ["forearm", "hand"]}})
+    named = Settings().replace({"task": {"base": "shoulder", "points": ["forearm", "hand"]}})
     both = prepare_several([captured, other], named)
-    assert both.study.task.low_pass == both.others[0].study.task.low_pass == 6.0
-    assert both.study.fitness.weights == both.others[0].study.fitness.weights
+    assert both.settings.task.low_pass == both.others[0].settings.task.low_pass == 6.0
+    assert both.settings.fitness.weights == both.others[0].settings.fitness.weights
 
 
 def test_a_bound_per_frame_that_is_another_speed_is_told(prepared):
@@ -377,6 +377,6 @@ def test_paths_of_recordings_count_from_the_settings_file(tmp_path):
     (tmp_path / "mine.toml").write_text(
         '[task]\nrecording = "a.csv"\nmore_recordings = ["b.csv"]\nholdouts = ["d.csv"]\n'
     )
-    task = read_study(tmp_path / "mine.toml").task
+    task = read_settings(tmp_path / "mine.toml").task
     assert task.more_recordings == (str(tmp_path / "b.csv"),)
     assert task.holdouts == (str(tmp_path / "d.csv"),)

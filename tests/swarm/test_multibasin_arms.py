@@ -23,13 +23,13 @@ from armdesign.search.backends import InProcess, WorkerPool
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
 from armdesign.search.search import Search, search
-from armdesign.settings.sections import DesignSettings, Study
+from armdesign.settings.sections import Design, Settings
 
 RECORDING = Path(__file__).resolve().parents[2] / "examples" / "packaging.csv"
 
 
 def prepared(**changes):
-    study = Study().replace(
+    settings = Settings().replace(
         {
             "task": {"recording": str(RECORDING), "rate": 10.0},
             "design": {"dof": 4},
@@ -37,8 +37,8 @@ def prepared(**changes):
             "search": {"algorithm": "multibasin", "budget": 1200, "seed": 3},
         }
     )
-    study = study.replace({"search": changes})
-    return prepare(read_recording(RECORDING), study)
+    settings = settings.replace({"search": changes})
+    return prepare(read_recording(RECORDING), settings)
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +98,7 @@ def test_progress_counts_candidates():
     assert [each.iteration for each in told] == result.history.evaluations.tolist()
     assert {(each.iterations, each.unit) for each in told} == {(500, "candidate")}
     assert [each.fitness for each in told] == result.history.best.tolist()
-    settings = Study().fitness
+    settings = Settings().fitness
     for each in told[-3:]:
         assert each.fitness == settings.lambda_f * each.path_fitness + settings.lambda_E * each.area
 
@@ -120,7 +120,7 @@ def test_ended_within_the_first_sample_there_is_a_best_all_the_same(tmp_path):
 
 
 def test_no_design_is_in_canonical_form():
-    space = design_space(DesignSettings(dof=4))
+    space = design_space(Design(dof=4))
     assert canonical_form(space)(np.zeros((0, 11))).shape == (0, 11)
 
 
@@ -147,7 +147,7 @@ def axes_and_corners(table, q):
 
 
 def test_canonical_form_is_the_same_arm():
-    rng, space = np.random.default_rng(0), design_space(DesignSettings(dof=5))
+    rng, space = np.random.default_rng(0), design_space(Design(dof=5))
     Phi = space.sample(rng, 40)
     a = np.flatnonzero([name.startswith("a_") for name in np.array(space.names)[space.free]])
     Phi[:, a] += 0.002  # none nearly meet
@@ -167,7 +167,7 @@ def test_canonical_form_is_the_same_arm():
 
 
 def test_canonical_form_of_a_canonical_form_is_itself():
-    space = design_space(DesignSettings(dof=4))
+    space = design_space(Design(dof=4))
     Phi = space.sample(np.random.default_rng(1), 50)
     once = canonical_form(space)(Phi)
     assert np.array_equal(canonical_form(space)(once), once)
@@ -190,7 +190,7 @@ def written_otherwise(table, turned, behind, q):
 
 
 def test_the_same_arm_written_otherwise_is_no_other_arm():
-    rng, space = np.random.default_rng(4), design_space(DesignSettings(dof=4))
+    rng, space = np.random.default_rng(4), design_space(Design(dof=4))
     for phi, other in zip(space.sample(rng, 30), space.sample(rng, 30), strict=True):
         table, q = space.table(phi), rng.uniform(-3, 3, 4)
         rows, angles = written_otherwise(table, rng.random(4) < 0.5, np.r_[False, rng.random(4) < 0.5], q)
@@ -207,7 +207,7 @@ def test_the_same_arm_written_otherwise_is_no_other_arm():
 
 
 def test_slab_is_the_length():
-    space = design_space(DesignSettings(dof=4, bounds={"a_1": (0.1, 0.1)}))
+    space = design_space(Design(dof=4, bounds={"a_1": (0.1, 0.1)}))
     Phi, slab = space.sample(np.random.default_rng(2), 50), length_slab(space)
     assert np.allclose(Phi @ slab.weights - slab.low, space.lengths(Phi) - space.length[0])
     assert np.allclose(slab.high - slab.low, space.length[1] - space.length[0])
@@ -230,7 +230,7 @@ def test_alternatives_differ_and_are_runs_of_their_own(folder, reference):
 
 
 def test_twins_count_once():
-    space = design_space(DesignSettings(dof=4))
+    space = design_space(Design(dof=4))
     Phi = space.sample(np.random.default_rng(3), 1)
     twin = Phi.copy()
     twin[0, -1] *= -1.0  # the tool's twist, whose a is 0

@@ -204,10 +204,10 @@ def begun(folder: Path, n: int, found: Mapping[int, Found]) -> tuple[Prepared, b
     smaller = found.get(n - 1)
     if smaller is None or not smaller.valid:
         return prepared, True
-    most = max(1, prepared.study.search.particles // SHARE)
+    most = max(1, prepared.settings.search.particles // SHARE)
     designs = with_extra_joint(read_design(folder / run_name(n - 1) / "result.json"), prepared.space(), most)
     first = [[float(x) for x in Phi] for Phi in designs]
-    return replace(prepared, study=prepared.study.replace({"search": {"first": first or None}})), True
+    return replace(prepared, settings=prepared.settings.replace({"search": {"first": first or None}})), True
 
 
 def conclude(

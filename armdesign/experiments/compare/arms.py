@@ -15,18 +15,18 @@ from armdesign.experiments.compare.serial_arm import SerialArm, read_arm
 from armdesign.fitness.constraints import joint_limits
 from armdesign.kinematics.dh_files import read_design
 from armdesign.search.evaluation import check_design
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 Entrant: TypeAlias = "Design | SerialArm"
 EXAMPLE = "a run folder, a DH table, the path of a URDF, or one of the names of 'armdesign compare --list'"
 
 
-def open_entrants(texts: Sequence[str], study: Study, tools: Sequence[str] = ()) -> list[Entrant]:
+def open_entrants(texts: Sequence[str], settings: Settings, tools: Sequence[str] = ()) -> list[Entrant]:
     """Open all that take part.
 
     Args:
         texts: Run folders, files or names.
-        study: The settings; designs that carry none of their own have its joint limits.
+        settings: The settings; designs that carry none of their own have its joint limits.
         tools: Tool links, as LINK for every URDF given by its path or as ARM=LINK for one of ``texts``.
 
     Raises:
@@ -39,7 +39,7 @@ def open_entrants(texts: Sequence[str], study: Study, tools: Sequence[str] = ())
         if texts.count(text) > 1:
             raise SettingsError(f"'{text}' is given twice", value=text, fix="Leave one out")
     chosen = tool_links(texts, tools)
-    entrants = [open_entrant(text, study, chosen.get(text)) for text in texts]
+    entrants = [open_entrant(text, settings, chosen.get(text)) for text in texts]
     names = [entrant.name for entrant in entrants]
     return [
         replace(entrant, name=text) if names.count(entrant.name) > 1 else entrant
@@ -66,7 +66,7 @@ def tool_links(texts: Sequence[str], tools: Sequence[str]) -> dict[str, str]:
     return links
 
 
-def open_entrant(text: str, study: Study, tool: str | None = None) -> Entrant:
+def open_entrant(text: str, settings: Settings, tool: str | None = None) -> Entrant:
     """Open one of them.
 
     Raises:
@@ -87,7 +87,7 @@ def open_entrant(text: str, study: Study, tool: str | None = None) -> Entrant:
         if len(path.parts) > 1 or path.suffix:
             raise DesignError(f"there is no run folder or file {text}", value=text, fix="Check the path")
         return open_ready_made(text)
-    return open_design(path, study)
+    return open_design(path, settings)
 
 
 def is_urdf(text: str) -> bool:
@@ -101,7 +101,7 @@ def is_urdf(text: str) -> bool:
         return False
 
 
-def open_design(path: Path, study: Study) -> Design:
+def open_design(path: Path, settings: Settings) -> Design:
     """A design with the joint limits of its own search, else with those of the settings.
 
     Raises:
@@ -111,20 +111,20 @@ def open_design(path: Path, study: Study) -> Design:
     table = read_design(path)
     check_design(table)
     carried = settings_in(path)
-    own = study if carried is None else study_in(path, {"design": carried.get("design", {})})
+    own = settings if carried is None else study_in(path, {"design": carried.get("design", {})})
     limits = joint_limits(replace(own.design, dof=table.dof))
     name = path.resolve().name if path.name != "result.json" else path.resolve().parent.name
     return Design(name, str(path), table, limits)
 
 
-def study_in(path: Path, carried: Mapping[str, Mapping[str, object]]) -> Study:
+def study_in(path: Path, carried: Mapping[str, Mapping[str, object]]) -> Settings:
     """The settings that a result.json carries, checked.
 
     Raises:
         SettingsError: One is unknown or not allowed.
     """
     try:
-        return Study().replace(carried)
+        return Settings().replace(carried)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}", value=error.value) from error
 

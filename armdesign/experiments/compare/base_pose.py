@@ -19,7 +19,7 @@ from armdesign.experiments.compare.polyline_arm import PolylineEvaluator, arm_pr
 from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.fitness.block import PathResult, Scores
 from armdesign.fitness.problem import StartEffort, start_poses
-from armdesign.settings.sections import FitnessSettings, SolverSettings
+from armdesign.settings.sections import Fitness, Solver
 from armdesign.swarm import Box, make_swarm
 
 PARTICLES = 24
@@ -100,8 +100,8 @@ class Mounted:
 def mount_arm(
     arm: SerialArm,
     task: Task,
-    fitness: FitnessSettings,
-    solver: SolverSettings,
+    fitness: Fitness,
+    solver: Solver,
     how: BaseSearch | None = None,
     on_progress: Callable[[BaseProgress], None] | None = None,
 ) -> Mounted:

@@ -16,7 +16,7 @@ from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
 from armdesign.fitness.problem import Problem, make_problem, start_effort
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.prepare import Prepared
-from armdesign.settings.sections import SolverSettings, Study
+from armdesign.settings.sections import Settings, Solver
 
 DESIGN, READY_MADE = "design", "ready-made"
 
@@ -108,8 +108,8 @@ def compare_design(design: Design, prepared: Prepared, payload: float = 0.0) -> 
         prepared: The task and the settings.
         payload: Point mass at the tool, for the torques [kg].
     """
-    task, solver = prepared.task, with_joints(prepared.study, design.dof).solver
-    problem = make_problem(task.P, task.R, task.dt, design.limits, prepared.study.fitness, solver)
+    task, solver = prepared.task, with_joints(prepared.settings, design.dof).solver
+    problem = make_problem(task.P, task.R, task.dt, design.limits, prepared.settings.fitness, solver)
     scores, path = BlockEvaluator(problem, block=1).follow(design.table)
     mass = moving_mass(design_model(design.table))
     row = Compared(design.name, DESIGN, design.source, design.dof, design.length, scores, path, moving_mass=mass)
@@ -133,8 +133,8 @@ def compare_ready_made(
         on_progress: Told how far the search is.
     """
     task = prepared.task
-    solver = with_joints(prepared.study, arm.dof).solver
-    found = mount_arm(arm, task, prepared.study.fitness, solver, how, on_progress)
+    solver = with_joints(prepared.settings, arm.dof).solver
+    found = mount_arm(arm, task, prepared.settings.fitness, solver, how, on_progress)
     mass = arm.moving_mass or None
     row = Compared(
         arm.name, READY_MADE, arm.source, arm.dof, arm.length, found.scores, found.path, moving_mass=mass,
@@ -150,24 +150,24 @@ def some_problem(prepared: Prepared) -> Problem:
         TaskError: There are too many points, or an orientation is to be followed that is not there.
     """
     task = prepared.task
-    limits = np.tile([-np.pi, np.pi], (prepared.study.design.dof, 1))
-    return make_problem(task.P, task.R, task.dt, limits, prepared.study.fitness, prepared.study.solver)
+    limits = np.tile([-np.pi, np.pi], (prepared.settings.design.dof, 1))
+    return make_problem(task.P, task.R, task.dt, limits, prepared.settings.fitness, prepared.settings.solver)
 
 
 def finished(row: Compared, prepared: Prepared, model: pin.Model) -> Compared:
     """The row with what follows from the path; torques only where masses are known."""
     if not row.reached:
         return row
-    followed = np.array(prepared.study.fitness.weights) > 0.0
+    followed = np.array(prepared.settings.fitness.weights) > 0.0
     worst = np.where(followed, row.path.distance.max(axis=0), -1.0)
     torque = None if row.moving_mass is None else peak_torques(model, prepared.task.time, row.path.q)
     return replace(row, worst_point=int(np.argmax(worst)), torque=torque)
 
 
-def with_joints(study: Study, dof: int) -> Study:
+def with_joints(settings: Settings, dof: int) -> Settings:
     """The settings for another number of joints: the effort for the start grows with it unless it was set."""
-    solver = study.solver
+    solver = settings.solver
     settled = (solver.starts, solver.descents, solver.finalists)
-    if settled == tuple(start_effort(SolverSettings(), study.design.dof)):
+    if settled == tuple(start_effort(Solver(), settings.design.dof)):
         solver = replace(solver, starts=None, descents=None, finalists=None)
-    return replace(study, design=replace(study.design, dof=dof), solver=solver)
+    return replace(settings, design=replace(settings.design, dof=dof), solver=solver)

@@ -88,7 +88,7 @@ def comparison_notes(rows: Sequence[Compared], payload: float, how: BaseSearch) 
 
 def comparison_json(rows: Sequence[Compared], prepared: Prepared, payload: float, how: BaseSearch, source: str) -> str:
     """Everything as JSON: metres, radians, kilograms; null where there is no value."""
-    task, fitness = prepared.task, prepared.study.fitness
+    task, fitness = prepared.task, prepared.settings.fitness
     content = {
         "schema_version": SCHEMA_VERSION,
         "armdesign_version": __version__,
@@ -99,7 +99,7 @@ def comparison_json(rows: Sequence[Compared], prepared: Prepared, payload: float
             "orientation": task.orientation if fitness.orientation_weight else None,
             "frames": len(task.time),
         },
-        "settings": {name: prepared.study.to_dict()[name] for name in ("task", "fitness")},
+        "settings": {name: prepared.settings.to_dict()[name] for name in ("task", "fitness")},
         "payload": payload,
         "base_search": {"evaluations": how.evaluations, "half_width": how.half_width, "seed": how.seed},
         "arms": [row_content(row, task.points) for row in rows],

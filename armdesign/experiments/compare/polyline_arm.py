@@ -29,7 +29,7 @@ from armdesign.fitness.slots import Lanes
 from armdesign.kinematics.dh import rot_z
 from armdesign.kinematics.kernels.skeleton import ALONG_X, CHAIN, MAX_DOF
 from armdesign.kinematics.models import ArmBlock, se3_view
-from armdesign.settings.sections import FitnessSettings, SolverSettings
+from armdesign.settings.sections import Fitness, Solver
 
 FULL_TURN = np.pi
 """Where a continuous joint's start poses end, either way [rad]."""
@@ -195,9 +195,7 @@ class PolylineEvaluator(BlockEvaluator):
             lanes.arms.placements[b * n : (b + 1) * n] = np.concatenate([turns, poses[:, :3, 3]], axis=1)
 
 
-def arm_problem(
-    arm: SerialArm, P: Array, R: Array | None, dt: float, fitness: FitnessSettings, solver: SolverSettings
-) -> Problem:
+def arm_problem(arm: SerialArm, P: Array, R: Array | None, dt: float, fitness: Fitness, solver: Solver) -> Problem:
     """The problem for a ready-made arm, with its own joint limits; a mount's limits are 0.
 
     Args:

@@ -86,9 +86,9 @@ class FrameSolvers:
 
     def by_least_squares(self, table: DHTable, frame: int, starts: int) -> Solved:
         """Damped least squares with exact sigma, from so many start poses."""
-        record, study = self.problem.record[0], self.prepared.study
+        record, settings = self.problem.record[0], self.prepared.settings
         limits = np.stack([record["lower"][: table.dof], record["upper"][: table.dof]], axis=1)
-        solver = PoseSolver(limits, study.fitness, study.solver, starts=starts)
+        solver = PoseSolver(limits, settings.fitness, settings.solver, starts=starts)
         rotation = self.problem.R[frame if len(self.problem.R) > 1 else 0]
         if not self.warm:
             self.warm = True

@@ -29,7 +29,7 @@ from armdesign.experiments.studies.study_tables import Cell, Column, Table, spre
 from armdesign.experiments.sweep.jobs import Steer
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import Prepared
-from armdesign.settings.sections import SearchSettings
+from armdesign.settings.sections import Search as SearchSettings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,7 +73,7 @@ def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
     if any(name in FOREIGN for name in wanted):
         check_opytimizer()
     for task in tasks.values():
-        check_search(task.study.search, foreign=any(name in FOREIGN for name in wanted))
+        check_search(task.settings.search, foreign=any(name in FOREIGN for name in wanted))
     return [
         unit_for(key, tasks[key, n], name, seed)
         for key in asked.tasks
@@ -115,7 +115,7 @@ def perform(prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[s
     Raises:
         SearchError: It has found no valid design.
     """
-    search, fitness = prepared.study.search, PenalisedFitness(prepared)
+    search, fitness = prepared.settings.search, PenalisedFitness(prepared)
     budget, seed = search.particles * search.iterations, int(work["seed"])
 
     def report(spent: int, best: float) -> None:

@@ -45,7 +45,7 @@ def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
     for key in asked.tasks:
         for n in asked.dof:
             prepared = tasks[key, n]
-            particles = prepared.study.search.particles
+            particles = prepared.settings.search.particles
             size = {"budget": asked.options["budget"], "iterations": max(1, asked.options["swarms"] // particles)}
             units += [
                 search_unit(key, prepared, algorithm, algorithm=algorithm, seed=seed, **size)

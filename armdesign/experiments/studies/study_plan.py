@@ -90,19 +90,19 @@ class Record:
     @property
     def dof(self) -> int:
         """Number of joints n."""
-        return self.unit.prepared.study.design.dof
+        return self.unit.prepared.settings.design.dof
 
     @property
     def algorithm(self) -> str:
         """What searched or solved: of a work what its entry ``algorithm`` says."""
         work = self.unit.work
-        return self.unit.prepared.study.search.algorithm if work is None else str(work.get("algorithm", ""))
+        return self.unit.prepared.settings.search.algorithm if work is None else str(work.get("algorithm", ""))
 
     @property
     def seed(self) -> int:
         """Seed: of a work its entry ``seed``."""
         work = self.unit.work
-        return self.unit.prepared.study.search.seed if work is None else int(work.get("seed", 0))
+        return self.unit.prepared.settings.search.seed if work is None else int(work.get("seed", 0))
 
 
 def task_name(key: str) -> str:
@@ -122,9 +122,9 @@ def search_unit(key: str, prepared: Prepared, label: str, **search: Any) -> Unit
     Raises:
         SettingsError: A setting is not allowed.
     """
-    study = prepared.study.replace({"search": search})
-    name = f"{task_name(key)}-n{study.design.dof}-{label}-seed{study.search.seed}"
-    return Unit(name, Path(key).name, replace(prepared, study=study))
+    settings = prepared.settings.replace({"search": search})
+    name = f"{task_name(key)}-n{settings.design.dof}-{label}-seed{settings.search.seed}"
+    return Unit(name, Path(key).name, replace(prepared, settings=settings))
 
 
 def work_unit(key: str, prepared: Prepared, name: str, work: Mapping[str, Any]) -> Unit:
@@ -137,7 +137,7 @@ def work_unit(key: str, prepared: Prepared, name: str, work: Mapping[str, Any]) 
         work: What to do, as JSON values; ``study`` is the name of the study whose ``perform`` does it, ``algorithm``
             and ``seed`` show in the table of runs.
     """
-    return Unit(f"{task_name(key)}-n{prepared.study.design.dof}-{name}", Path(key).name, prepared, work)
+    return Unit(f"{task_name(key)}-n{prepared.settings.design.dof}-{name}", Path(key).name, prepared, work)
 
 
 def check_units(units: Sequence[Unit]) -> None:

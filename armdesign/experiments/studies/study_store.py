@@ -99,7 +99,7 @@ def check_study(folder: Path, asked: Asked, tasks: Tasks) -> None:
     differing = changed(earlier, asked)
     for key, n in known.keys() & tasks.keys():
         there, here = known[key, n], tasks[key, n]
-        words = differences(there.study.to_dict(), here.study.to_dict())
+        words = differences(there.settings.to_dict(), here.settings.to_dict())
         differing += [f"{task_name(key)}: {entry}" for entry in words if f"{task_name(key)}: {entry}" not in differing]
         if not same_task(there.task, here.task):
             raise SettingsError(f"{key} is not what it was when the study in {folder} began", value=key, fix=NEW_FOLDER)

@@ -85,7 +85,7 @@ def work_for(asked: Asked, name: str, k: int) -> dict[str, Any]:
 
 def perform(prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
     """Solve the first, middle and last frame for one design by one solver."""
-    n, k, seed = prepared.study.design.dof, int(work["design"]), int(work["seed"])
+    n, k, seed = prepared.settings.design.dof, int(work["design"]), int(work["seed"])
     Phi = valid_design(prepared, np.random.default_rng([seed, n, k]))
     table, solvers = prepared.space().table(Phi), FrameSolvers(prepared)
     frames, solved = instants(len(prepared.task.P)), []

@@ -64,8 +64,8 @@ def estimate(units: Sequence[Unit]) -> Estimate:
     costs: dict[tuple[str, int], Cost] = {}
     each = []
     for unit in units:
-        study = unit.prepared.study
-        key = unit.recording, study.design.dof
+        settings = unit.prepared.settings
+        key = unit.recording, settings.design.dof
         if key not in costs:
             costs[key] = measure(unit.prepared)
         each.append(duration(unit, costs[key]))
@@ -74,7 +74,7 @@ def estimate(units: Sequence[Unit]) -> Estimate:
 
 def duration(unit: Unit, cost: Cost) -> float:
     """Time of a whole search [s]."""
-    search = unit.prepared.study.search
+    search = unit.prepared.settings.search
     on_path, at_start = SHARES[search.algorithm]
     start = min(cost.invalid, cost.valid)
     pruned = PRUNED if search.prune else 1.0

@@ -9,7 +9,7 @@ from typing import Any
 
 from armdesign.errors import SettingsError
 from armdesign.search.prepare import Prepared
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 MOST_UNITS = 100_000
 Tasks = Mapping[tuple[str, int], Prepared]
@@ -21,7 +21,7 @@ class Sweep:
     """What was asked.
 
     Attributes:
-        study: Settings of all runs; the recording, joints, algorithm, seed and angle interval are set per run.
+        settings: Settings of all runs; the recording, joints, algorithm, seed and angle interval are set per run.
         recordings: Paths of the recordings, as text.
         algorithms: Names of the search algorithms.
         dof: Numbers of joints n.
@@ -29,7 +29,7 @@ class Sweep:
         angle_intervals: D of RA-PSO; a PSO has none and runs once instead of once per D.
     """
 
-    study: Study
+    settings: Settings
     recordings: tuple[str, ...]
     algorithms: tuple[str, ...]
     dof: tuple[int, ...]
@@ -56,7 +56,7 @@ class Unit:
     @property
     def angle_interval(self) -> int | None:
         """D, where the algorithm has one."""
-        search = self.prepared.study.search
+        search = self.prepared.settings.search
         return search.angle_interval if self.work is None and search.algorithm == "rapso" else None
 
 
@@ -93,15 +93,15 @@ def unit_for(path: str, task: Prepared, algorithm: str, D: int | None, seed: int
     if D is not None:
         search["angle_interval"] = D
         interval = f"-D{D}"
-    study = task.study.replace({"search": search})
-    name = f"{Path(path).stem}-{algorithm}-n{study.design.dof}{interval}-seed{seed}"
-    return Unit(name, Path(path).name, replace(task, study=study))
+    settings = task.settings.replace({"search": search})
+    name = f"{Path(path).stem}-{algorithm}-n{settings.design.dof}{interval}-seed{seed}"
+    return Unit(name, Path(path).name, replace(task, settings=settings))
 
 
-def common_settings(study: Study) -> Study:
+def common_settings(settings: Settings) -> Settings:
     """The settings of a sweep without what is set per run, so that two sweeps can be compared."""
-    plain = Study()
-    return study.replace(
+    plain = Settings()
+    return settings.replace(
         {
             "task": {"recording": None},
             "design": {"dof": plain.design.dof},

@@ -15,10 +15,10 @@ from armdesign.experiments.sweep.sweep_plan import Sweep, Tasks
 from armdesign.files import write_whole
 from armdesign.runs.resumable import open_run, start_run
 from armdesign.settings.kinds import toml_value
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 SWEEP, TASKS = "sweep.toml", ".tasks"
-LISTS = tuple(entry.name for entry in fields(Sweep) if entry.name != "study")
+LISTS = tuple(entry.name for entry in fields(Sweep) if entry.name != "settings")
 NEW_FOLDER = "Name another folder with --out"
 OTHERS = {"study.json": "a study", "auto.json": "a search for the number of joints"}
 """What else holds runs in folders of their own, by the file it is known by."""
@@ -67,12 +67,12 @@ def read_sweep(folder: Path) -> tuple[Sweep, Tasks]:
     try:
         tables = tomllib.loads((folder / SWEEP).read_text(encoding="utf-8"))
         lists = {name: tuple(tables["sweep"][name]) for name in LISTS}
-        study = Study().replace({name: table for name, table in tables.items() if name != "sweep"})
+        settings = Settings().replace({name: table for name, table in tables.items() if name != "sweep"})
     except FileNotFoundError as error:
         raise RunFolderError(f"{folder} holds no sweep: {SWEEP} is missing", value=str(folder)) from error
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError, ArmDesignError) as error:
         raise RunFolderError(f"{folder / SWEEP} cannot be read: {error}", value=str(folder)) from error
-    sweep = Sweep(study, **lists)
+    sweep = Sweep(settings, **lists)
     return sweep, {(path, n): open_run(task_folder(folder, path, n)) for path in sweep.recordings for n in sweep.dof}
 
 
@@ -85,7 +85,7 @@ def sweep_toml(sweep: Sweep) -> str:
     """What was asked, as TOML."""
     lines = ["# What was asked of this sweep; to go on: armdesign sweep --resume FOLDER", "[sweep]"]
     lines += [f"{name} = {toml_value(getattr(sweep, name))}" for name in LISTS]
-    return "\n".join(lines) + "\n\n" + sweep.study.to_toml()
+    return "\n".join(lines) + "\n\n" + sweep.settings.to_toml()
 
 
 def task_folder(folder: Path, recording: str, n: int) -> Path:
@@ -100,7 +100,7 @@ def check_extension(folder: Path, sweep: Sweep, tasks: Tasks) -> None:
         SettingsError: Other settings, another task, or a run that is there is not asked for.
     """
     earlier, known = read_sweep(folder)
-    differing = differences(earlier.study.to_dict(), sweep.study.to_dict())
+    differing = differences(earlier.settings.to_dict(), sweep.settings.to_dict())
     if differing:
         raise SettingsError(
             f"the sweep in {folder} has other settings: {'; '.join(differing)}", value=differing, fix=NEW_FOLDER

@@ -50,9 +50,9 @@ def look_at(folder: Path, unit: Unit) -> Found:
     place = folder / unit.name
     if not (place / STUDY).is_file():
         return "new"
-    task = task_folder(folder, unit.recording, unit.prepared.study.design.dof) / TASK
+    task = task_folder(folder, unit.recording, unit.prepared.settings.design.dof) / TASK
     try:
-        same = (place / STUDY).read_text(encoding="utf-8") == unit.prepared.study.to_toml()
+        same = (place / STUDY).read_text(encoding="utf-8") == unit.prepared.settings.to_toml()
         same = same and (place / TASK).read_bytes() == task.read_bytes()
         same = same and same_work(place / WORK, unit)
     except (OSError, UnicodeDecodeError) as error:

@@ -54,7 +54,7 @@ class FitnessParts:
 
 def fitness_parts(run: FinishedRun) -> FitnessParts:
     """Split the fitness of a run."""
-    fitness, path = run.prepared.study.fitness, run.evaluation.path
+    fitness, path = run.prepared.settings.fitness, run.evaluation.path
     below = np.asarray(fitness.weights) * path.distance**2
     root = np.sqrt(below.sum(axis=1, keepdims=True))
     shares = np.divide(below, root, out=np.zeros_like(below), where=root > 0.0) / below.shape[1]

@@ -39,7 +39,7 @@ def fitness_picture(run: FinishedRun, parts: FitnessParts) -> Picture:
     factor_f, factor_E = parts.factors
     names = [short(name) for name in run.prepared.task.points]
     values = [factor_f * value for value in parts.points]
-    if run.prepared.study.fitness.orientation_weight:
+    if run.prepared.settings.fitness.orientation_weight:
         names, values = [*names, "orientation"], [*values, factor_f * parts.orientation]
     names, values = [*names, "area E"], [*values, factor_E * parts.area]
 
@@ -62,7 +62,7 @@ def fitness_picture(run: FinishedRun, parts: FitnessParts) -> Picture:
 def error_picture(run: FinishedRun) -> Picture:
     """Distance of each point to its place on the arm over time; below it the orientation error."""
     task, path = run.prepared.task, run.evaluation.path
-    oriented = bool(run.prepared.study.fitness.orientation_weight)
+    oriented = bool(run.prepared.settings.fitness.orientation_weight)
 
     def build() -> Figure:
         top = legend_room([short(name) for name in task.points])

@@ -80,8 +80,8 @@ def report_html(run: FinishedRun, *, options: RobotOptions | None = None, tracki
         "start_error": start_error(run),
         "mount": np.rad2deg(rpy(run.evaluation.path.mount)),
         "assumptions": words.assumptions(chosen),
-        "settings": words.changed_settings(run.prepared.study),
-        "freedom": words.freedom(run.prepared.study.design),
+        "settings": words.changed_settings(run.prepared.settings),
+        "freedom": words.freedom(run.prepared.settings.design),
         "weights": words.weights_sentence(run),
         "sources": words.source_sentences(run),
         "search": words.search_sentences(facts, run) if facts else [],
@@ -136,7 +136,7 @@ def key_figures(run: FinishedRun, loads: JointLoads, payload: float) -> list[tup
         (f"Error of {name}, mean", f"{number(1e3 * hand.mean())} mm"),
         (f"Error of {name}, largest", f"{number(1e3 * hand.max())} mm"),
     ]
-    if run.prepared.study.fitness.orientation_weight:
+    if run.prepared.settings.fitness.orientation_weight:
         figures.append(("Orientation, mean error", f"{number(np.rad2deg(path.orientation_error.mean()), 2)} deg"))
     return [
         *figures,
@@ -149,7 +149,7 @@ def key_figures(run: FinishedRun, loads: JointLoads, payload: float) -> list[tup
 def scored_how(run: FinishedRun) -> str:
     """What the fitness is of several demonstrations; nothing of one."""
     count = len(run.evaluation.demonstrations)
-    return f", {run.prepared.study.fitness.demonstrations} of {count}" if count else ""
+    return f", {run.prepared.settings.fitness.demonstrations} of {count}" if count else ""
 
 
 def demonstration_rows(run: FinishedRun) -> list[dict[str, Any]]:
@@ -176,7 +176,7 @@ def demonstration_rows(run: FinishedRun) -> list[dict[str, Any]]:
 def point_rows(run: FinishedRun, parts: FitnessParts) -> list[dict[str, Any]]:
     """Weight, errors and part of the fitness of every point."""
     distance, factor = run.evaluation.path.distance, parts.factors[0]
-    rows = zip(run.prepared.task.points, run.prepared.study.fitness.weights, distance.T, parts.points, strict=True)
+    rows = zip(run.prepared.task.points, run.prepared.settings.fitness.weights, distance.T, parts.points, strict=True)
     return [
         {
             "name": name,
@@ -194,7 +194,7 @@ def point_rows(run: FinishedRun, parts: FitnessParts) -> list[dict[str, Any]]:
 def orientation_row(run: FinishedRun) -> list[float]:
     """Mean, median, 95 % and largest error of the orientation [rad]; nothing where none is followed."""
     error = run.evaluation.path.orientation_error
-    if not run.prepared.study.fitness.orientation_weight:
+    if not run.prepared.settings.fitness.orientation_weight:
         return []
     return [float(x) for x in (error.mean(), np.median(error), np.percentile(error, 95), error.max())]
 
@@ -203,7 +203,7 @@ def bound_marks(run: FinishedRun, facts: SearchFacts | None) -> np.ndarray[Any, 
     """Which of (alpha, a, d) of a searched arm lie at a bound they could have left, shape (n + 1, 3)."""
     table = run.table
     marks = np.zeros((table.dof + 1, 3), dtype=bool)
-    space = design_space(run.prepared.study.design)
+    space = design_space(run.prepared.settings.design)
     if facts is None or space.dof != table.dof:
         return marks
     entries = np.stack([table.alpha, table.a, table.d], axis=1).ravel()

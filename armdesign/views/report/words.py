@@ -16,7 +16,7 @@ from armdesign.export.trajectory.exporting import FILES
 from armdesign.fitness.problem import start_effort
 from armdesign.runs.reading import FinishedRun
 from armdesign.settings.kinds import toml_value
-from armdesign.settings.sections import SECTIONS, DesignSettings, SolverSettings, Study
+from armdesign.settings.sections import SECTIONS, Design, Settings, Solver
 from armdesign.views.report.facts import SearchFacts
 
 UNIT = re.compile(r" ?\[([^\]]+)\]")
@@ -71,13 +71,13 @@ class Recipe:
     code: str
 
 
-def changed_settings(study: Study) -> list[Setting]:
+def changed_settings(settings: Settings) -> list[Setting]:
     """The settings that differ from the defaults, but for those that the page tells elsewhere or that follow."""
-    default, found = Study(), []
-    effort = start_effort(SolverSettings(), study.design.dof)._asdict()
+    default, found = Settings(), []
+    effort = start_effort(Solver(), settings.design.dof)._asdict()
     for kind in SECTIONS:
         title = kind.title()
-        now, before = getattr(study, title), getattr(default, title)
+        now, before = getattr(settings, title), getattr(default, title)
         for entry in fields(kind):  # type: ignore[arg-type]
             value, usual = getattr(now, entry.name), getattr(before, entry.name)
             follows = title == "solver" and effort.get(entry.name, object()) == value
@@ -94,7 +94,7 @@ def shown(value: Any) -> str:  # noqa: ANN401 (values of settings)
     return "not set" if value is None else toml_value(value)
 
 
-def freedom(design: DesignSettings) -> list[str]:
+def freedom(design: Design) -> list[str]:
     """What the search was free to choose, in sentences."""
     alpha, a, d, length = (pair(getattr(design, name)) for name in ("alpha", "a", "d", "length"))
     yaw = design.base_yaw
@@ -139,7 +139,7 @@ def assumptions(options: RobotOptions) -> list[Assumption]:
 
 def weights_sentence(run: FinishedRun) -> str:
     """What counts how much."""
-    fitness, task = run.prepared.study.fitness, run.prepared.task
+    fitness, task = run.prepared.settings.fitness, run.prepared.task
     parts = [f"{name} {w:.3g}" for name, w in zip(task.points, fitness.weights, strict=True)]
     if fitness.orientation_weight:
         parts.append(f"orientation of {task.orientation or task.points[-1]} {fitness.orientation_weight:.3g}")
@@ -159,7 +159,7 @@ def source_sentences(run: FinishedRun) -> list[str]:
 
 def search_sentences(facts: SearchFacts, run: FinishedRun) -> list[str]:
     """How the search went."""
-    search = run.prepared.study.search
+    search = run.prepared.settings.search
     iterations = len(run.history.get("best", ()))
     done = counted(iterations, "iteration") + ("" if search.algorithm == "multibasin" else f" of {search.iterations}")
     size = search.size if search.algorithm == "multibasin" else counted(search.particles, "particle")

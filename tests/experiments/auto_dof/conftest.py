@@ -10,7 +10,7 @@ from armdesign.experiments.auto_dof.choose_dof import Watch, carry_out_auto, sta
 from armdesign.experiments.auto_dof.dof_rule import Rule
 from armdesign.search.backends import InProcess
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -22,8 +22,8 @@ def prepare_for():
 
     def ready(n, **search):
         given = {"particles": 16, "iterations": 3} | search
-        study = Study().replace({"task": {"rate": 5.0}, "design": {"dof": n}, "search": given})
-        return prepare(recording, study)
+        settings = Settings().replace({"task": {"rate": 5.0}, "design": {"dof": n}, "search": given})
+        return prepare(recording, settings)
 
     return ready
 

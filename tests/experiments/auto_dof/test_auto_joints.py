@@ -5,17 +5,17 @@ import pytest
 
 from armdesign.experiments.auto_dof.extra_joint import with_extra_joint
 from armdesign.fitness.constraints import design_space
-from armdesign.settings.sections import DesignSettings
+from armdesign.settings.sections import Design
 
 
 def arms(n, **settings):
-    space = design_space(DesignSettings(dof=n, **settings))
+    space = design_space(Design(dof=n, **settings))
     return [space.table(Phi) for Phi in space.sample(np.random.default_rng(n), 4)]
 
 
 @pytest.mark.parametrize("n", [2, 3, 6])
 def test_at_rest_every_frame_of_the_arm_is_among_those_of_the_longer_one(n):
-    longer = design_space(DesignSettings(dof=n + 1))
+    longer = design_space(Design(dof=n + 1))
     rng = np.random.default_rng(0)
     for table in arms(n):
         q = rng.uniform(-np.pi, np.pi, n)
@@ -30,7 +30,7 @@ def test_at_rest_every_frame_of_the_arm_is_among_those_of_the_longer_one(n):
 
 def test_designs_are_admissible_and_every_row_has_one():
     n = 3
-    longer = design_space(DesignSettings(dof=n + 1))
+    longer = design_space(Design(dof=n + 1))
     for table in arms(n):
         designs = with_extra_joint(table, longer, 1000)
         assert longer.admissible(designs).all()
@@ -39,17 +39,17 @@ def test_designs_are_admissible_and_every_row_has_one():
 
 
 def test_no_more_than_asked():
-    assert len(with_extra_joint(arms(3)[0], design_space(DesignSettings(dof=4)), 5)) == 5
+    assert len(with_extra_joint(arms(3)[0], design_space(Design(dof=4)), 5)) == 5
 
 
 def test_bounds_without_room_for_zero_length_give_none():
-    longer = design_space(DesignSettings(dof=4, a=(0.05, 0.5)))
+    longer = design_space(Design(dof=4, a=(0.05, 0.5)))
     assert with_extra_joint(arms(3, a=(0.05, 0.5))[0], longer, 100).shape == (0, len(longer.bounds[0]))
 
 
 def test_fixed_entries_stay_fixed():
     settings = {"bounds": {"alpha_0": [-90.0, -90.0]}, "base_yaw": [-30.0, 30.0]}
-    longer = design_space(DesignSettings(dof=4, **settings))
+    longer = design_space(Design(dof=4, **settings))
     table = arms(3, **settings)[0]
     designs = with_extra_joint(table, longer, 1000)
     assert len(designs)

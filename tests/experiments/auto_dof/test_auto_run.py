@@ -72,7 +72,9 @@ def test_one_joint_more_of_no_length_is_no_worse(uninterrupted, prepare_for):
         assert scores.fitness.min() <= found.fitness * (1.0 + 1e-6)
         warm = open_run(folder / f"n{found.dof + 1}") if (folder / f"n{found.dof + 1}").exists() else None
         if warm is not None:
-            assert [tuple(Phi) for Phi in designs[: len(warm.study.search.first)]] == list(warm.study.search.first)
+            assert [tuple(Phi) for Phi in designs[: len(warm.settings.search.first)]] == list(
+                warm.settings.search.first
+            )
 
 
 def test_warm_started_search_is_no_worse_than_the_smaller_arm(uninterrupted):

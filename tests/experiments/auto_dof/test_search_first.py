@@ -7,7 +7,7 @@ from armdesign.errors import SettingsError
 from armdesign.runs.resumable import open_run, start_run
 from armdesign.search.backends import InProcess, WorkerPool
 from armdesign.search.search import Search, new_swarm, search
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 
 @pytest.fixture
@@ -20,8 +20,8 @@ def some(prepare_for):
 
 def test_first_generation_begins_with_them_and_the_rest_is_as_without(some, prepare_for):
     prepared, designs = some
-    with_them = new_swarm(prepared.study.search, prepared.space()).ask()
-    without = new_swarm(prepare_for(3).study.search, prepared.space()).ask()
+    with_them = new_swarm(prepared.settings.search, prepared.space()).ask()
+    without = new_swarm(prepare_for(3).settings.search, prepared.space()).ask()
     assert np.array_equal(with_them[:3], designs)
     assert np.array_equal(with_them[3:], without[3:])
 
@@ -29,12 +29,12 @@ def test_first_generation_begins_with_them_and_the_rest_is_as_without(some, prep
 def test_they_survive_the_run_folder_to_the_last_bit(some, tmp_path):
     prepared, designs = some
     start_run(tmp_path, prepared)
-    assert np.array_equal(open_run(tmp_path).study.search.first, designs)
+    assert np.array_equal(open_run(tmp_path).settings.search.first, designs)
 
 
 def test_settings_without_them_do_not_mention_them():
-    assert "first" not in Study().to_toml()
-    assert "auto_dof" not in Study().to_toml()
+    assert "first" not in Settings().to_toml()
+    assert "auto_dof" not in Settings().to_toml()
 
 
 def test_same_on_any_workers_and_after_a_resume(some):
@@ -69,4 +69,4 @@ def test_best_of_them_is_the_least_that_is_found(some):
 def test_designs_that_do_not_fit_are_refused(prepare_for, first, sentence):
     prepared = prepare_for(3, first=first)
     with pytest.raises(SettingsError, match=sentence):
-        new_swarm(prepared.study.search, prepared.space())
+        new_swarm(prepared.settings.search, prepared.space())

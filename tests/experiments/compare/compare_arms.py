@@ -13,7 +13,7 @@ from armdesign.experiments.compare.serial_arm import read_arm
 from armdesign.export.urdf import urdf_text
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import FitnessSettings, SolverSettings, Study
+from armdesign.settings.sections import Fitness, Settings, Solver
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 WEIGHTS = (1 / 6, 1 / 3, 1 / 2)
@@ -22,8 +22,8 @@ WEIGHTS = (1 / 6, 1 / 3, 1 / 2)
 @cache
 def prepared(name="packaging", dof=6):
     """An example's task with the settings that are meant for it."""
-    study = Study().replace({"design": {"dof": dof}, "fitness": {"scenario": name}})
-    return prepare(read_recording(EXAMPLES / f"{name}.csv"), study, longest=1.5)
+    settings = Settings().replace({"design": {"dof": dof}, "fitness": {"scenario": name}})
+    return prepare(read_recording(EXAMPLES / f"{name}.csv"), settings, longest=1.5)
 
 
 def bent_table(rng, n, *, first=False):
@@ -61,12 +61,12 @@ def task_for(rng, table, limits, frames=25):
 def settings(w_0=0.0, **others):
     """Fitness settings for three points."""
     weights = tuple((1.0 - w_0) * w for w in WEIGHTS)
-    return FitnessSettings(weights=weights, orientation_weight=w_0, **others)
+    return Fitness(weights=weights, orientation_weight=w_0, **others)
 
 
 def evaluator(arm, P, R=None, fitness=None, block=None, **solver):
     """An evaluator of a ready-made arm."""
-    problem = arm_problem(arm, P, R, 0.02, fitness or settings(), SolverSettings(**solver))
+    problem = arm_problem(arm, P, R, 0.02, fitness or settings(), Solver(**solver))
     return PolylineEvaluator(problem, arm, block)
 
 

@@ -10,20 +10,20 @@ from armdesign.errors import SettingsError
 from armdesign.experiments.compare.base_pose import BaseSearch, mount_arm, spread_poses
 from armdesign.experiments.compare.polyline_arm import PolylineEvaluator, arm_problem
 from armdesign.experiments.compare.ready_made import open_ready_made
-from armdesign.settings.sections import SolverSettings
+from armdesign.settings.sections import Solver
 
-FEW = SolverSettings(starts=64, descents=12, finalists=3)
+FEW = Solver(starts=64, descents=12, finalists=3)
 
 
 def mounted(name, how, on_progress=None):
     start = prepared()
-    return mount_arm(open_ready_made(name), start.task, start.study.fitness, FEW, how, on_progress)
+    return mount_arm(open_ready_made(name), start.task, start.settings.fitness, FEW, how, on_progress)
 
 
 def plain(name):
     """r with the base at the shoulder."""
     start, arm = prepared(), open_ready_made(name)
-    problem = arm_problem(arm, start.task.P, None, start.task.dt, start.study.fitness, FEW)
+    problem = arm_problem(arm, start.task.P, None, start.task.dt, start.settings.fitness, FEW)
     return PolylineEvaluator(problem, arm).follow_from(np.zeros(4))[0].fitness[0]
 
 
@@ -51,7 +51,7 @@ def test_the_fitness_told_is_that_of_the_base_told():
     start = prepared()
     assert (np.abs(found.base[:3]) <= 0.2).all()
     arm = open_ready_made("ur3")
-    again, _ = evaluator(arm, start.task.P, fitness=start.study.fitness, **vars(FEW)).follow_from(found.base)
+    again, _ = evaluator(arm, start.task.P, fitness=start.settings.fitness, **vars(FEW)).follow_from(found.base)
     assert again.fitness[0] == found.scores.fitness[0]
     assert found.path.q.shape == (len(start.task.P), 6)
 

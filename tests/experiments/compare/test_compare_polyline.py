@@ -14,7 +14,7 @@ from armdesign.experiments.compare.ready_made import open_ready_made
 from armdesign.fitness.block import BlockEvaluator
 from armdesign.fitness.problem import make_problem
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings.sections import SolverSettings
+from armdesign.settings.sections import Solver
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "fitness"))
 import plain_reference
@@ -33,7 +33,7 @@ def test_the_urdf_of_a_design_has_the_fitness_of_the_design(n, w_0, tmp_path):
     rng = np.random.default_rng(n)
     table, limits = bent_table(rng, n), random_limits(rng, n)
     P, R = task_for(rng, table, limits)
-    problem = make_problem(P, R, 0.02, limits, settings(w_0), SolverSettings(**TIGHT))
+    problem = make_problem(P, R, 0.02, limits, settings(w_0), Solver(**TIGHT))
     scores, path = BlockEvaluator(problem, block=1).follow(table)
     arm = exported(table, tmp_path, limits)
     found, other = evaluator(arm, P, R, settings(w_0), block=1, **TIGHT).follow_from(np.zeros(4))
@@ -49,7 +49,7 @@ def test_so_it_has_where_the_first_joint_stands_away_from_the_base(n, tmp_path):
     rng = np.random.default_rng(n)
     table, limits = bent_table(rng, n, first=True), random_limits(rng, n)
     P, _ = task_for(rng, table, limits)
-    problem = make_problem(P, None, 0.02, limits, settings(), SolverSettings(**TIGHT))
+    problem = make_problem(P, None, 0.02, limits, settings(), Solver(**TIGHT))
     scores, _ = BlockEvaluator(problem, block=1).follow(table)
     found, path = evaluator(exported(table, tmp_path, limits), P, **TIGHT).follow_from(np.zeros(4))
     assert path.q.shape == (len(P), n)
@@ -61,7 +61,7 @@ def test_the_turn_of_the_base_is_a_designs_base_yaw(tmp_path):
     plain, limits = bent_table(rng, 4), random_limits(rng, 4)
     turned = DHTable(plain.alpha, plain.a, plain.d, plain.theta, 0.7)
     P, _ = task_for(rng, turned, limits)
-    scores, _ = BlockEvaluator(make_problem(P, None, 0.02, limits, settings(), SolverSettings()), 1).follow(turned)
+    scores, _ = BlockEvaluator(make_problem(P, None, 0.02, limits, settings(), Solver()), 1).follow(turned)
     found, _ = evaluator(exported(plain, tmp_path, limits), P).follow_from([0.0, 0.0, 0.0, 0.7])
     np.testing.assert_allclose(found.fitness, scores.fitness, rtol=0.0, atol=1e-9)
 

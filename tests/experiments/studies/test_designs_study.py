@@ -16,7 +16,7 @@ from armdesign.kinematics.dh_files import read_design
 from armdesign.runs.resumable import carry_out
 from armdesign.search.backends import InProcess
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -29,7 +29,7 @@ def asked():
 @pytest.fixture(scope="module")
 def tasks():
     recording = read_recording(ROOT / "examples" / "packaging.csv")
-    basis = Study().replace({"task": {"rate": 5.0}, "search": {"particles": 12, "iterations": 3}})
+    basis = Settings().replace({"task": {"rate": 5.0}, "search": {"particles": 12, "iterations": 3}})
     return {("packaging", n): prepare(recording, basis.replace({"design": {"dof": n}})) for n in (3, 4, 5)}
 
 

@@ -11,7 +11,7 @@ from armdesign.errors import SettingsError
 from armdesign.experiments.studies import rapso_study as rapso
 from armdesign.experiments.studies.study_plan import Asked, Record
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 ROOT = Path(__file__).resolve().parents[3]
 INTERVALS = (2, 3, 4, 5)
@@ -25,14 +25,14 @@ def asked():
 @pytest.fixture(scope="module")
 def tasks():
     recording = read_recording(ROOT / "examples" / "packaging.csv")
-    return {("packaging", n): prepare(recording, Study().replace({"design": {"dof": n}})) for n in (3, 4)}
+    return {("packaging", n): prepare(recording, Settings().replace({"design": {"dof": n}})) for n in (3, 4)}
 
 
 def records(asked, tasks, fitness, effort):
     """Finished searches that found what the two functions of a unit's search settings say."""
     found = []
     for unit in rapso.plan(asked, tasks):
-        search = unit.prepared.study.search
+        search = unit.prepared.settings.search
         content = {"fitness": fitness(search), "computational_effort": effort(search)}
         found.append(Record(unit, "finished", "", content, Path(unit.name)))
     return found
@@ -53,8 +53,8 @@ def test_every_seed_has_its_pso_and_all_variants(asked, tasks):
     for n in asked.dof:
         for seed in asked.seeds:
             search = [
-                u.prepared.study.search for u in units
-                if u.prepared.study.design.dof == n and u.prepared.study.search.seed == seed
+                u.prepared.settings.search for u in units
+                if u.prepared.settings.design.dof == n and u.prepared.settings.search.seed == seed
             ]  # fmt: skip
             assert sum(s.algorithm == "pso" for s in search) == 1
             variants = {(s.angle_interval, s.range) for s in search if s.algorithm == "rapso"}

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from armdesign import Study, prepare, read_recording
+from armdesign import Settings, prepare, read_recording
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.experiments.studies import Asked, run_study
 from armdesign.experiments.studies import temporal_study as temporal
@@ -63,9 +63,9 @@ def ask():
     def make(tasks=("packaging",), dof=(3,), reps=2, changes=None, **options):
         prepared = {}
         for key in tasks:
-            study = Study().replace({"fitness": {"scenario": key}}).replace(changes or {})
+            settings = Settings().replace({"fitness": {"scenario": key}}).replace(changes or {})
             for n in dof:
-                prepared[key, n] = prepare(recordings[key], study.replace({"design": {"dof": n}}))
+                prepared[key, n] = prepare(recordings[key], settings.replace({"design": {"dof": n}}))
         options = {"algorithms": SOLVERS, "budget": 400} | options
         return Asked("temporal", tasks, dof, reps, 0, options), prepared
 
@@ -267,6 +267,6 @@ def test_designs_are_valid_and_do_not_hang_on_how_many_there_are(whole, ask):
 def test_joints_that_make_no_arm_are_named(ask):
     asked, tasks = ask()
     prepared = next(iter(tasks.values()))
-    short = replace(prepared, study=prepared.study.replace({"design": {"length": (5.0, 6.0)}}))
+    short = replace(prepared, settings=prepared.settings.replace({"design": {"length": (5.0, 6.0)}}))
     with pytest.raises(SettingsError, match=r" with \d joints?: the bounds of a and d"):
         planned(asked, dict.fromkeys(tasks, short))

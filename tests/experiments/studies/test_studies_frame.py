@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign import Study, prepare, read_recording
+from armdesign import Settings, prepare, read_recording
 from armdesign.experiments.studies.frame_fitness import FrameFitness
 from armdesign.experiments.studies.frame_solvers import SOLVERS, FrameSolvers
 from armdesign.experiments.studies.opytimizer_swarms import ALGORITHMS
@@ -20,7 +20,7 @@ FRAME = 37
 def case(request):
     """Task and settings, and a random arm."""
     scenario, n = request.param
-    study = Study().replace({"design": {"dof": n}, "fitness": {"scenario": scenario}})
+    study = Settings().replace({"design": {"dof": n}, "fitness": {"scenario": scenario}})
     prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), study)
     Phi = prepared.space().sample(np.random.default_rng(n), 1)[0]
     return prepared, prepared.space().table(Phi)
@@ -38,7 +38,7 @@ def poses(fitness, count=5):
 
 def test_fitness_is_that_of_our_own_solver(case, fitness):
     prepared, table = case
-    solver = PoseSolver(joint_limits(prepared.study.design), prepared.study.fitness, starts=4)
+    solver = PoseSolver(joint_limits(prepared.settings.design), prepared.settings.fitness, starts=4)
     R = None if prepared.task.R is None else prepared.task.R[FRAME]
     pose = solver.solve(table, prepared.task.P[FRAME], R)
     assert fitness(pose.q) == pytest.approx(pose.g, rel=1e-12)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign import Study, prepare, read_recording
+from armdesign import Settings, prepare, read_recording
 from armdesign.experiments.studies.penalised import MISSED, OUT_OF_BOUNDS, OUT_OF_REACH, WIDTH, PenalisedFitness
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -13,7 +13,7 @@ EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 @pytest.fixture(scope="module")
 def fitness():
-    study = Study().replace({"design": {"dof": 3}})
+    study = Settings().replace({"design": {"dof": 3}})
     return PenalisedFitness(prepare(read_recording(EXAMPLES / "packaging.csv"), study))
 
 

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("opytimizer")
 
-from armdesign import Study, prepare, read_recording
+from armdesign import Settings, prepare, read_recording
 from armdesign.errors import SearchError, SettingsError
 from armdesign.experiments.studies import Asked
 from armdesign.experiments.studies import robot_study as robot
@@ -30,7 +30,7 @@ def asked():
 @pytest.fixture(scope="module")
 def tasks():
     recording = read_recording(EXAMPLES / "packaging.csv")
-    return {("packaging", 4): prepare(recording, Study().replace({"design": {"dof": 4}, "search": SMALL}))}
+    return {("packaging", 4): prepare(recording, Settings().replace({"design": {"dof": 4}, "search": SMALL}))}
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_tables_cope_with_runs_that_are_missing(asked, records):
 
 def test_search_without_a_valid_arm_says_so(tasks):
     prepared = tasks["packaging", 4]
-    study = prepared.study.replace({"fitness": {"reach_tolerance": 1e-12}})
+    study = prepared.settings.replace({"fitness": {"reach_tolerance": 1e-12}})
     unreachable = type(prepared)(study, prepared.task)
     with pytest.raises(SearchError, match="no valid arm was found in 40 evaluations"):
         robot.perform(unreachable, {"algorithm": "ga", "seed": 0}, lambda *report: None)
@@ -99,7 +99,7 @@ def test_unknown_algorithm_and_too_few_iterations_are_refused(asked, tasks):
     with pytest.raises(SettingsError, match="no search algorithm 'de'; allowed: abc, ga, pso-opytimizer"):
         robot.plan(Asked("robot", asked.tasks, asked.dof, 1, 0, {"algorithms": ("de",)}), tasks)
     recording = read_recording(EXAMPLES / "packaging.csv")
-    short = {"packaging": prepare(recording, Study().replace({"design": {"dof": 4}, "search": {"iterations": 3}}))}
+    short = {"packaging": prepare(recording, Settings().replace({"design": {"dof": 4}, "search": {"iterations": 3}}))}
     with pytest.raises(SettingsError, match="a budget of 1200 evaluations is too small"):
         robot.plan(asked, {("packaging", 4): short["packaging"]})
 
@@ -107,6 +107,6 @@ def test_unknown_algorithm_and_too_few_iterations_are_refused(asked, tasks):
 @pytest.mark.parametrize("setting", [{"patience": 2}, {"target": 0.3}, {"time_limit": 60.0}, {"first": [[0.0] * 11]}])
 def test_settings_that_would_make_the_searches_unequal_are_refused(asked, tasks, setting):
     prepared = tasks["packaging", 4]
-    unequal = replace(prepared, study=prepared.study.replace({"search": setting}))
+    unequal = replace(prepared, settings=prepared.settings.replace({"search": setting}))
     with pytest.raises(SettingsError, match=f"search.{next(iter(setting))} is set, but the searches"):
         robot.plan(asked, {("packaging", 4): unequal})

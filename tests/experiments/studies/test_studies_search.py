@@ -14,13 +14,13 @@ from armdesign.experiments.studies.search_study import Run, defaults, plan, rows
 from armdesign.experiments.studies.study_plan import Asked
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 RECORDING = Path(__file__).resolve().parents[3] / "examples" / "packaging.csv"
 
 
 def prepared(**changes):
-    return prepare(read_recording(RECORDING), Study().replace({"task": {"recording": str(RECORDING)}, **changes}))
+    return prepare(read_recording(RECORDING), Settings().replace({"task": {"recording": str(RECORDING)}, **changes}))
 
 
 def run(*best, step=100):
@@ -65,7 +65,7 @@ def asked(**options):
 def test_plan_has_every_algorithm_with_every_seed():
     ready = prepared()
     units = plan(asked(budget=500, swarms=4000), {("packaging", 3): ready})
-    searches = [unit.prepared.study.search for unit in units]
+    searches = [unit.prepared.settings.search for unit in units]
     assert {(each.algorithm, each.seed) for each in searches} == {
         (name, seed) for name in ("multibasin", "rapso") for seed in (0, 1)
     }
@@ -113,7 +113,7 @@ def test_the_record_of_the_examples_is_reproduced():
         pytest.skip("the record is a part of the repository, not of the package")
     for scenario in ("packaging", "welding"):
         path = RECORDING.with_name(f"{scenario}.csv")
-        study = Study().replace({"task": {"recording": str(path)}, "fitness": {"scenario": scenario}})
+        study = Settings().replace({"task": {"recording": str(path)}, "fitness": {"scenario": scenario}})
         ready = prepare(read_recording(path), study)
         known = best[fingerprint(ready)]
         assert known.dof == 3

@@ -6,7 +6,7 @@ import json
 import pytest
 from sweep_crews import PACKAGING, Here
 
-from armdesign import Study, prepare, read_recording
+from armdesign import Settings, prepare, read_recording
 from armdesign.experiments.sweep import Sweep, run_sweep
 from armdesign.experiments.sweep.sweep_plan import common_settings
 
@@ -16,14 +16,14 @@ def ask():
     """What a sweep is asked for, and its tasks: by default two algorithms, 4 joints and two seeds."""
 
     def make(recordings=(PACKAGING,), changes=None, **lists):
-        study = Study().replace({"search": {"particles": 8, "iterations": 3}}).replace(changes or {})
+        settings = Settings().replace({"search": {"particles": 8, "iterations": 3}}).replace(changes or {})
         given = {"algorithms": ("pso", "rapso"), "dof": (4,), "seeds": (0, 1), "angle_intervals": (2,)} | lists
         tasks = {}
         for path in map(str, recordings):
-            own = study.replace({"task": {"recording": path}})
+            own = settings.replace({"task": {"recording": path}})
             for n in given["dof"]:
                 tasks[path, n] = prepare(read_recording(path), own.replace({"design": {"dof": n}}))
-        return Sweep(common_settings(study), tuple(map(str, recordings)), **given), tasks
+        return Sweep(common_settings(settings), tuple(map(str, recordings)), **given), tasks
 
     return make
 

@@ -25,7 +25,7 @@ def test_every_combination_is_one_unit_in_the_order_of_the_lists(ask):
 
 def test_units_search_what_their_names_say(ask):
     for unit in units_of(*ask(dof=(3, 4), angle_intervals=(2, 5))):
-        search, design = unit.prepared.study.search, unit.prepared.study.design
+        search, design = unit.prepared.settings.search, unit.prepared.settings.design
         interval = "" if search.algorithm == "pso" else f"-D{search.angle_interval}"
         assert unit.name == f"packaging-{search.algorithm}-n{design.dof}{interval}-seed{search.seed}"
         assert unit.angle_interval == (None if search.algorithm == "pso" else search.angle_interval)
@@ -35,8 +35,8 @@ def test_units_search_what_their_names_say(ask):
 
 def test_settings_that_hang_on_the_joints_are_those_of_a_single_search(ask):
     asked, tasks = ask(dof=(3, 6))
-    by_dof = {unit.prepared.study.design.dof: unit.prepared.study.solver for unit in units_of(asked, tasks)}
-    assert by_dof == {n: tasks[asked.recordings[0], n].study.solver for n in (3, 6)}
+    by_dof = {unit.prepared.settings.design.dof: unit.prepared.settings.solver for unit in units_of(asked, tasks)}
+    assert by_dof == {n: tasks[asked.recordings[0], n].settings.solver for n in (3, 6)}
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from armdesign.kinematics.dh import DHTable
 from armdesign.runs.reading import FinishedRun
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 ARMS = {
@@ -32,7 +32,7 @@ ARMS = {
 def finished(scenario):
     table = ARMS[scenario]
     settings = {"design": {"dof": table.dof}, "fitness": {"scenario": scenario, "reach_tolerance": 0.002}}
-    prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), Study().replace(settings))
+    prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), Settings().replace(settings))
     return FinishedRun(scenario, prepared, evaluate_design(table, prepared), {}, {})
 
 

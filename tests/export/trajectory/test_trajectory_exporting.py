@@ -133,8 +133,8 @@ def test_joints_held_inside_their_limits_are_named(runs):
     run = runs["packaging"]
     q = run.evaluation.path.q
     limits = np.degrees([np.minimum(q.min(axis=0) - 1e-5, 0.0), np.maximum(q.max(axis=0) + 1e-5, 0.0)]).T.tolist()
-    study = run.prepared.study.replace({"design": {"joint_limits": limits}})
-    narrow = replace(run, prepared=replace(run.prepared, study=study))
+    settings = run.prepared.settings.replace({"design": {"joint_limits": limits}})
+    narrow = replace(run, prepared=replace(run.prepared, settings=settings))
     trajectory = make_trajectory(narrow, rate=1000.0)
     assert trajectory.path.bounded
     assert f"joint_{trajectory.path.bounded[0] + 1}" in trajectory.notes[1]

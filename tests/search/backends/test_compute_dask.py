@@ -24,7 +24,7 @@ from armdesign.search.backends.dask_cluster import FEWEST, LARGEST, SMALLEST, Da
 from armdesign.search.backends.dask_connection import check_address, connect
 from armdesign.search.backends.processes import CandidateKillsWorkersError
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 PACKAGING = Path(__file__).resolve().parents[3] / "examples" / "packaging.csv"
 SMALL = ("--particles", "24", "--iterations", "6")
@@ -32,7 +32,7 @@ SMALL = ("--particles", "24", "--iterations", "6")
 
 @pytest.fixture(scope="module")
 def prepared():
-    return prepare(read_recording(PACKAGING), Study().replace({"search": {"particles": 24, "iterations": 6}}))
+    return prepare(read_recording(PACKAGING), Settings().replace({"search": {"particles": 24, "iterations": 6}}))
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +200,7 @@ def test_a_worker_killed_midway_changes_nothing_and_a_late_one_joins(
 
 @pytest.mark.slow
 def test_workers_killed_again_and_again_change_nothing(prepared, tmp_path):
-    longer = replace(prepared, study=prepared.study.replace({"search": {"particles": 100, "iterations": 150}}))
+    longer = replace(prepared, settings=prepared.settings.replace({"search": {"particles": 100, "iterations": 150}}))
     folders = tmp_path / "alone", tmp_path / "killed"
     for folder in folders:
         folder.mkdir()

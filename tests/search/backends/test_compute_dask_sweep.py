@@ -15,7 +15,7 @@ pytest.importorskip("distributed")
 from dask_processes import processes, until
 from typer.testing import CliRunner
 
-from armdesign import Study, prepare, read_recording
+from armdesign import Settings, prepare, read_recording
 from armdesign.cli import app
 from armdesign.experiments.sweep import FuturesCrew, Sweep, run_sweep
 from armdesign.experiments.sweep.dask_workers import DaskCrew
@@ -26,12 +26,12 @@ PACKAGING = Path(__file__).resolve().parents[3] / "examples" / "packaging.csv"
 
 
 def asked(**search):
-    study = Study().replace({"search": {"particles": 8, "iterations": 3} | search})
+    settings = Settings().replace({"search": {"particles": 8, "iterations": 3} | search})
     path = str(PACKAGING)
-    own = study.replace({"task": {"recording": path}})
+    own = settings.replace({"task": {"recording": path}})
     tasks = {(path, n): prepare(read_recording(PACKAGING), own.replace({"design": {"dof": n}})) for n in (3, 4)}
     lists = {"algorithms": ("rapso",), "dof": (3, 4), "seeds": (0, 1), "angle_intervals": (2,)}
-    return Sweep(common_settings(study), (path,), **lists), tasks
+    return Sweep(common_settings(settings), (path,), **lists), tasks
 
 
 def files_of(folder):

@@ -19,7 +19,7 @@ from armdesign.search.backends import InProcess, WorkerPool, processes
 from armdesign.search.backends.processes import CandidateKillsWorkersError, Chunk, Worker, blame, cut
 from armdesign.search.prepare import prepare
 from armdesign.search.search import Search
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
@@ -43,7 +43,7 @@ def light(monkeypatch):
 @pytest.fixture(scope="module")
 def task():
     settings = {"search": {"particles": 12, "iterations": 5}, "task": {"stop": 0.4}}
-    return prepare(read_recording(EXAMPLES / "packaging.csv"), Study().replace(settings))
+    return prepare(read_recording(EXAMPLES / "packaging.csv"), Settings().replace(settings))
 
 
 @pytest.fixture(scope="module")

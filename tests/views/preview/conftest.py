@@ -14,7 +14,7 @@ from armdesign.kinematics.dh import DHTable
 from armdesign.runs.reading import FinishedRun
 from armdesign.search.evaluation import Evaluation, evaluate_design
 from armdesign.search.prepare import Prepared, prepare
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 
 ROOT = Path(__file__).resolve().parents[3]
 TABLES = {
@@ -51,7 +51,7 @@ def example_runs():
     for name, rows in TABLES.items():
         table = DHTable.from_rows(rows)
         changes = {"design": {"dof": table.dof}, "fitness": {"scenario": name}}
-        prepared = prepare(read_recording(ROOT / "examples" / f"{name}.csv"), Study().replace(changes))
+        prepared = prepare(read_recording(ROOT / "examples" / f"{name}.csv"), Settings().replace(changes))
         runs[name] = FinishedRun(name, prepared, evaluate_design(table, prepared), {}, {})
     return runs
 
@@ -72,8 +72,10 @@ def any_run():
         turns = np.stack([np.sin(half), 0 * half, 0 * half, np.cos(half)], axis=1) if oriented else None
         task = Task(time, P, None, turns, tuple(f"p{i}" for i in range(points)), "base")
         weights = tuple(np.ones(points) / points)
-        study = Study().replace({"design": {"dof": dof}, "fitness": {"weights": weights, "orientation_weight": 0.0}})
-        prepared = Prepared(study, task)
+        settings = Settings().replace(
+            {"design": {"dof": dof}, "fitness": {"weights": weights, "orientation_weight": 0.0}}
+        )
+        prepared = Prepared(settings, task)
         q = 2.5 * waves
         path = BlockEvaluator(prepared.problem(), block=1).replay(table, q, np.eye(3))
         return FinishedRun(name, prepared, Evaluation(table, 1.0, 0.1, 0.1, path), {}, {})

@@ -17,7 +17,7 @@ from armdesign.runs.reading import FinishedRun
 from armdesign.search.evaluation import Evaluation
 from armdesign.search.prepare import Prepared, prepare
 from armdesign.search.search import search
-from armdesign.settings.sections import Study
+from armdesign.settings.sections import Settings
 from armdesign.views.report import plots, sketch, tracking
 from armdesign.views.report import report_scene as scene
 from armdesign.views.report.drawing import Picture
@@ -100,7 +100,7 @@ def invented():
         q = rng.uniform(-1, 1, dof) + 0.5 * np.sin(rng.uniform(1, 3, dof) * time[:, None] + rng.uniform(0, 3, dof))
         path = BlockEvaluator(prepared.problem(), block=1).replay(table, q)
         f, E = float(path.g.mean()), float(path.area.mean())
-        fitness = prepared.study.fitness
+        fitness = prepared.settings.fitness
         evaluation = Evaluation(table, fitness.lambda_f * f + fitness.lambda_E * E, f, E, path)
         if stopped_by is None:
             return FinishedRun(name, prepared, evaluation, {}, {})
@@ -113,19 +113,19 @@ def invented():
 
 def prepared_for(scenario, dof, names=None):
     """An example's task with other names for its points."""
-    study = Study().replace(
+    settings = Settings().replace(
         {
             "task": {"recording": str(EXAMPLES / f"{scenario}.csv")},
             "design": {"dof": dof},
             "fitness": {"scenario": scenario},
         }
     )
-    prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), study)
+    prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), settings)
     if names is None:
         return prepared
     task = prepared.task
     renamed = Task(task.time, task.P, None, task.quaternions, names, task.base, task.steps)
-    return Prepared(prepared.study, renamed, prepared.steps, prepared.origin)
+    return Prepared(prepared.settings, renamed, prepared.steps, prepared.origin)
 
 
 @pytest.fixture
@@ -162,9 +162,9 @@ def folders(tmp_path_factory):
     made = {}
     for scenario, dof in (("packaging", 3), ("welding", 5)):
         small = prepared_for(scenario, dof)
-        study = small.study.replace({"search": {"particles": 20, "iterations": 3}})
+        settings = small.settings.replace({"search": {"particles": 20, "iterations": 3}})
         folder = claim_folder(tmp_path_factory.mktemp("runs") / scenario)
         folder.mkdir(exist_ok=True)
-        write_search(folder, search(Prepared(study, small.task, small.steps, small.origin)))
+        write_search(folder, search(Prepared(settings, small.task, small.steps, small.origin)))
         made[scenario] = folder
     return made

@@ -25,7 +25,7 @@ def test_the_parts_of_the_fitness_add_up(invented, scenario):
     parts = fitness_parts(run)
     assert parts.path == pytest.approx(run.evaluation.path_fitness, rel=1e-12)
     assert parts.total == pytest.approx(run.evaluation.fitness, rel=1e-12)
-    weights = run.prepared.study.fitness.weights
+    weights = run.prepared.settings.fitness.weights
     assert all((part > 0.0) == (weight > 0.0) for part, weight in zip(parts.points, weights, strict=True))
 
 

@@ -198,8 +198,8 @@ def test_assumptions_are_those_that_were_made(invented):
 
 
 def test_settings_at_their_defaults_are_left_out(invented):
-    assert words.changed_settings(invented(3).prepared.study) == []
-    names = {each.name: each for each in words.changed_settings(invented(4, "welding").prepared.study)}
+    assert words.changed_settings(invented(3).prepared.settings) == []
+    names = {each.name: each for each in words.changed_settings(invented(4, "welding").prepared.settings)}
     assert set(names) == {"design.dof", "fitness.scenario"}
     assert names["design.dof"][1:3] == ("4", "3")
 
