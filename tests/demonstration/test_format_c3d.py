@@ -3,22 +3,38 @@
 from __future__ import annotations
 
 import csv
-import os
-import subprocess
-import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from c3d_bytes import DEC, INTEL, MIPS, c3d_bytes
 
-from armdesign.demonstration.files.formats import c3d, c3d_child
+from armdesign.demonstration.files.formats import c3d, c3d_numbers
+from armdesign.demonstration.files.formats.c3d_layout import read_layout
 from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.files.readers import read_recording
 from armdesign.errors import RecordingError
 
 REAL = Path(__file__).resolve().parents[3] / "shared" / "recordings" / "pyomeca"
 P = np.random.default_rng(5).uniform(-300, 300, (40, 4, 3))
+
+
+def _hidden(seed: int = 1) -> np.ndarray:
+    return np.where(np.random.default_rng(seed).random(P.shape[:2]) < 0.2, -1.0, 0.5)
+
+
+YARDSTICKS = {  # what ezc3d reads: floats of Intel and VAX; of integers, those without analog samples behind them
+    "floats": lambda: c3d_bytes(P, residual=_hidden()),
+    "floats of a VAX": lambda: c3d_bytes(P, residual=_hidden(), processor=DEC),
+    "integers": lambda: c3d_bytes(P, residual=_hidden(), scale=0.037),
+    "analog samples": lambda: c3d_bytes(P, residual=_hidden(), analog=np.ones((40, 5, 3))),
+    "zeros": lambda: c3d_bytes(np.where(_hidden()[..., None] < 0, 0.0, P)),
+    "unseen at the end": lambda: c3d_bytes(
+        P, residual=np.where(np.arange(40)[:, None] > 30, -1.0, 0.0) + 0 * P[..., 0]
+    ),
+    "rotations": lambda: c3d_bytes(P, residual=_hidden(), rotations=poses(40, 1, 2)),
+}
 
 
 def read(folder: Path, content: bytes):
@@ -55,6 +71,13 @@ def poses(frames: int, ratio: int, segments: int) -> np.ndarray:
     pose[..., :3, 3] = rng.uniform(-500, 500, (frames, ratio, segments, 3))
     pose[..., 3, 3] = 1.0
     return pose
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason="the recordings are not at hand")
+def test_a_real_recording_reads_as_by_ezc3d_bit_for_bit():
+    library = pytest.importorskip("ezc3d")
+    given = library.c3d(str(REAL / "box_lift.c3d"))["data"]["points"][:3].transpose(2, 1, 0)
+    np.testing.assert_array_equal(given, positions(c3d.read(REAL / "box_lift.c3d")))
 
 
 @pytest.mark.skipif(not REAL.is_dir(), reason="the recordings are not at hand")
@@ -97,14 +120,19 @@ def test_analog_parameters_may_be_absent(tmp_path, missing):
     np.testing.assert_allclose(positions(take), P, rtol=1e-6)
 
 
-def test_the_library_itself_reads_the_same(tmp_path):
+@pytest.mark.parametrize("make", YARDSTICKS)
+def test_values_are_those_of_ezc3d_bit_for_bit(tmp_path, make):
     library = pytest.importorskip("ezc3d")
-    residual = np.where(np.random.default_rng(1).random(P.shape[:2]) < 0.2, -1.0, 0.5)
-    rotations = poses(40, 1, 2)
-    take = read(tmp_path, c3d_bytes(P, residual=residual, rotations=rotations))
-    whole = library.c3d(str(tmp_path / "take.c3d"))["data"]
-    np.testing.assert_array_equal(whole["points"][:3].transpose(2, 1, 0), positions(take)[:, :4])
-    np.testing.assert_array_equal(whole["rotations"][:3, 3].transpose(2, 1, 0), positions(take)[:, 4:])
+    take = read(tmp_path, YARDSTICKS[make]())
+    data = library.c3d(str(tmp_path / "take.c3d"))["data"]
+    given = data["points"][:3].transpose(2, 1, 0)
+    given[(given == 0).all(axis=2)] = np.nan  # what stands at exactly zero was not seen
+    markers = given.shape[1]
+    np.testing.assert_array_equal(given, positions(take)[: len(given), :markers])
+    assert np.isnan(positions(take)[len(given) :, :markers]).all()  # ezc3d leaves out what is unseen at the end
+    origins = positions(take)[:, markers:]
+    if origins.size:
+        np.testing.assert_array_equal(data["rotations"][:3, 3].transpose(2, 1, 0), origins)
 
 
 def test_a_file_of_the_librarys_own(tmp_path):
@@ -162,7 +190,7 @@ def test_labels_go_on_in_labels2(tmp_path):
 def test_same_labels_are_numbered(tmp_path):
     take = read(tmp_path, c3d_bytes(P, groups={"POINT": {"LABELS": ["a", "a", "a#2", "a"]}}))
     assert list(take.points) == ["a", "a#3", "a#2", "a#4"]
-    assert "'a#3', 'a#4'" in sentences(take)
+    assert "a#3, a#4" in sentences(take)
     np.testing.assert_allclose(take.points["a"], P[:, 0], rtol=1e-6)
 
 
@@ -184,7 +212,7 @@ def test_model_outputs_are_left_out(tmp_path):
     }
     take = read(tmp_path, c3d_bytes(P, groups=groups))
     assert list(take.points) == ["a", "b"]
-    assert "'LElbowAngles', 'LPower'" in sentences(take)
+    assert "LElbowAngles, LPower" in sentences(take)
 
 
 def test_model_outputs_alone_are_refused(tmp_path):
@@ -361,50 +389,42 @@ def test_other_files_are_not_taken_for_c3d(tmp_path):
             c3d.read(path)
 
 
-def test_a_crash_of_the_child_is_a_sentence(tmp_path, monkeypatch):
-    child = tmp_path / "child.py"
-    monkeypatch.setattr(c3d_child, "__file__", str(child))
-    for code, said in (
-        ("import os; os.abort()", "crashed"),
-        ("raise SystemExit('no ezc3d here')", "failed: no ezc3d here"),
-    ):
-        child.write_text(code)
-        assert said in refusal(tmp_path, c3d_bytes(P))
-    monkeypatch.setattr(c3d, "_SHORTEST", 1.0)
-    child.write_text("while True: pass")
-    assert "did not finish" in refusal(tmp_path, c3d_bytes(P))
+def test_a_file_that_shrinks_while_it_is_read_is_a_sentence(tmp_path, monkeypatch):
+    content = c3d_bytes(P)
+
+    def truncated_behind(path):
+        layout = read_layout(path)
+        path.write_bytes(content[:-600])
+        return layout
+
+    monkeypatch.setattr(c3d, "read_layout", truncated_behind)
+    assert "shorter while it was read" in refusal(tmp_path, content)
 
 
-def test_no_files_are_left_behind(tmp_path, monkeypatch):
-    temporary = tmp_path / "temporary"
-    temporary.mkdir()
-    monkeypatch.setattr("tempfile.tempdir", str(temporary))
-    read(tmp_path, c3d_bytes(P))
-    refusal(tmp_path, c3d_bytes(P)[:1500])
-    assert not list(temporary.iterdir())
+def test_pieces_make_one_recording(tmp_path, monkeypatch):
+    content = c3d_bytes(P, analog=np.ones((40, 3, 2)), rotations=poses(40, 2, 2))
+    whole = read(tmp_path, content)
+    monkeypatch.setattr(c3d_numbers, "_PIECE", 1000)  # a few frames
+    pieces = read(tmp_path, content)
+    np.testing.assert_array_equal(positions(pieces), positions(whole))
+    np.testing.assert_array_equal(pieces.orientations["s1"], whole.orientations["s1"])
 
 
-def test_the_child_starts_light():
-    probe = f"""
-import runpy, sys
-sys.argv = ["child", "{{}}"]
-try:
-    runpy.run_path({c3d_child.__file__!r}, run_name="__main__")
-except SystemExit:
-    print(*sys.modules)
-"""
-    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
-    loaded = {name.split(".")[0] for name in done.stdout.split()}
-    assert "numpy" in loaded
-    assert not loaded & {"armdesign", "numba", "pinocchio", "scipy", "typer"}
+def test_a_big_endian_file_may_have_a_little_endian_last_offset(tmp_path):
+    """Some files of SGI machines end their parameters so."""
+    content = c3d_bytes(P, processor=MIPS, groups={"ZZ": {"LAST": ["a", "b"]}})
+    at = content.index(b"LAST") + 4
+    swapped = content[:at] + content[at : at + 2][::-1] + content[at + 2 :]
+    assert swapped != content
+    np.testing.assert_array_equal(positions(read(tmp_path, swapped)), positions(read(tmp_path, content)))
 
 
-@pytest.mark.parametrize("frames", [12_000, pytest.param(120_000, marks=pytest.mark.slow)])
-def test_ten_minutes_of_sixty_markers_in_seconds(tmp_path, frames):
+def test_a_minute_and_a_half_of_sixty_markers_in_a_tenth_of_a_second(tmp_path):
+    frames = 20_000
     points = np.random.default_rng(0).normal(size=(frames, 60, 3)).astype(np.float32)
-    fields = {"ACTUAL_START_FIELD": [1, 0], "ACTUAL_END_FIELD": [frames % 65536, frames // 65536]}
+    fields = {"ACTUAL_START_FIELD": [1, 0], "ACTUAL_END_FIELD": [frames % 65536, 0]}
     content = c3d_bytes(points, rate=200.0, groups={"TRIAL": fields})
-    before = sum(os.times()[:4])  # computing time, the child's too
+    before = time.process_time()
     take = read(tmp_path, content)
-    assert sum(os.times()[:4]) - before < 2.0 + 20.0 * frames / 120_000  # 6 s for ten minutes on a slow machine
+    assert time.process_time() - before < 2.0  # 0.06 s
     np.testing.assert_array_equal(take.points["M59"], points[:, 59])

@@ -7,6 +7,7 @@ the file holds, so that whoever reads the data need not trust the file.
 
 from __future__ import annotations
 
+import math
 import os
 import struct
 from collections.abc import Iterator, Mapping
@@ -18,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.formats.c3d_child import DEC, INTEL, MIPS, ROTATION_NUMBERS, floats_of
+from armdesign.demonstration.files.formats.c3d_numbers import MIPS, ORDERS, ROTATION_NUMBERS, floats_of
 from armdesign.demonstration.files.sniff import unreadable
 from armdesign.errors import RecordingError
 
@@ -26,7 +27,6 @@ BLOCK = 512
 MAX_POINTS = 10_000
 MIN_RATE, MAX_RATE = 0.01, 100_000.0  # [1/s]
 MAGIC = 0x50
-_ORDERS = {INTEL: "<", DEC: "<", MIPS: ">"}
 _SIZES = {-1: 1, 1: 1, 2: 2, 4: 4}  # parameter types: text, byte, 16 bit integer, float
 _MAX_DIMENSIONS = 7
 _UNKNOWN = 65535  # frames: "more than fit into 16 bits"
@@ -61,7 +61,7 @@ class C3DParameter(NamedTuple):
             return floats_of(self.raw, self.processor).astype(float)
         if self.kind == -1:
             return np.zeros(0)
-        return np.frombuffer(self.raw, "u1" if self.kind == 1 else f"{_ORDERS[self.processor]}u2").astype(float)
+        return np.frombuffer(self.raw, "u1" if self.kind == 1 else f"{ORDERS[self.processor]}u2").astype(float)
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def read_layout(path: Path) -> C3DLayout:
     except (OSError, ValueError) as error:
         raise unreadable(path, error) from error
     processor = raw[3] if len(raw) > 3 else 0
-    if processor not in _ORDERS:
+    if processor not in ORDERS:
         raise _wrong(path, f"its processor type is {processor}", allowed="84 (Intel), 85 (DEC), 86 (MIPS)")
     header = _header(head, processor)
     parameters = _parameters(path, raw, processor)
@@ -158,7 +158,7 @@ def _section(path: Path, head: bytes, size: int) -> int:
 
 
 def _header(head: bytes, processor: int) -> _Header:
-    order = _ORDERS[processor]
+    order = ORDERS[processor]
     points, analog, first, last = struct.unpack_from(f"{order}4H", head, 2)
     start, samples = struct.unpack_from(f"{order}2H", head, 16)
     scale, rate = floats_of(head[12:16] + head[20:24], processor).tolist()
@@ -189,12 +189,30 @@ def _records(path: Path, raw: bytes, processor: int) -> Iterator[tuple[int, str,
         if begin + 2 > len(raw):
             raise _wrong(path, "its parameter section ends within a name")
         name = _decode(raw[at + 2 : begin]).upper()
-        (offset,) = struct.unpack_from(f"{_ORDERS[processor]}H", raw, begin)
+        offset = _offset(raw, begin, number, processor)
         end = begin + offset if offset else len(raw)
         if end > len(raw) or (offset and offset < 2):
             raise _wrong(path, f"parameter '{name[:40]}' points {offset} bytes on, which is not a parameter")
         yield number, name, begin + 2, end
         at = end
+
+
+def _offset(raw: bytes, begin: int, number: int, processor: int) -> int:
+    """How far on the next record begins [bytes]; 0 where this is the last.
+
+    Some big-endian files of SGI have the last offset in little-endian order. A record tells its own length, and only
+    where it contradicts the offset as the processor writes it, and agrees with the other order, is that one believed.
+    """
+    (offset,) = struct.unpack_from(f"{ORDERS[processor]}H", raw, begin)
+    (swapped,) = struct.unpack_from("<H", raw, begin)
+    if processor != MIPS or offset == swapped:
+        return int(offset)
+    at, end = begin + 2, begin + swapped
+    if number > 0 and at + 2 <= len(raw):  # a parameter: kind, number of dimensions, these, values
+        extents = raw[at + 2 : at + 2 + raw[at + 1]]
+        at += 2 + len(extents) + math.prod(extents) * abs(struct.unpack_from("b", raw, at)[0])
+    described = raw[at] if at < len(raw) else 0
+    return int(swapped) if at + 1 + described == end else int(offset)
 
 
 def _parameter(path: Path, raw: bytes, name: str, processor: int) -> C3DParameter:

@@ -11,7 +11,7 @@ from armdesign.demonstration.files.csv_cells import Place, shown
 from armdesign.demonstration.recording import Step
 from armdesign.errors import RecordingError
 
-_UNITS: Mapping[str, str] = {
+UNITS: Mapping[str, str] = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), "m"),
     **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), "cm"),
     **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), "mm"),
@@ -28,7 +28,7 @@ def read_units(word: str, place: Place) -> str | None:
     """
     if not word.strip():
         return None
-    units = _UNITS.get(word.strip().lower())
+    units = UNITS.get(word.strip().lower())
     if units is None:
         fix = "Correct it in the file, or export positions in one of these"
         message = f"{place}: the unit '{shown(word.strip())}' is none of length"
