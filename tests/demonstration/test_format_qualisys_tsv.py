@@ -80,21 +80,10 @@ def steps(take):
     return {step.name: step.sentence for step in take.steps}
 
 
-def test_reads_names_positions_times_and_rate(tmp_path):
-    take = read(tmp_path, markers())
-    assert tuple(take.points) == NAMES
-    np.testing.assert_array_equal(table(take), VALUES)
-    np.testing.assert_array_equal(take.time, np.arange(FRAMES) / 100)
-    assert (take.units, take.up, take.rate, take.format) == ("mm", None, 100.0, "Qualisys TSV 3D")
-    assert take.steps == ()
-
-
 WITHOUT_LABELS = [*head(NAMES), *rows(VALUES)]
 DECORATED = {
-    "LF": (markers(), "\n"),
     "tabs to the right": ([line + "\t" for line in markers()], "\r\n"),
     "blanks to the right": ([f"{line} " for line in markers()], "\r\n"),
-    "byte order mark": (["\ufeff" + markers()[0], *markers()[1:]], "\r\n"),
     "file version": (["FILE_VERSION\t2.0.0", *markers()], "\r\n"),
     "events": ([*markers()[:8], "EVENT\tstart\t3\t0.02", "EVENT\tend\t7\t0.06", *markers()[8:]], "\r\n"),
     "no column names": (WITHOUT_LABELS, "\r\n"),
@@ -146,14 +135,6 @@ def test_wrong_counts_are_told_and_nothing_more(tmp_path):
     assert "announces 7 markers, the file holds columns for 3" in steps(take)["markers"]
 
 
-def test_rounded_times_become_even(tmp_path):
-    lines = [*head(NAMES, FREQUENCY=300), LABELS]
-    front = [f"{i + 1}\t{i / 300:.3f}\t" for i in range(FRAMES)]
-    take = read(tmp_path, [*lines, *(a + b for a, b in zip(front, rows(VALUES, leading=False), strict=True))])
-    np.testing.assert_allclose(take.time, np.arange(FRAMES) / 300, atol=1e-12)
-    assert "rounded to 0.001 s" in steps(take)["times"]
-
-
 @pytest.mark.parametrize("hidden", ["nan", "", "0.00000"])
 def test_bodies_turn_by_their_matrix_column_by_column(tmp_path, hidden):
     values, matrices = poses(hidden=(2, 5))
@@ -187,14 +168,6 @@ def test_what_is_no_rotation_matrix_is_refused(tmp_path):
             read(tmp_path, bodies(values))
 
 
-@pytest.mark.parametrize("end", [8, 25, 60])
-def test_a_file_that_was_cut_off_loses_its_last_row(tmp_path, end):
-    text = "\r\n".join(markers())
-    take = read(tmp_path, text[: text.rindex("\n") + end])
-    np.testing.assert_array_equal(table(take), VALUES[:-1])
-    assert set(steps(take)) == {"cut", "count"}
-
-
 def test_names_that_stand_twice_are_told_apart(tmp_path):
     take = read(tmp_path, [line.replace("hand", "shoulder") for line in markers()])
     assert list(take.points) == ["shoulder", "elbow_r", "shoulder#2"]
@@ -225,10 +198,7 @@ BAD = {
         ("", ""),
         "neither the times of the frames nor a frame rate",
     ),
-    "word": (markers(), (f"\t{VALUES[2, 3]:.3f}", "\tx"), "line 15, column 'elbow_r X': 'x' is not a number"),
     "frame again": (markers(), ("4\t0.03000", "3\t0.02000"), "line 16: the time does not increase, 0.02 comes after"),
-    "no frames": (markers()[:12], ("", ""), "holds no frame"),
-    "more cells than columns": (markers(), ("4\t0.03000", "4\t0.03000\t1"), "line 16: too many cells, 12 where"),
 }
 
 
@@ -237,8 +207,3 @@ def test_bad_files_are_refused_in_a_sentence(tmp_path, lines, change, message):
     lines = [line.replace(*change) if change[0] else line for line in lines]
     with pytest.raises(RecordingError, match=message):
         read(tmp_path, lines)
-
-
-def test_other_files_are_not_taken_for_qualisys():
-    for other in (b"time,a_x\n1,2\n", b"PathFileType\t4\n", b"Trajectories\n100\n", b"NO_OF_FRAMES\t3\n1\t2\n", b""):
-        assert not qualisys_tsv.matches(other)

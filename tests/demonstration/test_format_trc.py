@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration.files.formats import FORMATS, trc
-from armdesign.demonstration.files.formats.marker_columns import clean_name
 from armdesign.errors import RecordingError
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
@@ -52,15 +51,6 @@ def steps(take):
     return {step.name: step.sentence for step in take.steps}
 
 
-def test_reads_names_positions_times_units_and_rate(tmp_path):
-    take = read(tmp_path, trc_lines())
-    assert tuple(take.points) == NAMES
-    np.testing.assert_array_equal(table(take), VALUES)
-    np.testing.assert_array_equal(take.time, np.arange(8) / 100)
-    assert (take.units, take.up, take.rate, take.format, take.captured) == ("mm", None, 100.0, "TRC", True)
-    assert (take.steps, dict(take.orientations)) == ((), {})
-
-
 def variant(index, line):
     lines = trc_lines()
     return [*lines[:index], *line, *lines[index + 1 :]]
@@ -68,9 +58,6 @@ def variant(index, line):
 
 ROW = trc_lines()[3]
 DECORATED = {
-    "CRLF": "\r\n".join(trc_lines()) + "\r\n",
-    "no line end at the end": "\n".join(trc_lines()),
-    "byte order mark": ["\ufeff" + trc_lines()[0], *trc_lines()[1:]],
     "commas": [line.replace("\t", ",") for line in trc_lines()],
     "semicolons": [line.replace("\t", ";") for line in trc_lines()],
     "semicolons and decimal commas": [
@@ -140,24 +127,6 @@ def test_wrong_counts_are_told_and_nothing_more(tmp_path):
     assert "announces 51 markers and names 3" in steps(take)["markers"]
 
 
-@pytest.mark.parametrize("first", [0, 1, 185])
-def test_frame_numbers_start_anywhere(tmp_path, first):
-    np.testing.assert_array_equal(read(tmp_path, trc_lines(first=first)).time, np.arange(8) / 100)
-
-
-def test_times_count_where_the_rate_lies(tmp_path):
-    take = read(tmp_path, trc_lines(times=np.arange(8) * 0.04, DataRate=250.0))
-    np.testing.assert_array_equal(take.time, np.arange(8) * 0.04)
-    assert take.rate == 25.0
-    assert "declares 250 frames/s, but the times tell 25" in steps(take)["rate"]
-
-
-def test_rounded_times_become_even(tmp_path):
-    take = read(tmp_path, trc_lines(times=np.round(np.arange(8) / 60, 3), DataRate=60.0))
-    np.testing.assert_allclose(take.time, np.arange(8) / 60, atol=1e-12)
-    assert "rounded to 0.001 s" in steps(take)["times"]
-
-
 @pytest.mark.parametrize(("word", "units"), [("m", "m"), ("mm", "mm"), ("MM", "mm"), ("cm", "cm"), ("meters", "m")])
 def test_units(tmp_path, word, units):
     assert read(tmp_path, trc_lines(Units=word)).units == units
@@ -186,25 +155,6 @@ def test_names_that_stand_twice_are_told_apart(tmp_path):
     assert "R.Elbow#2" in steps(take)["names"]
 
 
-@pytest.mark.parametrize("end", [30, 60, 75])
-def test_a_file_that_was_cut_off_loses_its_last_row(tmp_path, end):
-    text = "\n".join(trc_lines())
-    last = text.rindex("\n")
-    take = read(tmp_path, text[: last + end])
-    np.testing.assert_array_equal(table(take), VALUES[:-1])
-    assert set(steps(take)) == {"cut", "count"}
-
-
-def test_names_in_other_letters(tmp_path):
-    lines = trc_lines()
-    lines[3] = lines[3].replace("R.Elbow", "Ellbögen 手")
-    for encoding in ("utf-8", "utf-16"):
-        assert list(read(tmp_path, lines, encoding).points)[1] == "Ellbögen 手"
-    lines[3] = lines[3].replace(" 手", "")
-    assert list(read(tmp_path, lines, "cp1252").points)[1] == "Ellbögen"
-    assert clean_name("  a\t b\x00c ") == "a b c"
-
-
 def changed(index, old, new):
     lines = trc_lines()
     lines[index] = lines[index].replace(old, new)
@@ -215,15 +165,11 @@ BAD = {
     "no row of names": (trc_lines()[:3], "none of the first 20 lines is the row of names, which begins with 'Frame#'"),
     "no names": (variant(3, ["Frame#\tTime\t\t\t"]), "line 4: there are no names"),
     "no time": (changed(3, "Time", "Zeit"), "line 4: 'Zeit' follows 'Frame#', not 'Time'"),
-    "no frames": (trc_lines()[:6], "holds no frame below the header"),
-    "word": (changed(8, "\t" + cells(VALUES[2])[4], "\tx"), "line 9, column 'R.Elbow Y': 'x' is not a number"),
-    "more cells than names": (changed(3, "R.Wrist", ""), "line 7: too many cells, 11 where the header has 8"),
     "frame again": (
         changed(9, "4\t0.03000", "3\t0.02000"),
         "line 10: the time does not increase, 0.02 comes after 0.02",
     ),
     "two takes": ([*trc_lines(), *trc_lines()[6:]], "line 15: the time does not increase, 0 comes after 0.07"),
-    "infinite": (changed(8, "\t" + cells(VALUES[2])[4], "\tinf"), "'inf' is not a finite number"),
     "long name": (changed(3, "R.Wrist", "W" * 201), "line 4: the name 'W+...' has 201 letters"),
     "too many names": (
         variant(3, ["Frame#\tTime\t" + "\t".join(f"m{i}" for i in range(10_000))]),
@@ -236,11 +182,6 @@ BAD = {
 def test_bad_files_are_refused_in_a_sentence(tmp_path, lines, message):
     with pytest.raises(RecordingError, match=message):
         read(tmp_path, lines)
-
-
-def test_other_files_are_not_taken_for_trc():
-    for head in (b"time,a_x,a_y,a_z\n", b"Trajectories\n100\n", b"NO_OF_FRAMES\t3\n", b"HIERARCHY\n", b"\0\1", b""):
-        assert not trc.matches(head)
 
 
 REAL = {

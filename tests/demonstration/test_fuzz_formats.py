@@ -12,59 +12,46 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_recordings import DATA, MADE
 from mutations import BINARY, TEXT, mutated
-from recording_seeds import FRAMES, seeds
 
-from armdesign.demonstration.files.formats.c3d_layout import read_layout
 from armdesign.demonstration.files.legible import legible
-from armdesign.demonstration.files.readers import read_recordings, read_take
+from armdesign.demonstration.files.readers import read_take
 from armdesign.demonstration.points.standard import to_recording
 from armdesign.errors import ArmDesignError
 
-SEEDS = seeds()
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 SECONDS = 20  # for one small file
 MOST_GROWTH = 500  # [MiB] of this process, over all files
-LONG = 2_600  # files of each format; eight formats
-PARTS = 4
+FEW, MANY, PARTS = 60, 2_600, 4  # damaged files of each format
 
+
+def seeds() -> dict[str, list[bytes]]:
+    """Sound contents by format: those made by us, and beginnings of real ones where they are at hand."""
+    contents: dict[str, list[bytes]] = {}
+    for made in MADE:
+        contents.setdefault(made.form.rpartition(" ")[0] if made.form[-1].isdigit() else made.form, []).append(
+            (DATA / made.name).read_bytes()
+        )
+    for path in sorted(path for path in SHARED.rglob("*") if path.suffix in (".trc", ".csv", ".tsv", ".bvh")):
+        contents.setdefault("real", []).append(b"".join(path.read_bytes().splitlines(keepends=True)[:20]))
+    return contents
+
+
+SEEDS = seeds()
 resource = pytest.importorskip("resource", reason="needs alarm signals and memory counts")
 
 
-def test_seeds_are_sound(tmp_path):
-    for kind, contents in SEEDS.items():
-        for content in contents:
-            assert not problem(written(tmp_path, content), kind)
-            if kind != "bone":
-                take = read_take(tmp_path / "take.bin")
-                assert kind.lower() in take.format.lower()
-                assert len(take.time) >= FRAMES
-            else:
-                assert read_recordings({"hand": tmp_path / "take.bin"}, rate=120.0, units="m").frames >= FRAMES
-
-
-@pytest.mark.parametrize("kind", sorted(set(SEEDS) - {"C3D"}))
-def test_damaged_text_gives_a_recording_or_a_sentence(kind, tmp_path, capfd):
-    fuzz(kind, 60, tmp_path, capfd, seed=1)
-
-
-def test_damaged_c3d_gives_a_recording_or_a_sentence(tmp_path, capfd):
-    fuzz("C3D", 12, tmp_path, capfd, seed=1)
-
-
-def test_damaged_c3d_headers_give_a_layout_within_the_file_or_a_sentence(tmp_path):
-    rng = np.random.default_rng(3)
-    for number in range(1500):
-        content, how = mutated(SEEDS["C3D"][number % 4], rng, BINARY)
-        path = written(tmp_path, content)
-        wrong = layout_problem(path)
-        assert not wrong, f"{number}, {how}: {wrong}"
+@pytest.mark.parametrize("kind", sorted(SEEDS))
+def test_damaged_files_give_a_recording_or_a_sentence(kind, tmp_path, capfd):
+    fuzz(kind, FEW, tmp_path, capfd, seed=1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(PARTS))
 @pytest.mark.parametrize("kind", sorted(SEEDS))
 def test_many_damaged_files(kind, part, tmp_path, capfd):
-    fuzz(kind, LONG // PARTS, tmp_path, capfd, seed=100 + part)
+    fuzz(kind, MANY // PARTS, tmp_path, capfd, seed=100 + part)
 
 
 def fuzz(kind: str, count: int, folder: Path, capfd, seed: int) -> None:
@@ -73,7 +60,7 @@ def fuzz(kind: str, count: int, folder: Path, capfd, seed: int) -> None:
     problems = []
     for number in range(count):
         content, how = damaged(kind, seed, number)
-        found = problem(written(folder, content), kind)
+        found = problem(written(folder, content))
         if found:
             problems.append(f"damaged({kind!r}, {seed}, {number}) [{how}]: {found}")
     printed = capfd.readouterr()
@@ -99,13 +86,11 @@ def written(folder: Path, content: bytes) -> Path:
     return path
 
 
-def problem(path: Path, kind: str) -> str:
+def problem(path: Path) -> str:
     """What is wrong with how a file is read; empty if nothing is."""
     try:
         with warnings.catch_warnings(), time_limit(SECONDS):
             warnings.simplefilter("error")
-            if kind == "bone":  # its file has no times, and so needs a rate and a name
-                return unsound(read_recordings({"hand": path}, rate=120.0, units="m"))
             take = read_take(path)
             return unsound(take) or unsound(legible(to_recording)(take))  # as read_recording does, reading but once
     except ArmDesignError as error:
@@ -118,18 +103,6 @@ def problem(path: Path, kind: str) -> str:
             last = last.tb_next
         where = f"{Path(last.tb_frame.f_code.co_filename).name}:{last.tb_lineno}" if last else "?"
         return f"{type(error).__name__} at {where}: {str(error)[:200]}"
-
-
-def layout_problem(path: Path) -> str:
-    """What is wrong with how a C3D file's header is read; empty if nothing is."""
-    try:
-        layout = read_layout(path)
-    except ArmDesignError as error:
-        return ill_said(error, path)
-    width = 4 if layout.scale < 0 else 2
-    points = layout.start + layout.frames * (4 * layout.points + layout.analog) * width
-    poses = layout.rotation_start + layout.frames * layout.ratio * layout.rotations * 17 * 4
-    return "" if max(points, poses) <= path.stat().st_size else f"data up to {max(points, poses)}"
 
 
 def unsound(take) -> str:
@@ -157,12 +130,14 @@ def ill_said(error: ArmDesignError, path: Path) -> str:
         return f"the file is not named in: {text[:300]}"
     if any(not letter.isprintable() for letter in text):
         return f"letters that cannot be printed in: {text[:300]!r}"
+    if "while it was read" in text:  # the layout of a C3D file reached beyond its end
+        return text
     return f"{len(text)} letters: {text[:300]}" if len(text) >= 1000 else ""
 
 
 @contextmanager
 def time_limit(seconds: int) -> Iterator[None]:
-    """Raise TimeoutError after so many seconds of computing; what the C3D library takes has a limit of its own."""
+    """Raise TimeoutError after so many seconds of computing."""
 
     def stop(*_: object) -> None:
         raise TimeoutError(f"still reading after {seconds} s")

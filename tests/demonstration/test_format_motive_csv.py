@@ -237,14 +237,6 @@ def test_missing_frame_numbers_and_wild_ones_name_their_line(tmp_path):
         assert f"line 10: the frame number {text}" in refused(tmp_path, "\n".join(changed))
 
 
-def test_a_wrong_cell_names_line_and_column(tmp_path):
-    lines = motive_text(arm()).splitlines()
-    cells = lines[12].split(",")
-    cells[6] = "0.1.2"
-    message = refused(tmp_path, "\n".join([*lines[:12], ",".join(cells), *lines[13:]]))
-    assert "line 13, column 'Shoulder Position X': '0.1.2' is not a number" in message
-
-
 def test_wrong_counts_cut_ends_and_short_lines_are_reported(tmp_path):
     assert (
         "announces 99 frames"
@@ -291,18 +283,6 @@ def test_rotations_without_an_order_and_half_positions_are_refused(tmp_path):
 
 def test_later_versions_are_read_with_a_word_about_it(tmp_path):
     assert "1.31" in steps(read(tmp_path, motive_text(arm(), "1.31")))["version"]
-
-
-def test_other_files_are_not_taken_for_motive():
-    for head in (
-        b"time,hand_x,hand_y,hand_z\n",
-        b"Trajectories\n100\n",
-        b"PathFileType\t4\n",
-        b"HIERARCHY\n",
-        b"\0\1\2",
-        b"",
-    ):
-        assert not motive_csv.matches(head)
 
 
 @pytest.mark.skipif(not FOLDER.exists(), reason="needs the shared recordings")
