@@ -9,11 +9,9 @@ from armdesign.demonstration.files.csv_cells import (
     MISSING,
     Dialect,
     Place,
-    parse_block,
     read_cells,
     read_line,
     read_rows,
-    read_table,
     shown,
 )
 from armdesign.errors import RecordingError
@@ -55,25 +53,24 @@ def test_numbers_and_line_numbers_come_back_whatever_the_block(delimiter, block)
     np.testing.assert_array_equal(found.values, values)
     assert found.lines.tolist() == numbers
     assert str(found.place(3)) == f"file, line {numbers[3]}"
-    np.testing.assert_array_equal(read_table(io.StringIO(text), NAMES, FIRST, delimiter), values)
 
 
 @pytest.mark.parametrize("word", [*MISSING, "NULL", "Nan", "NAN", " nan ", ""])
 def test_words_for_not_seen(word):
-    found = read_table(io.StringIO(f"1,{word},3\n{word},5,6\n7,8,{word}"), NAMES, FIRST)
+    found = rows(f"1,{word},3\n{word},5,6\n7,8,{word}", Dialect(",", MISSING)).values
     np.testing.assert_array_equal(np.isnan(found), [[0, 1, 0], [1, 0, 0], [0, 0, 1]])
 
 
 @pytest.mark.parametrize("word", ["nul", "nanx", "1null", "--", "1_0", "0x10"])
 def test_other_words_are_refused_by_line_and_column(word):
     with pytest.raises(RecordingError, match=f"file, line 6, column 'b': '{word}' is not a number"):
-        read_table(io.StringIO(f"1,2,3\n4,{word},6\n"), NAMES, FIRST)
+        rows(f"1,2,3\n4,{word},6\n", Dialect(",", MISSING))
 
 
 def test_without_words_only_nan_and_empty_cells_are_not_seen():
     with pytest.raises(RecordingError, match="'NULL' is not a number"):
-        parse_block(["1,NULL,3\n"], NAMES, FIRST)
-    np.testing.assert_array_equal(parse_block(["1\tnan\t\n"], NAMES, FIRST, "\t"), [[1, np.nan, np.nan]])
+        rows("1,NULL,3\n", Dialect())
+    np.testing.assert_array_equal(rows("1\tnan\t\n", Dialect("\t")).values, [[1, np.nan, np.nan]])
 
 
 def test_short_lines_are_filled_up_and_counted():
@@ -140,7 +137,7 @@ def test_a_line_without_end_does_not_fill_the_memory(monkeypatch):
 
     endless = Endless()
     with pytest.raises(RecordingError, match="file, line 5: the line is longer than 2,097,152 characters"):
-        read_table(endless, NAMES, FIRST)
+        read_rows(endless, NAMES, FIRST, LOOSE)
     assert endless.asked <= csv_cells.MAX_LINE
     with pytest.raises(RecordingError, match="line 8: the line is longer"):
         read_line(Endless(), FIRST, 3)
@@ -148,7 +145,7 @@ def test_a_line_without_end_does_not_fill_the_memory(monkeypatch):
 
 def test_tables_beyond_all_measure_are_refused(monkeypatch):
     with pytest.raises(RecordingError, match=r"line 5: the table has 30,001 columns; allowed: at most 30,000"):
-        read_table(io.StringIO("1\n"), ["x"] * 30_001, FIRST)
+        rows("1\n", names=["x"] * 30_001)
     monkeypatch.setattr(csv_cells, "MAX_NUMBERS", 10)
     with pytest.raises(RecordingError, match="file holds more than 10 numbers"):
         rows("1\t2\t3\n" * 4)
@@ -161,7 +158,7 @@ def test_messages_show_only_what_can_be_seen():
     assert shown("a\x1b[2Jb") == "a?[2Jb"
     assert shown("x" * 50) == "x" * 40 + "..."
     with pytest.raises(RecordingError) as caught:
-        read_table(io.StringIO("\x1b" + "x" * 5000 + ",2,3\n"), NAMES, FIRST)
+        rows("\x1b" + "x" * 5000 + ",2,3\n", Dialect(","))
     assert len(str(caught.value)) < 200
     assert str(caught.value).isprintable()
 

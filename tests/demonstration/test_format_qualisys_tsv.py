@@ -132,7 +132,7 @@ def test_wrong_counts_are_told_and_nothing_more(tmp_path):
     take = read(tmp_path, markers(NO_OF_FRAMES=999, NO_OF_MARKERS=7))
     np.testing.assert_array_equal(table(take), VALUES)
     assert "announces 999 frames, the file holds 8" in steps(take)["count"]
-    assert "announces 7 markers, the file holds columns for 3" in steps(take)["markers"]
+    assert "announces 7 markers, the file holds 3" in steps(take)["markers"]
 
 
 @pytest.mark.parametrize("hidden", ["nan", "", "0.00000"])

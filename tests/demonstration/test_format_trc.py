@@ -124,7 +124,7 @@ def test_wrong_counts_are_told_and_nothing_more(tmp_path):
     take = read(tmp_path, trc_lines(NumFrames=652, NumMarkers=51))
     np.testing.assert_array_equal(table(take), VALUES)
     assert "announces 652 frames, the file holds 8" in steps(take)["count"]
-    assert "announces 51 markers and names 3" in steps(take)["markers"]
+    assert "announces 51 markers, the file holds 3" in steps(take)["markers"]
 
 
 @pytest.mark.parametrize(("word", "units"), [("m", "m"), ("mm", "mm"), ("MM", "mm"), ("cm", "cm"), ("meters", "m")])

@@ -24,6 +24,9 @@ MAX_NUMBERS = 1 << 27  # 1 GiB of them
 MISSING = ("null", "none", "n/a", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind")
 """Words for "not seen" beside an empty cell and ``nan``, in small letters."""
 
+BLANK = ' \t\r\n,;"'
+"""Letters of a line without anything in it."""
+
 _BLOCK = 8 << 20  # characters parsed at a time
 
 
@@ -98,29 +101,8 @@ class Rows:
         return Place(self.source, int(self.lines[row]))
 
 
-def read_table(
-    stream: Lines, names: list[str], place: Place, delimiter: str = ",", missing: tuple[str, ...] = MISSING
-) -> Array:
-    """All numbers from here to the end of the file; an empty cell becomes NaN, a line without any value is left out.
-
-    Args:
-        stream: The file, at the first row.
-        names: Column names, one per cell.
-        place: Where the first row stands.
-        delimiter: Stands between the cells.
-        missing: Words for "not seen" beside an empty cell and ``nan``, in small letters; cells may have any case.
-
-    Returns:
-        Shape (rows, columns).
-
-    Raises:
-        RecordingError: As by ``read_rows``.
-    """
-    return read_rows(stream, names, place, Dialect(delimiter, missing)).values
-
-
 def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, block: int = _BLOCK) -> Rows:
-    """The same with the lines' numbers, for a table written in any dialect.
+    """All rows from here to the end of the file; an empty cell becomes NaN, a line without any value is left out.
 
     Args:
         stream: The file, at the first row.
@@ -136,10 +118,11 @@ def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, b
     check_columns(len(names), place)
     values, numbers = [np.empty((0, len(names)))], [np.empty(0, dtype=np.int64)]
     short, cut, total = 0, None, 0
+    blank = "\r\n" if dialect.keep_empty else ' \t\r\n"' + dialect.delimiter
     lines = read_lines(stream, place, block)
     while lines:
         following = read_lines(stream, place.below(len(lines)), block)
-        kept = [i for i, text in enumerate(lines) if not _is_empty(text, dialect)]
+        kept = [i for i, text in enumerate(lines) if text.strip(blank)]
         if not following and kept and _is_cut(lines[kept[-1]], len(names), dialect):
             cut = place.line + kept.pop()
         parsed, filled_up = _parse(lines, kept, names, place, dialect)
@@ -149,25 +132,6 @@ def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, b
         place, lines, total = place.below(len(lines)), following, total + parsed.size
         check_size(total, place)
     return Rows(np.concatenate(values), np.concatenate(numbers), place.source, short, cut)
-
-
-def parse_block(lines: list[str], names: list[str], place: Place, delimiter: str = ",") -> Array:
-    """Numbers of consecutive lines; an empty cell becomes NaN, a line without any value is left out.
-
-    Args:
-        lines: The lines with their ends.
-        names: Column names, one per cell.
-        place: Where the first of the lines stands.
-        delimiter: Stands between the cells.
-
-    Returns:
-        Shape (rows, columns).
-
-    Raises:
-        RecordingError: Naming the line and column of the first bad cell, or the line with a wrong number of cells.
-    """
-    dialect = Dialect(delimiter)
-    return _parse(lines, [i for i, text in enumerate(lines) if not _is_empty(text, dialect)], names, place, dialect)[0]
 
 
 def read_lines(stream: Lines, place: Place, size: int = _BLOCK) -> list[str]:
@@ -245,20 +209,6 @@ def shown(text: str, most: int = 40) -> str:
     return seen if len(text) <= most else seen + "..."
 
 
-def parse_row(text: str, names: list[str], place: Place, dialect: Dialect) -> list[float]:
-    """Numbers of one line.
-
-    Raises:
-        RecordingError: Too few or too many cells, or one that is neither empty nor a finite number.
-    """
-    cells = read_cells(text, dialect.delimiter)
-    if len(cells) != len(names):
-        few = "few" if len(cells) < len(names) else "many"
-        message = f"{place}: too {few} cells, {len(cells)} where the header has {len(names)} columns"
-        raise RecordingError(message, value=len(cells), fix="Complete or remove the line")
-    return [_number(cell.strip(), name, place, dialect) for cell, name in zip(cells, names, strict=True)]
-
-
 def read_cells(text: str, delimiter: str = ",") -> list[str]:
     """Cells of one line; those in quotation marks may hold delimiters."""
     text = text.strip("\r\n")
@@ -270,29 +220,23 @@ def read_cells(text: str, delimiter: str = ",") -> list[str]:
         return text.split(delimiter)
 
 
-def is_blank(text: str, delimiter: str = ",") -> bool:
-    """Whether a line holds no value at all, as spreadsheets leave them below a table."""
-    return not text.strip(' \t\r\n"' + delimiter)
-
-
-def _is_empty(text: str, dialect: Dialect) -> bool:
-    """Whether a line is no row of the table."""
-    return not text.strip("\r\n" if dialect.keep_empty else ' \t\r\n"' + dialect.delimiter)
-
-
-def _cells(text: str, dialect: Dialect) -> int:
-    """Number of cells of a line, none of which holds delimiters."""
-    return text.count(dialect.delimiter) + 1
+def is_number(cell: str) -> bool:
+    """Whether a cell holds a number, with a decimal point or comma."""
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
 
 
 def _is_cut(text: str, width: int, dialect: Dialect) -> bool:
     """Whether the last line looks like that of a file cut off in the middle."""
     if not dialect.may_be_cut:
         return False
+    is_short = text.count(dialect.delimiter) + 1 < width
     if text.endswith("\n"):
-        return _cells(text, dialect) < width and not dialect.ragged
-    last = text.rpartition(dialect.delimiter)[2].strip()
-    return _cells(text, dialect) < width or _value(last, dialect) is None
+        return is_short and not dialect.ragged
+    return is_short or _value(text.rpartition(dialect.delimiter)[2].strip(), dialect) is None
 
 
 def _parse(lines: list[str], kept: list[int], names: list[str], place: Place, dialect: Dialect) -> tuple[Array, int]:
@@ -303,56 +247,51 @@ def _parse(lines: list[str], kept: list[int], names: list[str], place: Place, di
     block = _parse_fast(texts, dialect)
     if block is not None and block.shape == (len(kept), len(names)) and not np.isinf(block).any():
         return block, short
-    rows = [parse_row(text, names, place.below(i), dialect) for i, text in zip(kept, texts, strict=True)]
+    rows = [_parse_row(text, names, place.below(i), dialect) for i, text in zip(kept, texts, strict=True)]
     return np.array(rows, dtype=float).reshape(len(rows), len(names)), short
 
 
 def _square(texts: list[str], width: int, delimiter: str) -> tuple[list[str], int]:
     """Lines filled up to as many cells as the header has, or without empty cells too many; how many were filled up."""
-    missing = [width - 1 - text.count(delimiter) for text in texts]
-    square = [
-        text if more == 0 else text + delimiter * more if more > 0 else _shorter(text, -more, delimiter)
-        for text, more in zip(texts, missing, strict=True)
-    ]
-    return square, sum(more > 0 for more in missing)
+    square, short = [], 0
+    for text in texts:
+        missing = width - 1 - text.count(delimiter)
+        short += missing > 0
+        if missing < 0:
+            first, *surplus = text.rsplit(delimiter, -missing)
+            square.append(text if any(cell.strip() for cell in surplus) else first)
+        else:
+            square.append(text + delimiter * missing)
+    return square, short
 
 
-def _shorter(text: str, surplus: int, delimiter: str) -> str:
-    """A line without so many of its last cells, provided they are empty."""
-    first, *rest = text.rsplit(delimiter, surplus)
-    return text if any(cell.strip() for cell in rest) else first
+def _parse_row(text: str, names: list[str], place: Place, dialect: Dialect) -> list[float]:
+    """Numbers of one line, by a slower way that can name a bad cell."""
+    cells = read_cells(text, dialect.delimiter)
+    if len(cells) != len(names):
+        few = "few" if len(cells) < len(names) else "many"
+        message = f"{place}: too {few} cells, {len(cells)} where the header has {len(names)} columns"
+        raise RecordingError(message, value=len(cells), fix="Complete or remove the line")
+    return [_number(cell.strip(), name, place, dialect) for cell, name in zip(cells, names, strict=True)]
 
 
 def _parse_fast(texts: list[str], dialect: Dialect) -> Array | None:
-    """The same by NumPy's own parser, or None where that one does not get through."""
+    """Numbers of some lines by NumPy's own parser, or None where that one does not get through."""
     mark = dialect.delimiter
-    texts = [f"{'nan' * text.startswith(mark)}{text}{'nan' * text.endswith(mark)}" for text in texts]
-    text = "\n".join(texts)
+    text = "\n".join(f"{'nan' * text.startswith(mark)}{text}{'nan' * text.endswith(mark)}" for text in texts)
     if dialect.decimal != ".":
         text = text.replace(dialect.decimal, ".")
     block = None if mark + mark in text else _load(text, mark)
-    if block is None:
-        text = _filled(text, dialect)
+    if block is None:  # NumPy takes no empty cells
+        blanks = f"[{_blanks(dialect)}]*" if any(letter in text for letter in _blanks(dialect)) else ""
+        text = re.sub(f"{re.escape(mark)}{blanks}(?={re.escape(mark)})", f"{mark}nan", text)
         block = _load(text, mark)
     if block is None and dialect.missing:
-        block = _load(_without_words(text, dialect), mark)
-    return block
-
-
-def _filled(text: str, dialect: Dialect) -> str:
-    """Lines with ``nan`` in empty cells."""
-    mark, blanks = re.escape(dialect.delimiter), f"[{_blanks(dialect)}]*"
-    blank = any(letter in text for letter in _blanks(dialect))
-    return re.sub(f"{mark}{blanks if blank else ''}(?={mark})", f"{dialect.delimiter}nan", text)
-
-
-def _without_words(text: str, dialect: Dialect) -> str:
-    """Lines with ``nan`` for the words that mean "not seen"."""
-    text = text.lower()
-    for word in dialect.missing:
-        if word in text:
+        text = text.lower()
+        for word in dialect.missing:
             text = text.replace(word, "nan")
-    return text
+        block = _load(text, mark)
+    return block
 
 
 def _blanks(dialect: Dialect) -> str:

@@ -23,6 +23,7 @@ from armdesign.demonstration.files.csv_cells import (
     Rows,
     check_columns,
     check_names,
+    is_number,
     read_cells,
     read_line,
     read_rows,
@@ -142,7 +143,7 @@ def _check_header(names: list[str], text: str, place: Place) -> None:
         if len(names) == 1 and mark in text:
             fix = "Save it with commas between the columns and decimal points in the numbers"
             raise RecordingError(f"{place}: the file looks separated by {word}, not commas ('{line}')", fix=fix)
-    if all(_is_number(name) for name in names):
+    if all(is_number(name or "0") for name in names):
         fix = f"Put a line with the column names above the numbers: {_ALLOWED}"
         raise RecordingError(f"{place}: there is no header, the first line holds numbers ('{line}')", fix=fix)
     if "\N{REPLACEMENT CHARACTER}" in text:
@@ -227,12 +228,3 @@ def _recording(table: Array, names: list[str], layout: Layout, source: str) -> R
         }
 
     return Recording(table[:, names.index("time")], series(_POSITION), series(_QUATERNION), source)
-
-
-def _is_number(text: str) -> bool:
-    """Whether a header cell is a number (or empty), as in a file that has no header."""
-    try:
-        float(text or "0")
-    except ValueError:
-        return False
-    return True

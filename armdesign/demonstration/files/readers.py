@@ -91,14 +91,13 @@ def read_recordings(
     """
     if not files:
         raise RecordingError("no file is named", fix="Name one file for each point")
-    takes = {name: _read_one(Path(path), rate) for name, path in files.items()}
-    joined = _joined({name: _one_point(take, name) for name, take in takes.items()})
+    takes = {}
+    for name, file in files.items():
+        path = Path(file)  # one of a bone may need the rate
+        take = read_bone_csv(path, rate) if bone_csv_matches(read_head(path)) else read_take(path)
+        takes[name] = _one_point(take, name)
+    joined = _joined(takes)
     return to_recording(joined, units=units, up=up, mirror=mirror)
-
-
-def _read_one(path: Path, rate: float | None) -> Take:
-    """A file that is one of several; one of a bone may need the rate."""
-    return read_bone_csv(path, rate) if bone_csv_matches(read_head(path)) else read_take(path)
 
 
 def _one_point(take: Take, name: str) -> Take:

@@ -10,15 +10,15 @@ rate has to be given.
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Place, Rows, read_cells, read_line, read_rows
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Rows, read_cells, read_rows, shown
+from armdesign.demonstration.files.formats.frame_clock import MAX_RATE, check_frames
 from armdesign.demonstration.files.formats.row_steps import row_steps
+from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.demonstration.files.sniff import open_text, text_head
 from armdesign.demonstration.recording import Step, Take, describe_bad_step, first_bad_step
 from armdesign.errors import RecordingError, SettingsError
@@ -27,7 +27,6 @@ _POSITION = ("x", "y", "z")
 _QUATERNIONS = (("qx", "qy", "qz", "qw"), ("q0", "q1", "q2", "q3"))
 _TIME = "time"
 _ALLOWED = "x, y, z, then q0, q1, q2, q3 or qx, qy, qz, qw, and optionally time, each once"
-_MAX_RATE = 100_000.0  # [1/s]
 
 
 def matches(head: bytes) -> bool:
@@ -63,12 +62,12 @@ def read_bone_csv(path: Path, rate: float | None = None) -> Take:
         SettingsError: The rate makes no sense, or is given although the file has times.
     """
     with open_text(path) as stream:
-        names, place = _header(stream, Place(path, 1))
+        lines = LinesAhead(stream, path)
+        names = _header(lines)
         _check_rate(names, rate, path)
         dialect = Dialect(",", MISSING, may_be_cut=True, keep_empty=True)  # without times, each line counts
-        rows = read_rows(stream, names, place.below(1), dialect)
-    if not len(rows.values):
-        raise RecordingError(f"{path} holds no frame below the header", value=0, fix="Export it again")
+        rows = read_rows(lines, names, lines.place, dialect)
+    check_frames(rows)
     quaternion = _quaternion(names) or ()
     body = "".join(letter for letter in path.stem if ord(letter) >= 32).strip() or "bone"
     return Take(
@@ -96,17 +95,17 @@ def _quaternion(names: list[str]) -> tuple[str, ...] | None:
     return None
 
 
-def _header(stream: TextIO, place: Place) -> tuple[list[str], Place]:
-    """Column names from the first line that is not blank, and where it stands."""
-    while text := read_line(stream, place):
-        if text.strip():
-            names = _names(text)
-            if _quaternion(names) is None:
-                shown = re.sub(r"\s+", " ", text.strip())[:60]
-                raise RecordingError(f"{place}: this is no header of a bone's file ('{shown}')", allowed=_ALLOWED)
-            return names, place
-        place = place.below(1)
-    raise RecordingError(f"{place.source} holds nothing but blank lines", fix="Export it again")
+def _header(lines: LinesAhead) -> list[str]:
+    """Column names from the first line that is not blank."""
+    text, place = lines.skip_blank(), lines.place
+    names = _names(text)
+    if not text:
+        raise RecordingError(f"{place.source} holds nothing but blank lines", fix="Export it again")
+    if _quaternion(names) is None:
+        message = f"{place}: this is no header of a bone's file ('{shown(text.strip(), 60)}')"
+        raise RecordingError(message, allowed=_ALLOWED)
+    lines.readline()
+    return names
 
 
 def _check_rate(names: list[str], rate: float | None, path: Path) -> None:
@@ -119,10 +118,8 @@ def _check_rate(names: list[str], rate: float | None, path: Path) -> None:
     elif _TIME in names:
         message = f"{path} has times of its own, but a frame rate of {rate:g} is given"
         raise SettingsError(message, value=rate, fix="Leave the rate away, or remove the column 'time'")
-    elif not (math.isfinite(rate) and 0 < rate <= _MAX_RATE):
-        raise SettingsError(
-            f"the frame rate of {path} is {rate:g}", value=rate, allowed=f"above 0, up to {_MAX_RATE:g}"
-        )
+    elif not (math.isfinite(rate) and 0 < rate <= MAX_RATE):
+        raise SettingsError(f"the frame rate of {path} is {rate:g}", value=rate, allowed=f"above 0, up to {MAX_RATE:g}")
 
 
 def _time(rows: Rows, names: list[str], rate: float | None) -> Array:

@@ -12,18 +12,19 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
+from typing import NamedTuple
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import MAX_NUMBERS, MISSING, Dialect, Place, Rows, read_line, read_rows
+from armdesign.demonstration.files.csv_cells import MAX_NUMBERS, MISSING, Dialect, Place, Rows, read_rows
 from armdesign.demonstration.files.formats.bvh_skeleton import Joint, Skeleton, read_skeleton
-from armdesign.demonstration.files.formats.changed_lines import changed_lines
 from armdesign.demonstration.files.formats.euler import identity, rotated, turned
+from armdesign.demonstration.files.formats.frame_clock import check_frames
+from armdesign.demonstration.files.formats.marker_columns import listed
 from armdesign.demonstration.files.formats.row_steps import count, row_steps
+from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.demonstration.files.sniff import open_text, text_head
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
@@ -38,21 +39,18 @@ _NEAR = 0.25  # of the offset's length
 _FIX = "Export the motion again"
 
 
-@dataclass(frozen=True)
-class _Motion:
+class _Motion(NamedTuple):
     """What stands above the numbers of the frames.
 
     Attributes:
         frames: Number of frames announced; None where none is.
         step: From frame to frame [s].
         decimal: Stands between whole and broken part of a number.
-        place: The last line of it.
     """
 
     frames: int | None
     step: float
     decimal: str
-    place: Place
 
 
 def matches(head: bytes) -> bool:
@@ -73,10 +71,11 @@ def read(path: Path) -> Take:
         RecordingError: The file cannot be read, or something in it is wrong; the message says what and where.
     """
     with open_text(path) as stream:
-        skeleton = read_skeleton(stream, Place(path, 1))
-        motion = _read_motion(stream, skeleton.place.below(1))
-        dialect = Dialect(" ", MISSING, motion.decimal, may_be_cut=True)
-        rows = read_rows(changed_lines(stream, _squeezed), skeleton.columns, motion.place.below(1), dialect)
+        lines = LinesAhead(stream, path)
+        skeleton = read_skeleton(lines)
+        motion = _read_motion(lines)
+        lines.change = _squeezed
+        rows = read_rows(lines, skeleton.columns, lines.place, Dialect(" ", MISSING, motion.decimal, may_be_cut=True))
     _check_size(rows, skeleton)
     table = rows.values
     first = 1 if _starts_in_t_pose(table, skeleton) else 0
@@ -102,18 +101,20 @@ def _squeezed(text: str) -> str:
     return text + end
 
 
-def _read_motion(stream: TextIO, place: Place) -> _Motion:
+def _read_motion(lines: LinesAhead) -> _Motion:
     """Read the lines ``Frames`` and ``Frame Time``."""
     announced: int | None = None
-    while text := read_line(stream, place):
+    while text := lines.peek():
+        place = lines.place
         if found := _FRAME_TIME.match(text):
-            return _Motion(announced, _step(found[1], place), "," if "," in found[1] else ".", place)
+            lines.readline()
+            return _Motion(announced, _step(found[1], place), "," if "," in found[1] else ".")
         if found := _FRAMES.match(text):
             announced = count(found[1])
         elif text.strip():
             break
-        place = place.below(1)
-    message = f"{place}: the line 'Frame Time' is missing below 'MOTION'"
+        lines.readline()
+    message = f"{lines.place}: the line 'Frame Time' is missing below 'MOTION'"
     raise RecordingError(message, fix=f"The file may be cut off. {_FIX}")
 
 
@@ -132,8 +133,7 @@ def _step(text: str, place: Place) -> float:
 
 def _check_size(rows: Rows, skeleton: Skeleton) -> None:
     """Turn away what has no frames, or so many joints that their places would not fit into memory."""
-    if not len(rows.values):
-        raise RecordingError(f"{rows.source} holds no frame below 'Frame Time'", value=0, fix=_FIX)
+    check_frames(rows, "'Frame Time'")
     if 7 * len(skeleton.joints) * len(rows.values) > MAX_NUMBERS:
         message = f"{rows.source} holds {len(rows.values):,} frames of {len(skeleton.joints):,} joints"
         allowed = f"at most {MAX_NUMBERS // 7:,} of both together"
@@ -218,7 +218,7 @@ def _steps(rows: Rows, motion: _Motion, first: int, replaced: list[str]) -> list
         sentence = "The first frame is the T-pose, all angles being zero, far from the second frame: it was left out."
         steps.append(Step("t-pose", sentence))
     if replaced:
-        shown = ", ".join(replaced[:5]) + (f" and {len(replaced) - 5} more" if len(replaced) > 5 else "")
+        shown = listed(replaced)
         sentence = f"Position channels near the OFFSET were taken in its place instead of being added to it: {shown}."
         steps.append(Step("offsets", sentence, {"joints": replaced}))
     return steps

@@ -23,11 +23,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import TextIO
 
-from armdesign.demonstration.files.csv_cells import Place, check_columns, read_line
+from armdesign.demonstration.files.csv_cells import Place, check_columns
 from armdesign.demonstration.files.formats.euler import AXES
-from armdesign.demonstration.files.formats.point_names import unused_name
+from armdesign.demonstration.files.formats.marker_columns import clean_name, unused_name
+from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.errors import RecordingError
 
 MAX_JOINTS = 5_000
@@ -63,32 +63,29 @@ class Skeleton:
     Attributes:
         joints: The joints.
         columns: A name for each number of a frame.
-        place: The line with ``MOTION``.
     """
 
     joints: list[Joint]
     columns: list[str]
-    place: Place
 
 
-def read_skeleton(stream: TextIO, place: Place) -> Skeleton:
+def read_skeleton(lines: LinesAhead) -> Skeleton:
     """Read up to the line ``MOTION``.
 
     Args:
-        stream: The file, at its beginning.
-        place: The first line.
+        lines: The file, at its beginning.
 
     Raises:
         RecordingError: Something in the part is wrong; the message names the line.
     """
-    reader = _Reader(place)
-    while text := read_line(stream, reader.place):
+    reader = _Reader(lines.place)
+    while text := lines.readline():
         words = text.replace("{", " { ").replace("}", " } ").split()
         if [word.upper() for word in words] == ["MOTION"]:
             return reader.finished()
         reader.take(words)
-        reader.place = reader.place.below(1)
-    raise RecordingError(f"{place.source} ends before the line 'MOTION'", fix=f"The file may be cut off. {_FIX}")
+        reader.place = lines.place
+    raise RecordingError(f"{lines.place.source} ends before the line 'MOTION'", fix=f"The file may be cut off. {_FIX}")
 
 
 class _Reader:
@@ -127,7 +124,7 @@ class _Reader:
             raise self._error(f"'{missing[0][:40]}' has no OFFSET")
         if not self._columns:
             raise self._error("no joint has CHANNELS, nothing moves")
-        return Skeleton(self._joints, self._columns, self.place)
+        return Skeleton(self._joints, self._columns)
 
     def _brace(self, brace: str) -> None:
         if brace == "{":
@@ -153,7 +150,9 @@ class _Reader:
         elif keyword in {"ROOT", "JOINT"}:
             self._joint(keyword, " ".join(words[1:]))
         elif keyword == "END":
-            self._end()
+            if not self._open:
+                raise self._error("an End Site stands outside a joint")
+            self._add(f"{self._joints[self._open[-1]].name} (end)", True)
         elif keyword == "OFFSET":
             self._offset(words[1:])
         elif keyword == "CHANNELS":
@@ -167,18 +166,12 @@ class _Reader:
             raise self._error(f"{keyword} '{name[:40]}' stands {'inside' if self._open else 'outside'} another joint")
         self._add(name or f"joint {len(self._joints) + 1}", False)
 
-    def _end(self) -> None:
-        if not self._open:
-            raise self._error("an End Site stands outside a joint")
-        self._add(f"{self._joints[self._open[-1]].name} (end)", True)
-
     def _add(self, name: str, is_end: bool) -> None:
         if self._open and self._joints[self._open[-1]].is_end:
             raise self._error("an End Site holds another joint")
         if len(self._joints) >= MAX_JOINTS:
             raise self._error(f"there are more than {MAX_JOINTS:,} joints")
-        name = "".join(letter for letter in name if ord(letter) >= 32)
-        name = unused_name(name.strip() or f"joint {len(self._joints) + 1}", self._used, self._given)
+        name = unused_name(clean_name(name) or f"joint {len(self._joints) + 1}", self._used, self._given)
         self._used.add(name)
         self._named = len(self._joints)
         self._joints.append(Joint(name, self._open[-1] if self._open else None, is_end))

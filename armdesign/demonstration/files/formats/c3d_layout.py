@@ -98,12 +98,13 @@ class C3DLayout:
 
     def texts(self, group: str, name: str) -> list[str]:
         """The strings of a parameter and of its continuations (``LABELS``, ``LABELS2``, ...); none if it is absent."""
-        found: list[str] = []
         parameters = self.parameters.get(group, {})
-        for part in _continued(name):
-            if part not in parameters:
-                return found
+        found: list[str] = []
+        part, number = name, 1
+        while part in parameters:
             found += parameters[part].texts()
+            number += 1
+            part = f"{name}{number}"
         return found
 
 
@@ -248,7 +249,8 @@ def _layout(
     rate = _rate(path, header, point)
     used, ratio, rotation_start = _rotations(path, parameters.get("ROTATION", {}), rate)
     if not points and not used:
-        raise _wrong(path, _nothing(header), fix="Export the markers' trajectories too")
+        nothing = "it holds analog channels only, no points" if header.analog else "it holds no points"
+        raise _wrong(path, nothing, fix="Export the markers' trajectories too")
     start = _data_start(path, size, section, header, point)
     room = (rotation_start if used and rotation_start > start else size) - start
     width = 4 if scale < 0 else 2
@@ -259,10 +261,6 @@ def _layout(
     return C3DLayout(
         processor, rate, scale, points, frames, analog, start, used, ratio, rotation_start, parameters, notes
     )
-
-
-def _nothing(header: _Header) -> str:
-    return "it holds analog channels only, no points" if header.analog else "it holds no points"
 
 
 def _rate(path: Path, header: _Header, point: Mapping[str, C3DParameter]) -> float:
@@ -361,12 +359,6 @@ def _number(group: Mapping[str, C3DParameter], name: str, otherwise: float) -> f
     """The first value of a parameter, and ``otherwise`` where it is absent, empty or not a number."""
     values = group[name].numbers() if name in group else np.zeros(0)
     return float(values[0]) if len(values) and np.isfinite(values[0]) else otherwise
-
-
-def _continued(name: str) -> Iterator[str]:
-    yield name
-    for part in range(2, 256):
-        yield f"{name}{part}"
 
 
 def _decode(raw: bytes) -> str:

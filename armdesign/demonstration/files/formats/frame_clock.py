@@ -60,83 +60,43 @@ def frame_clock(rows: Rows, frames: int | None, times: int | None, rate: float |
     Raises:
         RecordingError: There are no frames, nothing tells their times, or these do not increase.
     """
-    if not len(rows.values):
-        raise RecordingError(f"{rows.source} holds no frame below the header", value=0, fix=_FIX)
+    check_frames(rows)
     numbers = np.arange(float(len(rows.values))) if frames is None else rows.values[:, frames]
-    if times is None or not np.diff(rows.values[:, times][~np.isnan(rows.values[:, times])]).any():
-        clock = _counted(rows, numbers, rate)
-    else:
+    if times is not None and np.diff(rows.values[:, times][~np.isnan(rows.values[:, times])]).any():
         clock = _printed(rows, numbers, rows.values[:, times], rate)
-    return Clock(
-        clock.time, _found_rate(clock), (*clock.steps, *hole_steps(clock.time, np.diff(clock.time), _LEFT_OUT))
-    )
-
-
-def _counted(rows: Rows, numbers: Array, rate: float | None) -> Clock:
-    """Frame numbers over the rate."""
-    if rate is None:
+    elif rate is not None:
+        check_increase(rows, numbers, "frame number")
+        clock = Clock((numbers - numbers[0]) / rate, rate, ())
+    else:
         allowed = f"{MIN_RATE:g} to {MAX_RATE:,.0f} frames per second"
         message = f"{rows.source} tells neither the times of the frames nor a frame rate that makes sense"
         raise RecordingError(message, allowed=allowed, fix=f"Correct the rate in the header. {_FIX}")
-    _check(rows, numbers, "frame number")
-    return Clock((numbers - numbers[0]) / rate, rate, ())
+    time, found, steps = clock
+    if found is not None and _rate_steps(time, found):
+        found = float(f"{1.0 / median_step(time):.6g}")
+    return Clock(time, found, (*steps, *hole_steps(time, np.diff(time), _LEFT_OUT)))
 
 
-def _printed(rows: Rows, numbers: Array, printed: Array, rate: float | None) -> Clock:
-    """Printed times, or even ones in their place."""
-    if _wrong(numbers) is not None:
-        _check(rows, printed, "time")
-        sentence = "Frame numbers are missing or do not increase; the printed times do, and were taken."
-        return Clock(printed.copy(), rate, (Step("frames", sentence), *_rate_steps(printed, rate)))
-    grain, seen = _grain(printed), ~np.isnan(printed)
-    for even_rate in (rate, _rate_of(numbers[seen], printed[seen])):
-        if even_rate is None:
-            continue
-        even = (numbers - numbers[seen][0]) / even_rate + printed[seen][0]
-        misfit = float(np.abs(even - printed)[seen].max())
-        if misfit <= _EVEN / even_rate and seen.all() and _wrong(printed) is None:
-            return Clock(printed.copy(), even_rate, _rate_steps(printed, rate))
-        if misfit <= 1.5 * grain + 1e-6:
-            return Clock(even, even_rate, _even_steps(even, even_rate, rate, grain))
-    _check(rows, printed, "time")
-    return Clock(printed.copy(), rate, _rate_steps(printed, rate))
+def check_frames(rows: Rows, header: str = "the header") -> None:
+    """Turn away a table without rows.
+
+    Args:
+        rows: The table.
+        header: What stands above it, for the message.
+    """
+    if not len(rows.values):
+        raise RecordingError(f"{rows.source} holds no frame below {header}", value=0, fix=_FIX)
 
 
-def _found_rate(clock: Clock) -> float | None:
-    """The rate, or that of the times where they tell another one [1/s]."""
-    if clock.rate is None or not _rate_steps(clock.time, clock.rate):
-        return clock.rate
-    return float(f"{1.0 / median_step(clock.time):.6g}")
+def check_increase(rows: Rows, values: Array, what: str) -> None:
+    """Name the line where a frame number or time is missing, beyond all measure, or does not increase.
 
-
-def _rate_of(numbers: Array, printed: Array) -> float | None:
-    """Frames per second between the first and the last printed time [1/s]."""
-    span = float(printed[-1] - printed[0])
-    rate = float(numbers[-1] - numbers[0]) / span if span > 0 else 0.0
-    return float(f"{rate:.12g}") if MIN_RATE <= rate <= MAX_RATE else None
-
-
-def _grain(printed: Array) -> float:
-    """What printed times were rounded to [s]: 0.1, 0.01, ...; 0 where they have more digits than that shows."""
-    seen = printed[~np.isnan(printed) & (np.abs(printed) <= _LARGEST)]
-    for digits in range(6):
-        if np.allclose(seen, np.round(seen, digits), rtol=1e-12, atol=1e-9):
-            return float(10.0**-digits)
-    return 0.0
-
-
-def _wrong(values: Array) -> int | None:
-    """Index of the first frame number or time that is missing, too large or not larger than the one before."""
-    bad = first_bad_step(values)
-    large = np.flatnonzero(np.abs(values) > _LARGEST)
-    if len(large):
-        return int(large[0]) if bad is None else min(bad, int(large[0]))
-    return bad
-
-
-def _check(rows: Rows, values: Array, what: str) -> None:
-    """Name the line where the frame number or time does not increase."""
-    bad = _wrong(values)
+    Args:
+        rows: The table.
+        values: Frame numbers or times, shape (T,).
+        what: Which of both, for the message.
+    """
+    bad = _first_wrong(values)
     if bad is None:
         return
     if np.isnan(values[bad]):
@@ -149,14 +109,51 @@ def _check(rows: Rows, values: Array, what: str) -> None:
     raise RecordingError(f"{rows.place(bad)}: the {what} {wrong}", value=float(values[bad]), fix=fix)
 
 
-def _even_steps(even: Array, rate: float, declared: float | None, grain: float) -> tuple[Step, ...]:
-    """A word on rounded times."""
-    digits = max(0, round(-math.log10(grain))) if grain > 0 else 6
-    sentence = (
-        f"The printed times are rounded to {10.0**-digits:g} s; times were made of the frame numbers at {rate:.6g} "
-        "frames/s, which agree with them."
-    )
-    return (Step("times", sentence, {"rounded to": grain, "rate": rate}), *_rate_steps(even, declared))
+def _first_wrong(values: Array) -> int | None:
+    """Index of the first frame number or time that is missing, too large or not larger than the one before."""
+    bad = first_bad_step(values)
+    large = np.flatnonzero(np.abs(values) > _LARGEST)
+    if len(large):
+        return int(large[0]) if bad is None else min(bad, int(large[0]))
+    return bad
+
+
+def _printed(rows: Rows, numbers: Array, printed: Array, rate: float | None) -> Clock:
+    """Printed times, or even ones in their place."""
+    if _first_wrong(numbers) is not None:
+        check_increase(rows, printed, "time")
+        sentence = "Frame numbers are missing or do not increase; the printed times do, and were taken."
+        return Clock(printed.copy(), rate, (Step("frames", sentence), *_rate_steps(printed, rate)))
+    grain, seen = _grain(printed), ~np.isnan(printed)
+    first, last = np.flatnonzero(seen)[[0, -1]]
+    span = float(printed[last] - printed[first])
+    told = float(f"{(numbers[last] - numbers[first]) / span:.12g}") if span > 0 else 0.0
+    for even_rate in (rate, told if MIN_RATE <= told <= MAX_RATE else None):
+        if even_rate is None:
+            continue
+        even = (numbers - numbers[first]) / even_rate + printed[first]
+        misfit = float(np.abs(even - printed)[seen].max())
+        if misfit <= _EVEN / even_rate and seen.all() and _first_wrong(printed) is None:
+            return Clock(printed.copy(), even_rate, _rate_steps(printed, rate))
+        if misfit <= 1.5 * grain + 1e-6:
+            digits = max(0, round(-math.log10(grain))) if grain > 0 else 6
+            sentence = (
+                f"The printed times are rounded to {10.0**-digits:g} s; times were made of the frame numbers at "
+                f"{even_rate:.6g} frames/s, which agree with them."
+            )
+            rounded = Step("times", sentence, {"rounded to": grain, "rate": even_rate})
+            return Clock(even, even_rate, (rounded, *_rate_steps(even, rate)))
+    check_increase(rows, printed, "time")
+    return Clock(printed.copy(), rate, _rate_steps(printed, rate))
+
+
+def _grain(printed: Array) -> float:
+    """What printed times were rounded to [s]: 0.1, 0.01, ...; 0 where they have more digits than that shows."""
+    seen = printed[~np.isnan(printed) & (np.abs(printed) <= _LARGEST)]
+    for digits in range(6):
+        if np.allclose(seen, np.round(seen, digits), rtol=1e-12, atol=1e-9):
+            return float(10.0**-digits)
+    return 0.0
 
 
 def _rate_steps(time: Array, declared: float | None) -> tuple[Step, ...]:

@@ -1,8 +1,9 @@
-"""What tables of markers have in common: names, units, three columns per marker."""
+"""What tables of points have in common: names, units, three columns per point."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Container, Mapping, Sequence
 
 import numpy as np
 
@@ -17,23 +18,26 @@ UNITS: Mapping[str, str] = {
     **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), "mm"),
     **dict.fromkeys(("in", "inch", "inches"), "in"),
 }
-_SHOWN = 5  # names listed in a sentence
+"""Words for units of length, in small letters."""
+_LISTED = 5  # names in a sentence
 
 
 def read_units(word: str, place: Place) -> str | None:
     """The unit of length that a header names; None where it names none.
 
+    Args:
+        word: What stands in the header.
+        place: Where, for the message.
+
     Raises:
         RecordingError: The word is no unit of length known here.
     """
-    if not word.strip():
-        return None
-    units = UNITS.get(word.strip().lower())
-    if units is None:
+    word = word.strip()
+    if word and word.lower() not in UNITS:
         fix = "Correct it in the file, or export positions in one of these"
-        message = f"{place}: the unit '{shown(word.strip())}' is none of length"
-        raise RecordingError(message, value=word.strip(), allowed=("m", "cm", "mm", "in"), fix=fix)
-    return units
+        message = f"{place}: the unit '{shown(word)}' is none of length"
+        raise RecordingError(message, value=word, allowed=("m", "cm", "mm", "in"), fix=fix)
+    return UNITS.get(word.lower())
 
 
 def clean_name(text: str) -> str:
@@ -43,7 +47,7 @@ def clean_name(text: str) -> str:
 
 def once_each(names: Sequence[str]) -> tuple[list[str], list[Step]]:
     """Names used once each, the second ``ELB`` becoming ``ELB#2``, and a word on that."""
-    taken, result, again = set(names), [], []
+    taken, result = set(names), []
     used: dict[str, int] = {}
     for name in names:
         number = used.get(name, 0) + 1
@@ -51,27 +55,67 @@ def once_each(names: Sequence[str]) -> tuple[list[str], list[Step]]:
             number += 1
         used[name] = number
         result.append(name if number == 1 else f"{name}#{number}")
-        again += [] if number == 1 else [result[-1]]
-    if not again:
-        return result, []
-    sentence = f"Names that stand in the file more than once were told apart: {listed(again)}."
-    return result, [Step("names", sentence, {"names": again})]
+    return result, names_steps([new for new, name in zip(result, names, strict=True) if new != name])
+
+
+def unused_name(name: str, used: Container[str], given: Counter[str]) -> str:
+    """A name that is not used yet, the second ``Hand`` of a skeleton becoming ``Hand (2)``.
+
+    Bodies and joints are numbered in another way than markers, as people have written such names into their settings.
+
+    Args:
+        name: The name wanted.
+        used: Names that are used.
+        given: How often each name was wanted so far; counted up here.
+    """
+    given[name] += 1
+    result = name if given[name] == 1 else f"{name} ({given[name]})"
+    while result in used:
+        given[name] += 1
+        result = f"{name} ({given[name]})"
+    return result
+
+
+def names_steps(changed: Sequence[str], details: object = None) -> list[Step]:
+    """A word on names that were changed so that each stands once.
+
+    Args:
+        changed: The new names.
+        details: What to keep of it; by default the names.
+    """
+    if not changed:
+        return []
+    sentence = f"Names that stand in the file more than once were told apart: {listed(changed)}."
+    return [Step("names", sentence, {"names": details or list(changed)})]
 
 
 def listed(names: Sequence[str]) -> str:
     """The first few names and how many more there are."""
-    more = len(names) - _SHOWN
-    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+    more = len(names) - _LISTED
+    return ", ".join(names[:_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def column_names(leading: Sequence[str], names: Sequence[str], parts: Sequence[str]) -> list[str]:
-    """Column names for messages: those in front, then each marker with each of its parts."""
+    """Column names for messages: those in front, then each point with each of its parts.
+
+    Args:
+        leading: Columns in front of the first point.
+        names: The points.
+        parts: What stands of each of them, such as X, Y, Z.
+    """
     return [*leading, *(f"{name} {part}" for name in names for part in parts)]
 
 
-def positions(values: Array, first: int, names: Sequence[str], step: int = 3, width: int = 3) -> dict[str, Array]:
-    """Name to its columns, each of shape (T, width), without a copy, out of a table with ``step`` of them per name."""
-    return {name: values[:, first + step * i : first + step * i + width] for i, name in enumerate(names)}
+def positions(values: Array, first: int, names: Sequence[str], width: int = 3) -> dict[str, Array]:
+    """Name to its columns, each of shape (T, width), without a copy.
+
+    Args:
+        values: A table, shape (T, columns).
+        first: Column of the first name.
+        names: The names, in the order of the columns.
+        width: Number of columns of each name.
+    """
+    return {name: values[:, first + width * i : first + width * (i + 1)] for i, name in enumerate(names)}
 
 
 def hide_zeros(series: Mapping[str, Array]) -> list[Step]:
@@ -88,5 +132,10 @@ def hide_zeros(series: Mapping[str, Array]) -> list[Step]:
 
 
 def decimal_mark(line: str, delimiter: str) -> str:
-    """What stands in the numbers of a table, by its first row: a comma only where it is not between the cells."""
+    """What stands in the numbers of a table: a comma only where it is not between the cells.
+
+    Args:
+        line: The first row.
+        delimiter: Stands between the cells.
+    """
     return "," if delimiter != "," and "," in line and "." not in line else "."

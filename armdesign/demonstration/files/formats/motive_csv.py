@@ -21,20 +21,19 @@ from pathlib import Path
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Place, read_rows
-from armdesign.demonstration.files.formats.changed_lines import changed_lines
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_rows
 from armdesign.demonstration.files.formats.euler import ORDERS, euler_quaternions
+from armdesign.demonstration.files.formats.marker_columns import listed, names_steps, unused_name
 from armdesign.demonstration.files.formats.motive_header import Header, Item, is_motive, read_header
 from armdesign.demonstration.files.formats.motive_times import frame_times
-from armdesign.demonstration.files.formats.point_names import unused_name
 from armdesign.demonstration.files.formats.row_steps import count, row_steps
+from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.demonstration.files.sniff import open_text, text_head
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 
 _UNITS = {"meters": "m", "centimeters": "cm", "millimeters": "mm", "inches": "in"}
 _KNOWN = ("1.2", "1.20", "1.21", "1.22", "1.23", "1.24", "1.25")
-_SHOWN = 5  # names listed in a sentence
 
 
 def matches(head: bytes) -> bool:
@@ -55,34 +54,34 @@ def read(path: Path) -> Take:
         RecordingError: The file cannot be read, or something in it is wrong; the message says what and where.
     """
     with open_text(path) as stream:
-        header = read_header(stream, Place(path, 1))
-        units, order = _units(header), _rotation_order(header)
+        lines = LinesAhead(stream, path)
+        header = read_header(lines)
+        first = f"{path}, line 1"
+        units, order = _units(header, first), _rotation_order(header, first)
         dialect = Dialect(header.delimiter, MISSING, "." if header.delimiter == "," else ",", True, True)
-        lines = changed_lines(stream, header.without_extra) if header.extra else stream
-        rows = read_rows(lines, header.columns, header.place.below(1), dialect)
-    time, rate, time_steps = frame_times(rows, header.facts)
+        rows = read_rows(lines, header.columns, lines.place, dialect)
+    clock = frame_times(rows, header.facts)
     names = _names(header.items)
     odd_rows = row_steps(rows, count(header.facts.get("total exported frames", "")))
     return Take(
-        time=time,
+        time=clock.time,
         points={n: _columns(rows.values, i.position, "XYZ") for n, i in names.items() if i.position},
         orientations={n: _turns(rows.values, i, order) for n, i in names.items() if i.rotation},
         source=str(path),
         format=f"OptiTrack Motive CSV {header.facts.get('format version', '')}".strip(),
         units=units,
-        rate=rate,
+        rate=clock.rate,
         bodies=_bodies(names),
-        steps=(*_version_steps(header), *odd_rows, *time_steps, *_item_steps(names, order)),
+        steps=(*_version_steps(header), *odd_rows, *clock.steps, *_item_steps(names, order)),
     )
 
 
-def _units(header: Header) -> str | None:
-    """The unit of length; None where line 1 does not say.
+def _units(header: Header, first: str) -> str | None:
+    """The unit of length; None where line 1, called ``first`` in messages, does not say.
 
     Raises:
         RecordingError: The unit is unknown, or the positions are not those in the room.
     """
-    first = f"{header.place.source}, line 1"
     if header.facts.get("coordinate space", "").lower() == "local":
         message = f"{first}: the coordinate space is Local, each bone being relative to its parent"
         fix = "Export the take from Motive again, in Global coordinates"
@@ -95,7 +94,7 @@ def _units(header: Header) -> str | None:
     return _UNITS.get(units.lower())
 
 
-def _rotation_order(header: Header) -> str:
+def _rotation_order(header: Header, first: str) -> str:
     """Axes in the order of the Euler angles; empty where the rotations are quaternions.
 
     Raises:
@@ -105,7 +104,6 @@ def _rotation_order(header: Header) -> str:
     without = [item for item in turning if "W" not in item.rotation]
     if not without:
         return ""
-    first = f"{header.place.source}, line 1"
     kind = header.facts.get("rotation type", "")
     if len(without) < len(turning) or kind.upper() not in ORDERS:
         message = f"{first}: the rotation type is '{kind[:40]}', but '{without[0].name[:40]}' has three angles"
@@ -175,17 +173,9 @@ def _item_steps(names: Mapping[str, Item], order: str) -> list[Step]:
         steps.append(Step("angles", sentence, {"order": order, "intrinsic": True}))
     if solved := [name for name, item in names.items() if item.is_solved]:
         beside = [name for name in solved if name.endswith(" (solved)")]
-        there = f"where the measured marker is in the file too, they are called so ({_list(beside)})" if beside else ""
+        there = f"where the measured marker is in the file too, they are called so ({listed(beside)})" if beside else ""
         there = there or "the measured ones are not in the file"
-        sentence = f"Markers placed by the solved pose instead of being seen: {_list(solved)}; {there}."
+        sentence = f"Markers placed by the solved pose instead of being seen: {listed(solved)}; {there}."
         steps.append(Step("solved", sentence, {"solved": solved}))
-    if changed := {name: item.name for name, item in names.items() if name not in {item.name, f"{item.name} (solved)"}}:
-        sentence = f"Names that stand in the file more than once were told apart: {_list(list(changed))}."
-        steps.append(Step("names", sentence, {"names": changed}))
-    return steps
-
-
-def _list(names: Sequence[str]) -> str:
-    """The first few names and how many more there are."""
-    more = len(names) - _SHOWN
-    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+    changed = {name: item.name for name, item in names.items() if name not in {item.name, f"{item.name} (solved)"}}
+    return steps + names_steps(list(changed), changed)

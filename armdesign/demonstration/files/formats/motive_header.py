@@ -18,9 +18,10 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TextIO
 
-from armdesign.demonstration.files.csv_cells import Place, check_columns, is_blank, read_cells, read_line
+from armdesign.demonstration.files.csv_cells import BLANK, Place, check_columns, read_cells
+from armdesign.demonstration.files.formats.marker_columns import clean_name
+from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.errors import RecordingError
 
 _MAX_LINES = 40  # of a header
@@ -70,22 +71,13 @@ class Header:
         facts: Line 1, name to value.
         items: What was exported, in the order of the columns.
         columns: A name for each column of numbers, for messages.
-        extra: How many columns of text come after the second.
-        place: The line that names the columns.
         delimiter: Stands between the cells.
     """
 
     facts: Mapping[str, str]
     items: tuple[Item, ...]
     columns: list[str]
-    extra: int
-    place: Place
     delimiter: str
-
-    def without_extra(self, text: str) -> str:
-        """A line of the table without the columns of text."""
-        cells = text.split(self.delimiter, 2 + self.extra)
-        return self.delimiter.join(cells[:2] + cells[2 + self.extra :]) if len(cells) > 2 else text
 
 
 def is_motive(text: str) -> bool:
@@ -94,40 +86,47 @@ def is_motive(text: str) -> bool:
     return bool(_START.match(text) or _BARE.match(text))
 
 
-def read_header(stream: TextIO, place: Place) -> Header:
-    """Read up to the line that names the columns.
+def read_header(lines: LinesAhead) -> Header:
+    """Read up to the line that names the columns; the extra columns are cut out of all lines after it.
 
     Args:
-        stream: The file, at its beginning.
-        place: The first line.
+        lines: The file, at its beginning.
 
     Raises:
         RecordingError: This is no header of a Motive CSV, or it names nothing that has a place.
     """
-    first, below = _first_line(stream, place)
+    place = lines.place
+    first = _first_line(lines)
     start = _START.match(first)
     if start is None:
         raise _no_header(first, place)
     delimiter = start.group(1)
     facts = _facts(read_cells(first, delimiter))
-    rows, last = _rows(stream, place.below(below), delimiter)
+    rows, last = _rows(lines, delimiter)
     width = max(2, *(len(row) for row in rows))
     check_columns(width, last)
     rows = [row + [""] * (width - len(row)) for row in rows]
-    extra = _extra_columns(rows)
+    kinds = rows[-2]  # columns between the time and the first item belong to nothing
+    extra = next((i for i, kind in enumerate(kinds[2:]) if kind), len(kinds) - 2)
     rows = [row[:2] + row[2 + extra :] for row in rows]
     items = _items(rows, last)
-    return Header(facts, items, _labels(rows, items), extra, last, delimiter)
+
+    def without_extra(text: str) -> str:
+        cells = text.split(delimiter, 2 + extra)
+        return delimiter.join(cells[:2] + cells[2 + extra :]) if len(cells) > 2 else text
+
+    lines.change = without_extra if extra else None
+    return Header(facts, items, _labels(rows, items), delimiter)
 
 
-def _first_line(stream: TextIO, place: Place) -> tuple[str, int]:
-    """The first line that is not blank, with those over which its last quotation goes on, and how many lines it was."""
-    text, count = "", 0
-    while count < _MAX_LINES and (more := read_line(stream, place, count)):
-        text, count = text + more, count + 1
+def _first_line(lines: LinesAhead) -> str:
+    """The first line that is not blank, with those over which its last quotation goes on."""
+    text = ""
+    while lines.place.line <= _MAX_LINES and (more := lines.readline()):
+        text += more
         if text.strip() and (text.count('"') % 2 == 0 or not more.strip()):
             break
-    return text.replace("\n", " ").strip(), count
+    return text.replace("\n", " ").strip()
 
 
 def _no_header(first: str, place: Place) -> RecordingError:
@@ -146,29 +145,22 @@ def _facts(cells: list[str]) -> dict[str, str]:
     return {name.lower(): value for name, value in pairs[1::2][::-1] + pairs[::2][::-1] if name}
 
 
-def _rows(stream: TextIO, place: Place, delimiter: str) -> tuple[list[list[str]], Place]:
+def _rows(lines: LinesAhead, delimiter: str) -> tuple[list[list[str]], Place]:
     """The rows above the numbers that are not blank, and the place of the last, which begins with ``Frame``."""
     rows: list[list[str]] = []
-    for below in range(_MAX_LINES):
-        text = read_line(stream, place, below)
-        if not text:
-            break
-        if is_blank(text, delimiter):
+    for _ in range(_MAX_LINES):
+        place, text = lines.place, lines.readline()
+        if not text.strip(BLANK):
             continue
         rows.append([" ".join(cell.split()) for cell in read_cells(text, delimiter)])
         if rows[-1][0].lower() == "frame":
             if len(rows) < 4:
-                message = f"{place.below(below)}: the rows with types, names and 'Position' are missing above"
+                message = f"{place}: the rows with types, names and 'Position' are missing above"
                 raise RecordingError(message, value=len(rows), fix=_FIX)
-            return rows, place.below(below)
-    message = f"{place.source}: the row that names the columns, beginning with 'Frame', is missing below the header"
+            return rows, place
+    source = lines.place.source
+    message = f"{source}: the row that names the columns, beginning with 'Frame', is missing below the header"
     raise RecordingError(message, fix=f"The file may be cut off. {_FIX}")
-
-
-def _extra_columns(rows: list[list[str]]) -> int:
-    """Number of columns between the time and the first item, which belong to nothing."""
-    kinds = rows[-2]
-    return next((i for i, kind in enumerate(kinds[2:]) if kind), len(kinds) - 2)
 
 
 def _items(rows: list[list[str]], place: Place) -> tuple[Item, ...]:
@@ -181,7 +173,7 @@ def _items(rows: list[list[str]], place: Place) -> tuple[Item, ...]:
             continue
         key = (types[column], names[column], *(row[column] for row in more))
         if not items or items[-1].key != key or axis in getattr(items[-1], kind):
-            items.append(Item(types[column], _readable(names[column]) or f"column {column + 1}", key))
+            items.append(Item(types[column], clean_name(names[column]) or f"column {column + 1}", key))
         getattr(items[-1], kind)[axis] = column
     for item in items:
         _check(item, place)
@@ -196,11 +188,6 @@ def _named_rows(rows: list[list[str]]) -> list[list[str]]:
     if "type" in words and "name" in words:
         return [words[word] for word in _ROWS if word in words]
     return rows[:-2][:3]
-
-
-def _readable(name: str) -> str:
-    """A name without blanks around it and control characters in it."""
-    return "".join(letter if ord(letter) >= 32 else " " for letter in name).strip()
 
 
 def _check(item: Item, place: Place) -> None:

@@ -32,12 +32,12 @@ from armdesign.demonstration.files.csv_cells import (
     Rows,
     check_columns,
     check_names,
+    is_number,
     read_cells,
     read_rows,
     shown,
 )
 from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
-from armdesign.demonstration.files.formats.lines_ahead import LinesAhead
 from armdesign.demonstration.files.formats.marker_columns import (
     clean_name,
     column_names,
@@ -46,7 +46,8 @@ from armdesign.demonstration.files.formats.marker_columns import (
     once_each,
     positions,
 )
-from armdesign.demonstration.files.formats.row_steps import count, row_steps
+from armdesign.demonstration.files.formats.row_steps import count, count_steps, row_steps
+from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.demonstration.files.quaternions import from_matrices
 from armdesign.demonstration.files.sniff import open_text, text_head
 from armdesign.demonstration.recording import Step, Take
@@ -90,18 +91,22 @@ def read(path: Path) -> Take:
     Raises:
         RecordingError: The file cannot be read, or something in it is wrong; the message says what and where.
     """
+    facts: dict[str, list[str]] = {}
     with open_text(path) as stream:
         lines = LinesAhead(stream, path)
-        facts = _read_facts(lines)
+        while (key := _key(lines.skip_blank())) is not None:
+            facts[key] = [cell.strip() for cell in read_cells(lines.readline(), "\t")][1:]
         layout = _read_layout(lines, facts)
         decimal = decimal_mark(lines.peek(), "\t")
         dialect = Dialect("\t", MISSING, decimal, ragged=True, may_be_cut=True, keep_empty=not layout.leading)
         rows = read_rows(lines, column_names(layout.leading, layout.names, layout.parts), lines.place, dialect)
     columns = {name: i for i, name in enumerate(layout.leading)}
-    clock = frame_clock(rows, columns.get("frame"), columns.get("time"), _rate(facts))
+    clock = frame_clock(rows, columns.get("frame"), columns.get("time"), read_rate(_first(facts, "FREQUENCY")))
     names, name_steps = once_each(layout.names)
     points, turns, zero_steps = _series(rows, layout, names)
     odd_rows = row_steps(rows, count(_first(facts, "NO_OF_FRAMES")))
+    what = "bodies" if turns else "markers"
+    odd_names = count_steps(what, count(_first(facts, f"NO_OF_{what.upper()}")), len(names))
     return Take(
         time=clock.time,
         points=points,
@@ -110,7 +115,7 @@ def read(path: Path) -> Take:
         format=f"Qualisys TSV {'6D' if turns else '3D'}",
         units="mm",
         rate=clock.rate,
-        steps=(*odd_rows, *_count_steps(facts, layout), *name_steps, *zero_steps, *clock.steps),
+        steps=(*odd_rows, *odd_names, *name_steps, *zero_steps, *clock.steps),
     )
 
 
@@ -120,22 +125,9 @@ def _key(text: str) -> str | None:
     return word if word in _KEYS else None
 
 
-def _read_facts(lines: LinesAhead) -> dict[str, list[str]]:
-    """The lines of a name and its values."""
-    facts: dict[str, list[str]] = {}
-    while (key := _key(lines.skip_blank())) is not None:
-        facts[key] = [cell.strip() for cell in read_cells(lines.readline(), "\t")][1:]
-    return facts
-
-
 def _first(facts: Mapping[str, list[str]], key: str) -> str:
     """The first value of a line; empty where there is none."""
     return next(iter(facts.get(key, [])), "")
-
-
-def _rate(facts: Mapping[str, list[str]]) -> float | None:
-    """The frame rate."""
-    return read_rate(_first(facts, "FREQUENCY"))
 
 
 def _read_layout(lines: LinesAhead, facts: Mapping[str, list[str]]) -> _Layout:
@@ -149,7 +141,7 @@ def _read_layout(lines: LinesAhead, facts: Mapping[str, list[str]]) -> _Layout:
     names = names[: max((i + 1 for i, name in enumerate(names) if name), default=0)]
     cells = [cell.strip() for cell in read_cells(lines.peek().rstrip("\t\r\n"), "\t")]
     place = lines.place
-    if not _is_label(cells):
+    if all(not cell or cell.lower() in MISSING or is_number(cell) for cell in cells):  # no row of column names
         layout = _Layout(_guessed_leading(len(cells), names, parts, place), names, parts)
     else:
         lines.readline()
@@ -157,20 +149,6 @@ def _read_layout(lines: LinesAhead, facts: Mapping[str, list[str]]) -> _Layout:
     check_names(layout.names, place)
     check_columns(len(layout.leading) + len(layout.names) * len(parts), place)
     return layout._replace(names=[name or f"unnamed {i + 1}" for i, name in enumerate(layout.names)])
-
-
-def _is_label(cells: list[str]) -> bool:
-    """Whether a line is the row of column names: it has a word that stands for no number."""
-    return any(cell and cell.lower() not in (*MISSING, "nan") and not _is_number(cell) for cell in cells)
-
-
-def _is_number(cell: str) -> bool:
-    """Whether a cell holds a number."""
-    try:
-        float(cell.replace(",", "."))
-    except ValueError:
-        return False
-    return True
 
 
 def _guessed_leading(cells: int, names: list[str], parts: tuple[str, ...], place: Place) -> tuple[str, ...]:
@@ -215,7 +193,7 @@ def _series(rows: Rows, layout: _Layout, names: list[str]) -> tuple[dict[str, Ar
     if layout.parts is _POSITION:
         points = positions(rows.values, first, names)
         return points, {}, hide_zeros(points)
-    poses = positions(rows.values, first, names, width, width)
+    poses = positions(rows.values, first, names, width)
     steps = hide_zeros({name: pose[:, _ROTATION:] for name, pose in poses.items()})
     turns = {name: _turns(pose, name, rows) for name, pose in poses.items()}
     return {name: pose[:, :3] for name, pose in poses.items()}, turns, steps
@@ -238,14 +216,3 @@ def _turns(pose: Array, name: str, rows: Rows) -> Array:
         message = f"{rows.place(row)}, body '{shown(name)}': Rot[0] to Rot[8] are no rotation matrix"
         raise RecordingError(message, value=pose[row, _ROTATION:], fix=_FIX)
     return from_matrices(matrices)
-
-
-def _count_steps(facts: Mapping[str, list[str]], layout: _Layout) -> list[Step]:
-    """A word where the header announces another number of markers or bodies than there are columns for."""
-    key = "NO_OF_MARKERS" if layout.parts is _POSITION else "NO_OF_BODIES"
-    announced, found = count(_first(facts, key)), len(layout.names)
-    if announced in (None, found):
-        return []
-    what = key.rpartition("_")[2].lower()
-    sentence = f"The header announces {announced} {what}, the file holds columns for {found}; those were read."
-    return [Step("markers", sentence, {"announced": announced, "found": found})]

@@ -23,10 +23,22 @@ def row_steps(rows: Rows, announced: int | None = None) -> list[Step]:
     if rows.short:
         sentence = f"Lines that stop early: {rows.short}; what is missing in them was taken as not seen."
         steps.append(Step("short", sentence, {"lines": rows.short}))
-    if announced is not None and announced != len(rows.values):
-        sentence = f"The header announces {announced} frames, the file holds {len(rows.values)}."
-        steps.append(Step("count", sentence, {"announced": announced, "found": len(rows.values)}))
-    return steps
+    return [*steps, *count_steps("frames", announced, len(rows.values))]
+
+
+def count_steps(what: str, announced: int | None, found: int) -> list[Step]:
+    """Another number than the header says.
+
+    Args:
+        what: What is counted.
+        announced: Their number in the header; None where it tells none.
+        found: Their number in the file, which is taken.
+    """
+    if announced in (None, found):
+        return []
+    sentence = f"The header announces {announced} {what}, the file holds {found}."
+    name = "count" if what == "frames" else "markers"
+    return [Step(name, sentence, {"announced": announced, "found": found})]
 
 
 def hole_steps(time: Array, steps: Array, sentence: str) -> list[Step]:

@@ -32,7 +32,6 @@ from armdesign.demonstration.files.csv_cells import (
     shown,
 )
 from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
-from armdesign.demonstration.files.formats.lines_ahead import LinesAhead
 from armdesign.demonstration.files.formats.marker_columns import (
     clean_name,
     column_names,
@@ -41,9 +40,10 @@ from armdesign.demonstration.files.formats.marker_columns import (
     positions,
     read_units,
 )
-from armdesign.demonstration.files.formats.row_steps import count, row_steps
+from armdesign.demonstration.files.formats.row_steps import count, count_steps, row_steps
+from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.demonstration.files.sniff import open_text, text_head
-from armdesign.demonstration.recording import Step, Take
+from armdesign.demonstration.recording import Take
 from armdesign.errors import RecordingError
 
 _NAME_ROW = re.compile(r'\s*"?Frame#"?[ ]*(?P<delimiter>[\t,;])', re.IGNORECASE)
@@ -94,7 +94,12 @@ def read(path: Path) -> Take:
         format="TRC",
         units=read_units(header.facts.get("units", ""), header.values),
         rate=clock.rate,
-        steps=(*odd_rows, *_marker_steps(header), *name_steps, *clock.steps),
+        steps=(
+            *odd_rows,
+            *count_steps("markers", count(header.facts.get("nummarkers", "")), len(header.names)),
+            *name_steps,
+            *clock.steps,
+        ),
     )
 
 
@@ -142,12 +147,3 @@ def _facts(above: list[str], delimiter: str) -> tuple[dict[str, str], int]:
 def _words(text: str, delimiter: str) -> list[str]:
     """Cells that are not empty; blanks and several delimiters may stand between them."""
     return [cell for cell in re.split(r"[\s]+" if delimiter == "\t" else r"[\s,;]+", text.strip(' \r\n\t,;"')) if cell]
-
-
-def _marker_steps(header: _Header) -> list[Step]:
-    """A word where the header announces another number of markers than it names."""
-    announced = count(header.facts.get("nummarkers", ""))
-    if announced in (None, len(header.names)):
-        return []
-    sentence = f"The header announces {announced} markers and names {len(header.names)}; those named were read."
-    return [Step("markers", sentence, {"announced": announced, "found": len(header.names)})]

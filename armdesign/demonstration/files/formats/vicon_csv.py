@@ -27,7 +27,6 @@ from armdesign.demonstration.files.csv_cells import (
     shown,
 )
 from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
-from armdesign.demonstration.files.formats.lines_ahead import LinesAhead
 from armdesign.demonstration.files.formats.marker_columns import (
     clean_name,
     column_names,
@@ -38,6 +37,7 @@ from armdesign.demonstration.files.formats.marker_columns import (
     read_units,
 )
 from armdesign.demonstration.files.formats.row_steps import row_steps
+from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.demonstration.files.sniff import open_text, text_head
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
@@ -81,10 +81,16 @@ def read(path: Path) -> Take:
         units = _read_units(lines, header)
         decimal = decimal_mark(lines.skip_blank(), header.delimiter)
         dialect = Dialect(header.delimiter, MISSING, decimal, ragged=True, may_be_cut=True)
-        lines.end_before(lambda text: _title(text) is not None)
+        lines.is_end = lambda text: _title(text) is not None
         rows = read_rows(lines, column_names(header.leading, header.names, "XYZ"), lines.place, dialect)
-        lines.end_before(None)
-        skipped += _titles(lines)
+        lines.is_end = None
+        while text := lines.readline():
+            title = _title(text)
+            skipped += [] if title is None or title in skipped else [title]
+    blocks = []
+    if skipped:
+        sentence = f"Besides the trajectories the file holds {listed(skipped)}; this was not read."
+        blocks = [Step("blocks", sentence, {"blocks": skipped})]
     clock = frame_clock(rows, 0, None, header.rate)
     names, name_steps = once_each(header.names)
     return Take(
@@ -95,7 +101,7 @@ def read(path: Path) -> Take:
         format="Vicon Nexus CSV",
         units=units,
         rate=clock.rate,
-        steps=(*_block_steps(skipped), *row_steps(rows), *name_steps, *clock.steps),
+        steps=(*blocks, *row_steps(rows), *name_steps, *clock.steps),
     )
 
 
@@ -111,15 +117,6 @@ def _title(text: str) -> str | None:
         return None
     first = _cells(text)[0]
     return first if first.lower() in _TITLES and not any(_cells(text)[1:]) else None
-
-
-def _titles(lines: LinesAhead) -> list[str]:
-    """Titles of all blocks from here on."""
-    found: list[str] = []
-    while text := lines.readline():
-        if (title := _title(text)) is not None and title not in found:
-            found.append(title)
-    return found
 
 
 def _skip_to_block(lines: LinesAhead) -> list[str]:
@@ -143,22 +140,16 @@ def _read_header(lines: LinesAhead) -> _Header:
         if _cells(text, delimiter)[0].lower() in _FRAME:
             labels = _cells(text, delimiter)
             names = _cells(above[-1], delimiter) if len(above) > 1 else []
-            leading = _leading(labels, place)
+            upper = [label.upper() for label in labels]
+            if "X" not in upper:
+                allowed = "Frame, Sub Frame, X, Y, Z, X, Y, Z, ..."
+                raise RecordingError(f"{place}: there is no column 'X'", allowed=allowed, fix=_FIX)
+            leading = labels[: upper.index("X")]
             rate = read_rate(_cells(above[0])[0]) if above else None
             return _Header(rate, _names(labels, names, len(leading), place), leading, delimiter)
         above += [text] if text.strip() else []
     where = lines.place.source
     raise RecordingError(f"{where}: no row that begins with 'Frame' stands below 'Trajectories'", fix=_FIX)
-
-
-def _leading(labels: list[str], place: Place) -> list[str]:
-    """Labels of the columns before the first marker."""
-    upper = [label.upper() for label in labels]
-    if "X" not in upper:
-        raise RecordingError(
-            f"{place}: there is no column 'X'", allowed="Frame, Sub Frame, X, Y, Z, X, Y, Z, ...", fix=_FIX
-        )
-    return labels[: upper.index("X")]
 
 
 def _names(labels: list[str], names: list[str], first: int, place: Place) -> list[str]:
@@ -188,11 +179,3 @@ def _read_units(lines: LinesAhead, header: _Header) -> str | None:
         message = f"{place}: the positions have different units, {shown(listed(sorted(words)), 80)}"
         raise RecordingError(message, value=sorted(words), fix=_FIX)
     return read_units("".join(words), place)
-
-
-def _block_steps(titles: list[str]) -> list[Step]:
-    """A word on blocks that were not read."""
-    if not titles:
-        return []
-    sentence = f"Besides the trajectories the file holds {listed(titles)}; this was not read."
-    return [Step("blocks", sentence, {"blocks": titles})]

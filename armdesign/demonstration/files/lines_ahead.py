@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from armdesign.demonstration.files.csv_cells import Lines, Place, check_size, read_line
+from armdesign.demonstration.files.csv_cells import BLANK, MAX_LINE, Lines, Place, check_size, read_line
 
 
 class LinesAhead:
@@ -13,13 +13,16 @@ class LinesAhead:
 
     Attributes:
         place: Where the next line stands.
+        is_end: Whether a line is to be taken for the end of the file; None to go on to the real end.
+        change: Gives the new line for one, both with their ends; None to leave them as they are.
     """
 
     def __init__(self, stream: Lines, source: Path) -> None:
         self.place = Place(source, 1)
+        self.is_end: Callable[[str], bool] | None = None
+        self.change: Callable[[str], str] | None = None
         self._stream = stream
         self._next: str | None = None
-        self._is_end: Callable[[str], bool] | None = None
 
     def peek(self) -> str:
         """The next line with its end, which stays the next one; empty at the end.
@@ -29,9 +32,9 @@ class LinesAhead:
         """
         if self._next is None:
             self._next = read_line(self._stream, self.place)
-        return "" if self._is_end is not None and self._is_end(self._next) else self._next
+        return "" if self.is_end is not None and self.is_end(self._next) else self._next
 
-    def readline(self, size: int = -1, /) -> str:
+    def readline(self, size: int = MAX_LINE, /) -> str:
         """The next line with its end, whatever its size; empty at the end.
 
         Raises:
@@ -42,18 +45,10 @@ class LinesAhead:
             self._next = None
             self.place = self.place.below(1)
             check_size(0, self.place)
-        return text
+        return text if self.change is None or not text else self.change(text)
 
     def skip_blank(self) -> str:
         """Go over lines without anything in them; the next line, which stays the next one."""
-        while (text := self.peek()) and not text.strip(' \t\r\n,;"'):
+        while (text := self.peek()) and not text.strip(BLANK):
             self.readline()
         return text
-
-    def end_before(self, is_end: Callable[[str], bool] | None) -> None:
-        """From here on take a line for the end, until called again.
-
-        Args:
-            is_end: Whether a line is where to stop; None to go on to the end of the file.
-        """
-        self._is_end = is_end
