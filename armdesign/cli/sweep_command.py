@@ -136,13 +136,14 @@ def asked_lists(
         SettingsError: A list cannot be made out.
     """
     from armdesign.experiments.sweep.ranges import seed_numbers, whole_numbers  # noqa: PLC0415
-    from armdesign.settings.sections import with_algorithm  # noqa: PLC0415
+    from armdesign.settings.sections import ALGORITHM_SETTINGS, with_algorithm  # noqa: PLC0415
 
     search = settings.search
     named = [part.strip() for part in (algorithm or "").split(",") if part.strip()]
     meant = with_algorithm({"angle_interval": d}, search.algorithm)
     algorithms = tuple(dict.fromkeys(named or [meant.get("algorithm", search.algorithm)]))
-    if d is not None and "rapso" not in algorithms:
+    with_intervals = any("angle_interval" in ALGORITHM_SETTINGS.get(name, ()) for name in algorithms)
+    if d is not None and not with_intervals:
         raise SettingsError(
             "--d is given, but it is for rapso only", value=d, fix="Leave it out, or add rapso to --algorithm"
         )
@@ -151,7 +152,7 @@ def asked_lists(
         "algorithms": algorithms,
         "dof": (settings.design.dof,) if dof is None else whole_numbers(dof, "--dof"),
         "seeds": (search.seed,) if seeds is None else seed_numbers(seeds),
-        "angle_intervals": intervals if "rapso" in algorithms else (),
+        "angle_intervals": intervals if with_intervals else (),
     }
 
 

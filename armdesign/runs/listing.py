@@ -21,6 +21,7 @@ from armdesign.errors import RunFolderError
 from armdesign.runs.lock import holder_of
 from armdesign.runs.folder import STUDY, TASK_JSON
 from armdesign.runs.resumable import NOTES
+from armdesign.swarm import ALGORITHMS
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -44,8 +45,8 @@ class RunStatus:
             nothing found), evaluated (a given arm, not a search), or broken.
         detail: The process that is at it, or what is broken.
         best: Best robot fitness r so far [m], if there is one.
-        iterations: Iterations done, of multibasin candidates, if known.
-        planned: Iterations M asked for, of multibasin the budget, if known.
+        iterations: Iterations done, or candidates, whichever the algorithm counts, if known.
+        planned: How many of them are planned, if known.
         age: Time since the folder's files last changed [s].
         algorithm: Search algorithm, if known.
         dof: Number of joints n, if known.
@@ -111,16 +112,15 @@ def judge(folder: Path, run: RunStatus) -> RunStatus:
     Raises:
         ValueError: Its result cannot be read or is damaged.
     """
-    bests = saved_bests(folder)
+    bests = saved_column(folder, "history_best")
     if bests is not None:
-        done = len(bests) if run.algorithm != "multibasin" else saved_candidates(folder)
-        run = replace(run, iterations=done, best=bests[-1] if bests and np.isfinite(bests[-1]) else None)
+        run = replace(run, best=bests[-1] if bests and np.isfinite(bests[-1]) else None)
     holder = holder_of(folder)
     if holder is not None:
         return replace(run, state="running", detail=holder)
     if (folder / RESULT).exists():
         return from_result(read_result(folder / RESULT), run)
-    if bests and len(bests) == run.planned and run.best is None:
+    if bests and run.iterations == run.planned and run.best is None:
         return replace(run, state="failed", detail="nothing found")
     return replace(run, state="stopped")
 
@@ -138,8 +138,8 @@ def from_result(result: dict[str, Any], run: RunStatus) -> RunStatus:
         interrupted = result["stopped_by"] == "interrupted"
         if interrupted and run.iterations is not None:  # the saved state is the newer one
             return replace(run, state="interrupted")
-        each = 1 if run.algorithm == "multibasin" else int(result["settings"]["search"]["particles"])
-        iterations = int(result["evaluations"]) // each
+        settings = result["settings"]["search"]
+        iterations = ALGORITHMS[settings["algorithm"]].units_done(int(result["evaluations"]), settings)
     except (KeyError, TypeError, ValueError, ZeroDivisionError) as error:
         raise ValueError(f"{RESULT} is damaged: {error!r}") from error
     return replace(run, state="interrupted" if interrupted else "finished", best=best, iterations=iterations)
@@ -163,7 +163,7 @@ def read_result(path: Path) -> dict[str, Any]:
 
 
 def with_settings(run: RunStatus) -> RunStatus:
-    """The run with what its settings tell.
+    """The run with what its settings tell, and how far its saved state is.
 
     Raises:
         ValueError: They are missing or damaged; the message says so.
@@ -172,23 +172,16 @@ def with_settings(run: RunStatus) -> RunStatus:
         tables = tomllib.loads((run.folder / STUDY).read_text(encoding="utf-8"))
         search, dof = tables["search"], int(tables["design"]["dof"])
         algorithm, seed = str(search["algorithm"]), int(search["seed"])
-        planned = int(search["budget" if algorithm == "multibasin" else "iterations"])
+        planned = int(search[ALGORITHMS[algorithm].length])
+        evaluations = saved_column(run.folder, "history_evaluations")
+        done = None
+        if evaluations is not None:
+            done = ALGORITHMS[algorithm].units_done(int(evaluations[-1]) if evaluations else 0, search)
     except OSError as error:
         raise ValueError(f"{STUDY} cannot be read: {error.strerror}") from error
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"{STUDY} is damaged: {error}") from error
-    return replace(run, algorithm=algorithm, dof=dof, seed=seed, planned=planned)
-
-
-def saved_bests(folder: Path) -> list[float] | None:
-    """Best fitness after every iteration in the saved state; None where there is no state that can be read."""
-    return saved_column(folder, "history_best")
-
-
-def saved_candidates(folder: Path) -> int:
-    """Candidates evaluated up to the saved state."""
-    counts = saved_column(folder, "history_evaluations")
-    return int(counts[-1]) if counts else 0
+    return replace(run, algorithm=algorithm, dof=dof, seed=seed, planned=planned, iterations=done)
 
 
 def saved_column(folder: Path, column: str) -> list[float] | None:

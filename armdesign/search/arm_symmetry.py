@@ -1,44 +1,18 @@
-"""What the many-basin search has to know of arms: their length, and which designs are the same arm."""
+"""What a search algorithm may know of arms: their length, and which designs are the same arm."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from itertools import product
-from typing import Any
 
 import numpy as np
 
 from armdesign._types import Array
 from armdesign.fitness.constraints import DesignSpace
-from armdesign.settings.sections import Search as SearchSettings
-from armdesign.swarm import Box, MultiBasin, Sampler, Slab
+from armdesign.swarm import Slab
 
 FLAT = 1e-3
 """Link length below which two joint axes count as meeting [m]."""
-
-
-def new_search(settings: SearchSettings, space: DesignSpace, sample: Sampler) -> MultiBasin:
-    """A many-basin search of the settings before its first batch.
-
-    Args:
-        settings: Budget and seed.
-        space: The design space.
-        sample: Draws designs for the first sample.
-    """
-    return MultiBasin(
-        Box(*space.bounds, space.angular),
-        settings.budget,
-        np.random.default_rng(settings.seed),
-        sample=sample,
-        anew=space.sample,
-        slab=length_slab(space),
-        canonical=canonical_form(space),
-    )
-
-
-def resumed_search(state: Mapping[str, Any], space: DesignSpace) -> MultiBasin:
-    """The many-basin search that a state was taken of."""
-    return MultiBasin.from_state(state, anew=space.sample, canonical=canonical_form(space))
 
 
 def length_slab(space: DesignSpace) -> Slab:

@@ -14,29 +14,36 @@ from armdesign.errors import SearchError, SettingsError, counted
 from armdesign.fitness.block import Scores
 from armdesign.fitness.constraints import DesignSpace
 from armdesign.fitness.robot import Rejections
-from armdesign.search.arm_symmetry import new_search, resumed_search
+from armdesign.search.arm_symmetry import canonical_form, length_slab
 from armdesign.search.backends import Backend, InProcess
 from armdesign.search.evaluation import Evaluation, evaluate_design
 from armdesign.search.prepare import Prepared
 from armdesign.settings.sections import Search as SearchSettings
-from armdesign.swarm import Box, Effort, History, MultiBasin, State, Swarm, make_swarm, measure_effort, swarm_from_state
-
-ITERATION = 400
-"""Candidates of a many-basin search that count as an iteration for the stop rules: a generation of the swarms."""
+from armdesign.swarm import (
+    Algorithm,
+    Box,
+    Effort,
+    History,
+    SearchSpace,
+    State,
+    algorithm_from_state,
+    make_algorithm,
+    measure_effort,
+)
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a search stands after an iteration.
+    """Where a search stands after a batch of candidates.
 
     Attributes:
-        iteration: Iterations done, 1..M; of multibasin the candidates evaluated.
-        iterations: M; of multibasin the budget.
+        iteration: Iterations done, 1..M, or candidates, whichever the algorithm counts.
+        iterations: How many are planned.
         fitness: Best robot fitness r so far [m]; infinite while no candidate was valid.
         path_fitness: Its f [m].
         area: Its E [m].
-        valid: Valid particles in this iteration.
-        particles: N; of multibasin the candidates of the batch.
+        valid: Valid candidates of the batch.
+        particles: Candidates of the batch.
         elapsed: Time since the search began [s].
         unit: What is counted: iteration or candidate.
     """
@@ -98,6 +105,7 @@ class Search:
         self.settings = prepared.settings.search
         self.space = prepared.space()
         self.swarm = new_swarm(self.settings, self.space)
+        self.swarm.ask()  # the draw shows here, before anything is written, whether the bounds leave an arm
         self.rejections = Rejections()
         self.leader = (np.inf, np.inf, np.inf)
         self.nearest = np.inf
@@ -114,33 +122,21 @@ class Search:
         X = swarm.ask()
         cutoff = swarm.cutoff if self.settings.prune else np.full(len(X), np.inf)
         hints = swarm.hints
-        sloped = isinstance(swarm, MultiBasin) and swarm.wants_slopes
+        sloped = swarm.wants_slopes
         scores, removed = self.backend.evaluate(X, cutoff, hints, slopes=sloped)
-        if isinstance(swarm, MultiBasin):
-            slopes = scores.slopes if sloped and scores.slopes.shape[1] else None
-            swarm.tell(scores.fitness, scores.valid, scores.q0, slopes)
-        else:
-            swarm.tell(scores.fitness, scores.valid, scores.q0)
+        slopes = scores.slopes if sloped and scores.slopes.shape[1] else None
+        swarm.tell(scores.fitness, scores.valid, scores.q0, slopes)
         self.rejections += removed
         self.nearest = min(self.nearest, float(scores.start_error.min()))
         self.leader = better(self.leader, scores, hints)
         valid = int(scores.valid.sum())
-        if isinstance(swarm, MultiBasin):
-            return Progress(
-                swarm.evaluations, swarm.budget, *self.leader, valid, len(X), self.elapsed, unit="candidate"
-            )
-        return Progress(
-            swarm.iteration, self.settings.iterations, *self.leader, valid, self.settings.particles, self.elapsed
-        )
+        return Progress(*swarm.progress, *self.leader, valid, len(X), self.elapsed, unit=swarm.unit)
 
     def ended_by(self) -> str | None:
         """The stop rule that holds now, or None."""
         settings, best = self.settings, self.swarm.history.best
-        if isinstance(self.swarm, MultiBasin):
-            if self.swarm.done:
-                return "budget"
-        elif len(best) >= settings.iterations:
-            return "iterations"
+        if self.swarm.done:
+            return self.swarm.length
         if settings.target is not None and self.swarm.best_fitness <= settings.target:
             return "target"
         if settings.patience is not None and stalled(best[self.steps()], settings.patience):
@@ -150,11 +146,11 @@ class Search:
         return None
 
     def steps(self) -> NDArray[np.intp]:
-        """Rows of the history that stand for whole iterations: all of a swarm, of many basins every 400 candidates."""
-        evaluations = self.swarm.history.evaluations
-        if not isinstance(self.swarm, MultiBasin) or not len(evaluations):
-            return np.arange(len(evaluations))
-        ends = np.arange(evaluations[-1] % ITERATION, evaluations[-1] + 1, ITERATION)
+        """Rows of the history at the ends of whole generations, counted back from the last row."""
+        evaluations, size = self.swarm.history.evaluations, self.swarm.generation
+        if not len(evaluations):
+            return np.arange(0)
+        ends = np.arange(evaluations[-1] % size, evaluations[-1] + 1, size)
         rows = np.searchsorted(evaluations, ends, side="right") - 1
         return np.asarray(rows[rows >= 0])
 
@@ -187,10 +183,7 @@ class Search:
         """Go on where a state was taken."""
         search = dict(state["search"])
         swarm = {name: value for name, value in state.items() if name != "search"}
-        if swarm.get("algorithm") == MultiBasin.name:
-            self.swarm = resumed_search(swarm, self.space)
-        else:
-            self.swarm = swarm_from_state(swarm)
+        self.swarm = algorithm_from_state(swarm, search_space(self.settings, self.space))
         self.rejections = Rejections(**search["rejections"])
         r, f, E = search["leader"]
         self.leader = float(r), float(f), float(E)
@@ -232,21 +225,28 @@ def stalled(best: Array, patience: int, gain: float = 1e-3) -> bool:
     return bool(best[-1] > (1.0 - gain) * best[-1 - patience])
 
 
-def new_swarm(settings: SearchSettings, space: DesignSpace) -> Swarm | MultiBasin:
-    """The swarm of the settings at its first iteration."""
-    if settings.algorithm == MultiBasin.name:
-        return new_search(settings, space, first_generation(settings, space))
-    parameters: dict[str, float | int | str] = {"w": settings.inertia, "c1": settings.c1, "c2": settings.c2}
-    if settings.algorithm == "rapso":
-        parameters |= {
-            "c_min": settings.c_range[0],
-            "c_max": settings.c_range[1],
-            "range_of": settings.range,
-            "angle_interval": settings.angle_interval,
-        }
-    box = Box(*space.bounds, space.angular)
+def new_swarm(settings: SearchSettings, space: DesignSpace) -> Algorithm:
+    """The search algorithm of the settings, before its first batch.
+
+    Args:
+        settings: The algorithm with its parameters, seed, and designs to begin with.
+        space: The design space.
+    """
     rng = np.random.default_rng(settings.seed)
-    return make_swarm(settings.algorithm, box, settings.particles, rng, first_generation(settings, space), **parameters)
+    return make_algorithm(settings.algorithm, search_space(settings, space), rng, asdict(settings))
+
+
+def search_space(settings: SearchSettings, space: DesignSpace) -> SearchSpace:
+    """What a search algorithm may know of designs.
+
+    Args:
+        settings: Designs to begin with.
+        space: The design space.
+    """
+    return SearchSpace(
+        Box(*space.bounds, space.angular), sample=first_generation(settings, space), anew=space.sample,
+        slab=length_slab(space), canonical=canonical_form(space),
+    )  # fmt: skip
 
 
 def first_generation(settings: SearchSettings, space: DesignSpace) -> Callable[[np.random.Generator, int], Array]:

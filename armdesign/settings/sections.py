@@ -6,6 +6,7 @@ Angles stand here in degrees, lengths in metres: this is the edge the user sees.
 from __future__ import annotations
 
 import dataclasses
+import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -234,12 +235,23 @@ class Solver(Section):
     )
 
 
+SWARM = ("particles", "iterations", "inertia", "c1", "c2")
+ALGORITHM_SETTINGS: Mapping[str, tuple[str, ...]] = {
+    "rapso": (*SWARM, "c_range", "range", "angle_interval"),
+    "pso": SWARM,
+    "multibasin": ("budget",),
+}
+"""The search algorithms, and the settings that only some of them have."""
+SIZES = {"budget": ("up to ", "candidate"), "particles": ("", "particle"), "iterations": ("", "iteration")}
+"""Settings whose product is the number of candidates, and the words around them."""
+
+
 @dataclass(frozen=True)
 class Search(Section):
     """The search: many basins, or the paper's swarms (method section 7)."""
 
     algorithm: str = parameter(
-        "multibasin", Choice(("rapso", "pso", "multibasin")),
+        "multibasin", Choice(tuple(ALGORITHM_SETTINGS)),
         "multibasin: descents by gradients in many basins, within the budget; rapso: the paper's RA-PSO; pso: both\n"
         "take particles and iterations. Where those are set and no algorithm is, it is rapso.",
     )  # fmt: skip
@@ -280,21 +292,22 @@ class Search(Section):
         "table in their order, alpha, a, d row by row [rad, m], then the base yaw; not set: none.", optional=True,
     )  # fmt: skip
 
+    def has(self, name: str) -> bool:
+        """Whether the algorithm uses the setting of that name, one that only some algorithms have."""
+        return name in ALGORITHM_SETTINGS[self.algorithm]
+
     @property
     def candidates(self) -> int:
         """Candidates that are evaluated at most."""
-        return self.budget if self.algorithm == "multibasin" else self.particles * self.iterations
+        return math.prod(getattr(self, name) for name in SIZES if self.has(name))
 
     @property
     def size(self) -> str:
         """How large the search is, in words."""
-        if self.algorithm == "multibasin":
-            return f"up to {counted(self.budget, 'candidate')}"
-        return f"{counted(self.particles, 'particle')}, {counted(self.iterations, 'iteration')}"
+        sizes = {name: words for name, words in SIZES.items() if self.has(name)}
+        return ", ".join(f"{before}{counted(getattr(self, name), noun)}" for name, (before, noun) in sizes.items())
 
 
-SWARM = ("particles", "iterations", "inertia", "c1", "c2", "c_range", "range", "angle_interval")
-"""Settings of the search that only the swarms have."""
 SECTIONS: tuple[type[Section], ...] = (Task, Design, Fitness, Solver, Search)
 
 
@@ -349,8 +362,9 @@ class Settings:
 
 def with_algorithm(entries: Mapping[str, Any], algorithm: str) -> Mapping[str, Any]:
     """Changes to the search with the algorithm they mean: RA-PSO where they set a swarm's parameters and name none."""
-    asks_for_swarm = any(entries.get(name) is not None for name in SWARM)
-    if algorithm == "multibasin" and asks_for_swarm and entries.get("algorithm") is None:
+    named = entries.get("algorithm") is not None
+    asks_for_swarm = any(entries.get(name) is not None for name in ALGORITHM_SETTINGS["rapso"])
+    if asks_for_swarm and not named and not set(SWARM) & set(ALGORITHM_SETTINGS[algorithm]):
         return {**entries, "algorithm": "rapso"}
     return entries
 

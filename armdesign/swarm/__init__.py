@@ -1,39 +1,45 @@
-"""Particle swarms that ask for fitness values and are told them; they know nothing of robots.
+"""Search algorithms that ask for fitness values and are told them; they know nothing of robots.
 
-swarm = make_swarm("rapso", box, 400, np.random.default_rng(1))
-for _ in range(200):
-    X = swarm.ask()
-    swarm.tell(*evaluate(X))  # fitness (N,) and validity (N,), by the caller's means
+    space = SearchSpace(Box(lower, upper, angular))
+    search = make_algorithm("rapso", space, np.random.default_rng(1), {"particles": 400, "iterations": 200})
+    while not search.done:
+        X = search.ask()
+        search.tell(*evaluate(X))  # fitness (N,) and validity (N,), by the caller's means
 
-:class:`MultiBasin` is asked and told alike; it takes a budget of candidates instead of particles and iterations.
+To add an algorithm:
+
+1. One file here with a class derived from :class:`Algorithm` (its abstract methods are all there is to write; `pso.py`
+   is the shortest example) and a frozen dataclass of its parameters, named as its settings.
+2. Its class in the one line of :data:`ALGORITHMS` in `registry.py`.
+3. Its settings: entries of `Search` in `armdesign/settings/sections.py`, and their names in `ALGORITHM_SETTINGS` there.
+
+The contract in `tests/swarm/test_swarm_contract.py` then runs over it, and every command offers it.
 """
 
-from armdesign.swarm.base import History, Sampler, State, Swarm
+from armdesign.swarm.algorithm import Algorithm, History, State
 from armdesign.swarm.effort import Effort, computational_effort, converged_at, measure_effort
 from armdesign.swarm.multibasin import MultiBasin
 from armdesign.swarm.pso import PSO
 from armdesign.swarm.rapso import RAPSO
-from armdesign.swarm.recipe import Recipe
-from armdesign.swarm.region import Slab
-from armdesign.swarm.registry import ALGORITHMS, make_swarm, swarm_from_state
-from armdesign.swarm.space import Box
+from armdesign.swarm.registry import ALGORITHMS, algorithm_from_state, make_algorithm
+from armdesign.swarm.space import Box, Sampler, SearchSpace, Slab
 
 __all__ = [
     "ALGORITHMS",
     "PSO",
     "RAPSO",
+    "Algorithm",
     "Box",
     "Effort",
     "History",
     "MultiBasin",
-    "Recipe",
     "Sampler",
+    "SearchSpace",
     "Slab",
     "State",
-    "Swarm",
+    "algorithm_from_state",
     "computational_effort",
     "converged_at",
-    "make_swarm",
+    "make_algorithm",
     "measure_effort",
-    "swarm_from_state",
 ]

@@ -1,17 +1,19 @@
-"""Checks of what the caller hands to a swarm: settings, initial positions, fitness and validity."""
+"""Checks of what the caller hands to a search algorithm: settings, positions, fitness and validity."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from armdesign._types import Array
 from armdesign.errors import SearchError, SettingsError
-from armdesign.swarm.space import Box, Mask
+
+Mask = NDArray[np.bool_]
 
 ROUNDING = 1e-9
+"""Relative distance by which a drawn position may miss the box."""
 
 
 def number(name: str, value: object, low: float = -math.inf, high: float = math.inf) -> float:
@@ -22,9 +24,9 @@ def number(name: str, value: object, low: float = -math.inf, high: float = math.
     """
     allowed = f"a finite number in [{low:g}, {high:g}]"
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise SettingsError(f"swarm setting '{name}' is {value!r}, not a number", value=value, allowed=allowed)
+        raise SettingsError(f"search setting '{name}' is {value!r}, not a number", value=value, allowed=allowed)
     if not (math.isfinite(value) and low <= value <= high):
-        raise SettingsError(f"swarm setting '{name}' is {value}", value=value, allowed=allowed)
+        raise SettingsError(f"search setting '{name}' is {value}", value=value, allowed=allowed)
     return float(value)
 
 
@@ -36,19 +38,8 @@ def whole(name: str, value: object, low: int = 1) -> int:
     """
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value < low:
         allowed = f"a whole number >= {low}"
-        raise SettingsError(f"swarm setting '{name}' is {value!r}", value=value, allowed=allowed)
+        raise SettingsError(f"search setting '{name}' is {value!r}", value=value, allowed=allowed)
     return int(value)
-
-
-def choice(name: str, value: object, allowed: tuple[str, ...]) -> str:
-    """One of the allowed words.
-
-    Raises:
-        SettingsError: It is none of them.
-    """
-    if not isinstance(value, str) or value not in allowed:
-        raise SettingsError(f"swarm setting '{name}' is {value!r}", value=value, allowed=allowed)
-    return value
 
 
 def generator(value: object) -> np.random.Generator:
@@ -58,7 +49,7 @@ def generator(value: object) -> np.random.Generator:
         SettingsError: It is something else, for instance a seed.
     """
     if not isinstance(value, np.random.Generator):
-        message = f"a swarm draws from a numpy.random.Generator, got {type(value).__name__}"
+        message = f"a search draws from a numpy.random.Generator, got {type(value).__name__}"
         raise SettingsError(message, value=value, fix="Pass numpy.random.default_rng(seed)")
     return value
 
@@ -106,39 +97,40 @@ def _check_shape(what: str, found: tuple[int, ...], wanted: tuple[int | None, ..
         raise SearchError(f"{what} should not have shape {found}", value=found, allowed=allowed, fix=fix)
 
 
-def positions(drawn: ArrayLike, box: Box, count: int) -> Array:
-    """Initial positions in the box, shape (N, D); rounding at a bound is forgiven.
+def positions(drawn: ArrayLike, lower: Array, upper: Array, count: int) -> Array:
+    """Positions between their bounds, shape (N, D); rounding at a bound is forgiven.
+
+    Args:
+        drawn: The positions, shape (N, D).
+        lower: Lower bounds, shape (D,).
+        upper: Upper bounds, shape (D,).
+        count: Number of positions N.
 
     Raises:
-        SearchError: A wrong shape, or a position that is not in the box.
+        SearchError: A wrong shape, or a position that is out of bounds.
     """
-    X = numbers("the initial positions", drawn, (count, box.dimension))
-    inside = box.clip(X)
+    X = numbers("the positions", drawn, (count, len(lower)))
+    inside = np.clip(X, lower, upper)
     wrong = ~(np.abs(X - inside) <= ROUNDING * np.maximum(1.0, np.abs(inside)))  # NaN is wrong, too
     for j, entry in np.argwhere(wrong):
-        allowed = f"[{box.lower[entry]:g}, {box.upper[entry]:g}]"
-        message = f"the initial position of particle {j} has entry {entry} = {X[j, entry]:g}"
+        allowed = f"[{lower[entry]:g}, {upper[entry]:g}]"
+        message = f"the position of candidate {j} has entry {entry} = {X[j, entry]:g}"
         raise SearchError(message, value=float(X[j, entry]), allowed=allowed)
-    return inside
+    return np.asarray(inside)
 
 
 def fitness(told: ArrayLike, count: int) -> Array:
     """Fitness values, shape (N,).
+
+    Args:
+        told: The values.
+        count: Number of candidates N.
 
     Raises:
         SearchError: A wrong shape, NaN or -inf.
     """
     values = numbers("the fitness", told, (count,))
     for j in np.flatnonzero(np.isnan(values) | np.isneginf(values)):
-        allowed = "numbers, or inf for a particle without a fitness"
-        raise SearchError(f"the fitness of particle {j} is {values[j]}", value=float(values[j]), allowed=allowed)
+        allowed = "numbers, or inf for a candidate without a fitness"
+        raise SearchError(f"the fitness of candidate {j} is {values[j]}", value=float(values[j]), allowed=allowed)
     return values
-
-
-def validity(told: ArrayLike, count: int) -> Mask:
-    """Flags, shape (N,).
-
-    Raises:
-        SearchError: A wrong shape, or something else than true and false.
-    """
-    return flags("the validity of the particles", told, (count,))

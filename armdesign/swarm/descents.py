@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.swarm import saved
+from armdesign.swarm.checks import Mask
 from armdesign.swarm.quasi_newton import best_steps, updated
 from armdesign.swarm.region import Region
-from armdesign.swarm.space import Mask
 
 PROBE = 3e-4
 """Length of the probes in unit coordinates: far above the solver's tolerance, far below a basin's width."""

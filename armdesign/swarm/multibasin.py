@@ -1,86 +1,139 @@
 """A search over many basins: a spread sample, descents by gradients, children of the best basins, a last evolution.
 
-What happens in between is in :mod:`armdesign.swarm.stages`; here is what the caller sees of it.
+Its stages, what each asks for, what it makes of the answers, and which one comes next:
+
+    SAMPLE   candidates of the first sample; descents begin at the best ones that lie apart
+    SLOPE    where every descent begins, its gradient is asked for
+    PROBE    without gradients: forward differences around it (RETRY: in the other direction where there was no value)
+    STEP     a step of every descent, taken where it is better, with its gradient
+    CHECK    where the descents have ended, evaluated afresh, goes into the archive of basins
+    SCREEN   children of the best basins; of every few the best begins a descent, and so on from SLOPE or PROBE
+             where the best of them has not gained for long, all begins anew, from SAMPLE with an empty archive; when
+             the budget does not allow that any more, the archives are put together
+    EVOLVE   CMA-ES around the best basins, where kinks stop the gradients, with the last share of the budget
+
+Probes and steps carry a hint, whatever the evaluation gave for the place they come from (of an arm, its start pose).
+A fitness that came by a hint never counts as the best one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import fields
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from armdesign._types import Array
 from armdesign.errors import SearchError
-from armdesign.swarm import checks, generator_state, saved
-from armdesign.swarm.base import History, Sampler, State
-from armdesign.swarm.descents import Descents, Patience
+from armdesign.swarm import checks, saved
+from armdesign.swarm.algorithm import Algorithm, State
+from armdesign.swarm.archive import Archive, apart
+from armdesign.swarm.checks import Mask
+from armdesign.swarm.children import children
+from armdesign.swarm.descents import STEEPEST, Descents, Patience
 from armdesign.swarm.evolution import Evolution
-from armdesign.swarm.recipe import Recipe
-from armdesign.swarm.region import Slab
-from armdesign.swarm.space import Box
-from armdesign.swarm.stages import OVER, SLOPE, STEP, Stages
+from armdesign.swarm.region import Region
+from armdesign.swarm.space import SearchSpace
+
+SAMPLE, SLOPE, PROBE, RETRY, STEP, CHECK, SCREEN, EVOLVE, OVER = (
+    "sample", "slope", "probe", "retry", "step", "check", "screen", "evolve", "over",
+)  # fmt: skip
+CHUNK, LEAST = 400, 100
+"""Most candidates of the sample in one batch, and the smallest sample."""
+GAIN = 5e-3
+"""By how much the best basin has to become better, relative, for the search not to stall."""
+AHEAD = 1e-3
+"""How much better than the best a descent has to look, relative, to be evaluated without its hint on the way."""
+GENERATION = 400
+"""Candidates that stop rules count as one iteration: a generation of the paper's swarms."""
 
 
-class MultiBasin(Stages):
-    """Minimises a fitness which the caller computes; as with the swarms, ask for positions and tell their fitness.
+@dataclass(frozen=True)
+class MultiBasinParameters:
+    """The budget and how it is spent.
 
-    Beside the fitness the caller may tell a hint for every position, and gets it back with the positions near it.
+    Attributes:
+        budget: Most candidates ever asked for.
+        sample: Share of the budget for the first sample.
+        candidates_per_start: One first descent for so many candidates of the budget.
+        spread: Smallest distance of two first descents in unit coordinates.
+        first_reach: Length of the first step from the sample.
+        reach: Length of the first step from a child.
+        descents: Descents begun at a time later on.
+        screened: Children evaluated for each of them.
+        parents: How many of the best basins have children.
+        bar: Rank of the basin that a descent has to compare with in order not to be given up early.
+        stall: Share of the budget without a gain after which the search begins anew, its basins kept aside.
+        finish: Share of the budget for the evolution.
+        sigma: Step size of the evolution of the best basins.
+        last_sigma: Step size of the evolution of the winner.
     """
 
-    name: ClassVar[str] = "multibasin"
+    budget: int = 25000
+    sample: float = 0.06
+    candidates_per_start: int = 400
+    spread: float = 0.3
+    first_reach: float = 0.15
+    reach: float = 0.08
+    descents: int = 24
+    screened: int = 6
+    parents: int = 8
+    bar: int = 3
+    stall: float = 0.2
+    finish: float = 0.06
+    sigma: float = 0.03
+    last_sigma: float = 0.005
+
+    def __post_init__(self) -> None:
+        """Check the budget.
+
+        Raises:
+            SettingsError: It is not a whole number or too small.
+        """
+        checks.whole("budget", self.budget)
+
+
+class MultiBasin(Algorithm):
+    """Descends by gradients in many basins within a budget of candidates.
+
+    Beside the fitness the caller may tell a hint for every position, and gets it back with the positions near it; and
+    gradients where `wants_slopes` is true. Without gradients the search finds them by probes.
+    """
+
+    name, unit, length = "multibasin", "candidate", "budget"
+    Parameters = MultiBasinParameters
+    parameters: MultiBasinParameters
 
     def __init__(
-        self,
-        box: Box,
-        budget: int,
-        rng: np.random.Generator,
-        *,
-        sample: Sampler | None = None,
-        anew: Sampler | None = None,
-        slab: Slab | None = None,
-        canonical: Callable[[Array], Array] | None = None,
-        recipe: Recipe | None = None,
+        self, space: SearchSpace, rng: np.random.Generator, parameters: MultiBasinParameters | None = None
     ) -> None:
-        """Draw the first sample.
+        """Begin; see Algorithm."""
+        super().__init__(space, rng, parameters)
+        self.budget = self.parameters.budget
+        self.region = Region(self.box, space.slab)
+        K, D = self.region.dimension, self.box.dimension
+        self._stage = SAMPLE
+        self._hints = np.zeros((0, 0))
+        self._best, self._best_value = self.box.lower.copy(), np.inf
+        self._archive = Archive(K, self._unit_form)
+        self._aside = self._archive.emptied()  # basins of earlier beginnings
+        self._mark, self._mark_at = np.inf, 0  # the best basin when it last gained, and the candidates told by then
+        self._sample, self._sample_value, self._sample_hint = np.zeros((0, D)), np.zeros(0), np.zeros((0, 0))
+        self._descents: Descents | None = None
+        self._sloped = True  # whether gradients come with the fitness; found out at the first SLOPE
+        self._extra = 0  # rows at the end of the batch that check the descent in the lead
+        self._signs = self._slopes = np.zeros((0, K))
+        self._evolutions: list[Evolution] = []
+        self._leg_end = 0
 
-        Args:
-            box: Bounds of the positions, D entries.
-            budget: Most candidates ever asked for.
-            rng: Source of every draw.
-            sample: Draws the first positions; default uniform in the box.
-            anew: Draws them whenever the search begins anew; default as at first.
-            slab: A linear constraint that the positions fulfil; default none.
-            canonical: Positions (N, D) in a form that is the same for equal designs; default as they are.
-            recipe: How the budget is spent.
+    def _unit_form(self, U: Array) -> Array:
+        """The canonical form on unit coordinates, shape (N, K) -> (N, K)."""
+        if self.space.canonical is None:
+            return U
+        return self.region.units(self.space.canonical(self.region.positions(U)))
 
-        Raises:
-            SettingsError: A setting is out of range.
-            SearchError: `sample` returned something else than positions in the box.
-        """
-        super().__init__(box, budget, rng, sample, anew, slab, canonical, Recipe() if recipe is None else recipe)
-
-    # ------------------------------------------------------------------ ask and tell
-
-    @property
-    def done(self) -> bool:
-        """Whether the budget is spent."""
-        return self._stage == OVER
-
-    def ask(self) -> Array:
-        """Positions whose fitness is wanted, shape (N, D), N differs from time to time; the same until they are told.
-
-        Raises:
-            SearchError: The budget is spent.
-        """
-        if self.done:
-            raise SearchError("the budget of candidates is spent", value=self.budget, fix="Look at `done` before ask()")
-        if not self._asked:
-            self._X, self._hints, self._extra = self._batch()
-            self._asked = True
-        return self._X.copy()
+    # ------------------------------------------------------------------ what the caller sees
 
     @property
     def hints(self) -> Array | None:
@@ -94,57 +147,26 @@ class MultiBasin(Stages):
 
     @property
     def cutoff(self) -> Array:
-        """Fitness beyond which a position asked for need not be evaluated further, shape (N,).
-
-        Told as +inf instead, the run stays the same to the last bit.
-        """
+        """Where steps come without gradients, the fitness that each has to fall below; else +inf, shape (N,)."""
         limits = np.full(len(self._X), np.inf)
         if self._stage == STEP and self._descents is not None and not self._sloped:
             limits[: len(limits) - self._extra] = self._descents.value[self._descents.live]
         return limits
 
-    def tell(
-        self,
-        fitness: ArrayLike,
-        valid: ArrayLike,
-        hints: ArrayLike | None = None,
-        slopes: ArrayLike | None = None,
-    ) -> None:
-        """Take the fitness of the positions last asked for.
+    @property
+    def done(self) -> bool:
+        """Whether the budget is spent."""
+        return self._stage == OVER
 
-        Args:
-            fitness: Smaller is better, +inf for none, shape (N,).
-            valid: Whether the position fulfils the constraints, shape (N,); it is only counted.
-            hints: What helps to evaluate positions nearby, shape (N, H), NaN where there is nothing; default nothing.
-            slopes: Gradients of the fitness, shape (N, D), NaN where there is none; default none. They are heeded where
-                ``wants_slopes`` is true; without them the search finds its gradients by probes.
-
-        Raises:
-            SearchError: Nothing was asked, a wrong shape, or a fitness of NaN or -inf. The search is left as it was.
-        """
-        if not self._asked:
-            raise SearchError(
-                "the search was told a fitness that it did not ask for", fix="Call ask() before each tell()"
-            )
-        values, flags = checks.fitness(fitness, len(self._X)), checks.validity(valid, len(self._X))
-        given = np.zeros((len(values), 0)) if hints is None else checks.numbers("the hints", hints, (len(values), None))
-        gradients = None if slopes is None else checks.numbers("the slopes", slopes, self._X.shape)
-        self._asked = False
-        pure = np.isnan(self._hints).all(axis=1)
-        self._lead(self._X[pure], values[pure])
-        told = self.evaluations + len(values)
-        self._take(values, given, gradients, told)
-        known = self._archive.value
-        mean = float(known.mean()) if len(known) else np.inf
-        self._history.append((self._best_value, mean, int(np.count_nonzero(flags)), told))
-        self._settle(told)
-
-    # ------------------------------------------------------------------ what was found
+    @classmethod
+    def units_done(cls, evaluations: int, settings: Mapping[str, Any]) -> int:
+        """Number of candidates; see Algorithm."""
+        return evaluations
 
     @property
-    def iteration(self) -> int:
-        """Batches told so far."""
-        return len(self._history)
+    def generation(self) -> int:
+        """As many as in a generation of the paper's swarms."""
+        return GENERATION
 
     @property
     def best_position(self) -> Array:
@@ -166,36 +188,256 @@ class MultiBasin(Stages):
             return self._best[None].copy(), np.array([self._best_value])
         return self.region.positions(known.U), known.value.copy()
 
+    # ------------------------------------------------------------------ what is asked
+
+    def _next(self) -> Array:
+        """The batch of the present stage."""
+        X, self._hints, self._extra = self._batch()
+        return X
+
+    def _batch(self) -> tuple[Array, Array, int]:
+        """Positions, their hints, and how many at the end are extra, of the present stage."""
+        if self._stage == SAMPLE:
+            if not self._history:
+                self._sample = self.space.draw(self._rng, self._sample_size)
+            first = len(self._sample_value)
+            return self._unhinted(self._sample[first : first + CHUNK])
+        if self._stage == SCREEN:
+            parents = self._archive.U[: self.parameters.parents]
+            count = self.parameters.descents * self.parameters.screened
+            return self._unhinted(self.region.positions(children(self.region, parents, count, self._rng)))
+        if self._stage == EVOLVE:
+            U = np.vstack([evolution.ask(self._rng) for evolution in self._evolutions])
+            return self._unhinted(self.region.positions(U))
+        if self._stage == CHECK:
+            return self._unhinted(self.region.positions(self._at_hand().U))
+        if self._stage == STEP:
+            U, hints = self._at_hand().steps()
+            batch = self.region.positions(U), hints
+            return self._with_leader(*batch) if self._sloped else (*batch, 0)
+        if self._stage == SLOPE:
+            U, hints = self._at_hand().places()
+            return self.region.positions(U), hints, 0
+        U, hints = self._at_hand().probes(self._signs)
+        return self._with_leader(self.region.positions(U), hints)
+
+    def _unhinted(self, X: Array) -> tuple[Array, Array, int]:
+        """A batch without hints."""
+        return X, np.full((len(X), self._archive.hint.shape[1]), np.nan), 0
+
+    def _with_leader(self, X: Array, hints: Array) -> tuple[Array, Array, int]:
+        """A batch; behind it the descent in the lead without its hint, where that looks like a new best."""
+        descents = self._at_hand()
+        k = int(np.argmin(descents.value))
+        ahead = descents.value[k] < self._best_value * (1.0 - AHEAD)
+        if not ahead or self._stage not in (PROBE, STEP) or not np.any(descents.last[k]):
+            return X, hints, 0
+        place = self.region.positions(descents.U[k : k + 1])
+        return np.vstack([X, place]), np.vstack([hints, np.full((1, hints.shape[1]), np.nan)]), 1
+
+    # ------------------------------------------------------------------ what is told
+
+    def _take(self, values: Array, valid: Mask, hints: Array, slopes: Array | None) -> float:
+        """Keep the best, let the present stage learn, and go to the next one."""
+        told = self.evaluations + len(values)
+        pure = np.where(np.isnan(self._hints).all(axis=1), values, np.inf)  # a hint may flatter
+        k = int(np.argmin(pure))
+        if pure[k] < self._best_value:
+            self._best, self._best_value = self._X[k].copy(), float(pure[k])
+        self._learn(values, hints, slopes, told)
+        mean = float(self._archive.value.mean()) if len(self._archive) else np.inf
+        self._settle(told)
+        return mean
+
+    def _learn(self, values: Array, hints: Array, slopes: Array | None, told: int) -> None:
+        """Pass the answers on to the present stage, which says what comes next."""
+        if self._stage in (SLOPE, STEP):
+            self._take_slopes(values, hints, slopes)
+            return
+        if self._extra:
+            place = self.region.units(self._X[-1:])
+            self._archive.add(place, values[-1:], hints[-1:])
+            values, hints = values[:-1], hints[:-1]
+        {
+            SAMPLE: self._sampled, SCREEN: self._screened, EVOLVE: self._evolved, CHECK: self._checked,
+            PROBE: self._probed, RETRY: self._retried,
+        }[self._stage](values, hints, told)  # fmt: skip
+
+    def _take_slopes(self, values: Array, hints: Array, slopes: Array | None) -> None:
+        """Pass on values that may have gradients; without any, probe from now on."""
+        count = len(values) - self._extra
+        if self._extra:
+            self._archive.add(self.region.units(self._X[count:]), values[count:], hints[count:])
+        descents = self._at_hand()
+        known = None if slopes is None else self.region.unit_slopes(slopes[:count])
+        if self._stage == STEP:
+            self._stepped(values[:count], hints[:count], known if self._sloped else None)
+        elif known is None:
+            self._sloped = False
+            self._signs, self._stage = descents.signs(), PROBE
+        else:
+            descents.learn(np.clip(known, -STEEPEST, STEEPEST))
+            self._stage = STEP
+
+    def _sampled(self, values: Array, hints: Array, told: int) -> None:
+        """Collect the first sample; when it is complete, begin descents."""
+        known = self._sample_hint if len(self._sample_value) else np.zeros((0, hints.shape[1]))
+        self._sample_value, self._sample_hint = np.r_[self._sample_value, values], np.vstack([known, hints])
+        if len(self._sample_value) < len(self._sample):
+            return
+        order = np.argsort(self._sample_value, kind="stable")
+        order = order[np.isfinite(self._sample_value[order])]
+        if not len(order):  # nothing to begin from: sample on
+            self._sample = self.space.draw(self._rng, CHUNK, first=False)
+            self._sample_value, self._sample_hint = np.zeros(0), np.zeros((0, 0))
+            return
+        U = self.region.units(self._sample[order])
+        starts = max(1, self.budget // self.parameters.candidates_per_start)
+        chosen = apart(self._archive.canonical(U), self.parameters.spread, starts)
+        picked = order[chosen]
+        self._archive.hint = np.zeros((0, hints.shape[1]))
+        self._begin(U[chosen], self._sample_value[picked], self._sample_hint[picked], self.parameters.first_reach)
+        self._sample = np.zeros((0, self.box.dimension))
+        self._sample_value, self._sample_hint = np.zeros(0), np.zeros((0, 0))
+
+    def _screened(self, values: Array, hints: Array, told: int) -> None:
+        """Begin a descent from the best child of every group."""
+        table = values.reshape(-1, self.parameters.screened)
+        best = np.arange(len(table)) * self.parameters.screened + np.argmin(table, axis=1)
+        best = best[np.isfinite(values[best])]
+        if len(best):
+            self._begin(self.region.units(self._X[best]), values[best], hints[best], self.parameters.reach)
+
+    def _at_hand(self) -> Descents:
+        """The descents under way.
+
+        Raises:
+            SearchError: There are none in this stage, so the state is not one of ours.
+        """
+        if self._descents is None:
+            raise SearchError(f"the saved search has no descents in its stage '{self._stage}'", fix=saved.FIX)
+        return self._descents
+
+    def _begin(self, U: Array, values: Array, hints: Array, reach: float) -> None:
+        """Begin descents."""
+        bar = self._archive.rank_value(self.parameters.bar) if len(self._archive) else -np.inf
+        self._descents = Descents(self.region, U, values, hints, reach, Patience(), bar)
+        self._signs, self._stage = self._descents.signs(), SLOPE if self._sloped else PROBE
+
+    def _probed(self, values: Array, hints: Array, told: int) -> None:
+        """Take the gradients, or try the other direction where a probe had no value."""
+        self._slopes = self._at_hand().slopes(self._signs, values)
+        unknown = np.isnan(self._slopes) & (self._signs != 0.0)
+        if unknown.any():
+            self._signs, self._stage = np.where(unknown, -self._signs, 0.0), RETRY
+            return
+        self._at_hand().learn(self._slopes)
+        self._stage = STEP
+
+    def _retried(self, values: Array, hints: Array, told: int) -> None:
+        """Complete the gradients."""
+        others = self._at_hand().slopes(self._signs, values)
+        self._at_hand().learn(np.where(np.isnan(self._slopes), others, self._slopes))
+        self._stage = STEP
+
+    def _stepped(self, values: Array, hints: Array, slopes: Array | None) -> None:
+        """Move the descents."""
+        descents = self._at_hand()
+        gradients = None if slopes is None else np.clip(slopes, -STEEPEST, STEEPEST)
+        descents.move(self.region.units(self._X[: len(values)]), values, hints, gradients)
+        if not descents.live.any():
+            self._stage = CHECK
+        elif not self._sloped and descents.moved().any():
+            self._signs, self._stage = descents.signs(), PROBE
+        else:
+            self._stage = STEP
+
+    def _checked(self, values: Array, hints: Array, told: int) -> None:
+        """Put the ends of the descents into the archive."""
+        self._archive.add(self.region.units(self._X), values, hints)
+        self._descents, self._stage = None, SCREEN
+        if self._archive.best < self._mark * (1.0 - GAIN):
+            self._mark, self._mark_at = self._archive.best, told
+        elif told - self._mark_at > self.parameters.stall * self.budget:
+            self._begin_anew(told)
+
+    def _begin_anew(self, told: int) -> None:
+        """Begin with another sample, or go on with all basins where the budget does not allow that."""
+        needed = (self.parameters.sample + self.parameters.stall + self.parameters.finish) * self.budget
+        self._aside.take(self._archive)
+        if told + needed > self.budget:
+            self._archive, self._aside = self._aside, self._archive.emptied()
+            self._mark_at = self.budget
+            return
+        self._archive = self._archive.emptied()
+        self._mark, self._mark_at = np.inf, told
+        self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
+
+    def _evolved(self, values: Array, hints: Array, told: int) -> None:
+        """Let the evolutions go on."""
+        U, first = self.region.units(self._X), 0
+        self._archive.add(U, values, hints)
+        for evolution in self._evolutions:
+            group = slice(first, first + evolution.population)
+            evolution.tell(U[group], values[group])
+            first = group.stop
+
+    # ------------------------------------------------------------------ the budget
+
     @property
-    def history(self) -> History:
-        """The batches so far; `mean` is that of the basins in the archive."""
-        columns = zip(*self._history, strict=True) if self._history else ((), (), (), ())
-        best, mean, valid, evaluations = columns
-        return History(
-            np.array(best, dtype=float), np.array(mean, dtype=float),
-            np.array(valid, dtype=np.int64), np.array(evaluations, dtype=np.int64),
-        )  # fmt: skip
+    def _sample_size(self) -> int:
+        """Number of candidates of a sample."""
+        return min(self.budget, max(LEAST, round(self.parameters.sample * self.budget)))
+
+    def _settle(self, told: int) -> None:
+        """Leave a stage that the budget does not allow any more."""
+        last = self.budget - round(self.parameters.finish * self.budget)
+        if self._stage in (SLOPE, PROBE, RETRY, STEP, SCREEN) and told + self._next_size() > last:
+            self._stage = CHECK if self._descents is not None else EVOLVE
+        if self._stage == CHECK and self._descents is not None and told + len(self._descents.U) > self.budget:
+            self._stage = OVER
+        if self._stage == EVOLVE and (not self._evolutions or told >= self._leg_end):
+            self._next_leg(told)
+        if self._stage == EVOLVE and told + sum(e.population for e in self._evolutions) > self.budget:
+            self._stage = OVER
+        if self._stage == SAMPLE:
+            self._sample = self._sample[: len(self._sample_value) + self.budget - told]
+            if told >= self.budget:
+                self._stage = OVER
+
+    def _next_size(self) -> int:
+        """Number of candidates of the next batch, or a few more."""
+        if self._stage == SCREEN or self._descents is None:
+            return self.parameters.descents * self.parameters.screened
+        live = int(self._descents.live.sum())
+        if self._sloped:
+            return 2 * live + 1
+        return live * (self.region.dimension + 3) if self._stage == PROBE else live * self.region.dimension
+
+    def _next_leg(self, told: int) -> None:
+        """Begin the evolutions: of the two best basins with two thirds of what is left, then of the winner."""
+        self._archive.take(self._aside)
+        if not len(self._archive):
+            self._stage = OVER
+        elif not self._evolutions:
+            self._evolutions = [Evolution(u, self.parameters.sigma) for u in self._archive.U[:2]]
+            self._leg_end = told + 2 * (self.budget - told) // 3
+        else:
+            self._evolutions = [Evolution(self._archive.U[0], self.parameters.last_sigma)]
+            self._leg_end = self.budget
 
     # ------------------------------------------------------------------ the state
 
-    def state(self) -> State:
-        """Everything needed to carry on, to the last bit, at any point between two calls; see Swarm.state."""
-        history = self.history
+    def _memory(self) -> State:
+        """The stage with all that it works on."""
         content: State = {
-            "algorithm": self.name, "parameters": {f.name: getattr(self.recipe, f.name) for f in fields(Recipe)},
-            "budget": self.budget, "generator": generator_state.encode(self._rng), "stage": self._stage,
-            "asked": self._asked, "extra": self._extra, "sloped": self._sloped, "leg_end": self._leg_end,
-            "lower": self.box.lower.copy(), "upper": self.box.upper.copy(), "angular": self.box.angular.copy(),
-            "slab_weights": self.region.slab.weights.copy(), "slab": [self.region.slab.low, self.region.slab.high],
-            "positions": self._X.copy(), "hints": self._hints.copy(),
-            "signs": self._signs.copy(), "slopes": self._slopes.copy(),
+            "stage": self._stage, "extra": self._extra, "sloped": self._sloped, "leg_end": self._leg_end,
+            "hints": self._hints.copy(), "signs": self._signs.copy(), "slopes": self._slopes.copy(),
             "sample": self._sample.copy(), "sample_value": self._sample_value.copy(),
             "sample_hint": self._sample_hint.copy(),
             "best": self._best.copy(), "best_value": np.array([self._best_value]),
             "mark": np.array([self._mark]), "mark_at": self._mark_at,
             "evolutions": len(self._evolutions), "descending": self._descents is not None,
-            "history_best": history.best, "history_mean": history.mean,
-            "history_valid": history.valid, "history_evaluations": history.evaluations,
         }  # fmt: skip
         content |= self._archive.state("archive") | self._aside.state("aside")
         if self._descents is not None:
@@ -204,38 +446,12 @@ class MultiBasin(Stages):
             content |= evolution.state(f"evolution_{k}")
         return content
 
-    @classmethod
-    def from_state(
-        cls,
-        state: Mapping[str, Any],
-        *,
-        anew: Sampler | None = None,
-        canonical: Callable[[Array], Array] | None = None,
-    ) -> MultiBasin:
-        """The search that :meth:`state` described; sampler and canonical form as they were given before.
-
-        Raises:
-            SearchError: The state is that of another algorithm, or an entry is missing or does not fit.
-            SettingsError: A setting in it is out of range.
-        """
-        saved.check_algorithm(state, cls.name)
-        box = Box(*(saved.entry(state, name) for name in ("lower", "upper", "angular")))
-        slab = Slab(saved.entry(state, "slab_weights"), *saved.entry(state, "slab"))
-        recipe = Recipe(**saved.settings(state, "parameters"))
-        rng = np.random.default_rng(0)
-        search = cls(box, int(saved.entry(state, "budget")), rng, slab=slab, canonical=canonical, recipe=recipe)
-        search._rng = generator_state.decode(saved.entry(state, "generator"))
-        search._draw_anew = anew or search._draw_anew
-        search._restore(state)
-        return search
-
     def _restore(self, state: Mapping[str, Any]) -> None:
-        """Set what the constructor cannot: the search's memory."""
+        """Set what `_memory` described."""
         D, K = self.box.dimension, self.region.dimension
-        self._stage, self._asked = str(saved.entry(state, "stage")), bool(saved.entry(state, "asked"))
+        self._stage = str(saved.entry(state, "stage"))
         self._extra, self._leg_end = int(saved.entry(state, "extra")), int(saved.entry(state, "leg_end"))
         self._sloped = bool(saved.entry(state, "sloped"))
-        self._X = saved.array(state, "positions", (None, D))
         self._hints = saved.hints(state, "hints", len(self._X))
         self._signs = saved.array(state, "signs", (None, K))
         self._slopes = saved.numbers(state, "slopes", (None, K))
@@ -252,9 +468,3 @@ class MultiBasin(Stages):
         self._evolutions = [Evolution.from_state(state, f"evolution_{k}") for k in range(count)]
         if saved.entry(state, "descending"):
             self._descents = Descents.from_state(state, self.region, Patience())
-        best = saved.array(state, "history_best", (None,), infinite=True)
-        told = (len(best),)
-        mean = saved.array(state, "history_mean", told, infinite=True)
-        counts = (saved.array(state, f"history_{name}", told) for name in ("valid", "evaluations"))
-        columns = zip(best.tolist(), mean.tolist(), *counts, strict=True)
-        self._history = [(b, m, int(valid), int(evaluations)) for b, m, valid, evaluations in columns]

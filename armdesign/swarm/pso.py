@@ -2,65 +2,149 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.swarm import checks, operators
-from armdesign.swarm.base import Sampler, Swarm
-from armdesign.swarm.space import Box
+from armdesign.swarm import checks, saved
+from armdesign.swarm.algorithm import Algorithm, State
+from armdesign.swarm.checks import Mask
+from armdesign.swarm.space import SearchSpace
 
 
-class PSO(Swarm):
+@dataclass(frozen=True)
+class PSOParameters:
+    """Size of a swarm and the factors of eq. 7.
+
+    Attributes:
+        particles: Number of particles N.
+        iterations: Number of iterations M.
+        inertia: w, in [0, 1].
+        c1: Pull of the personal best, >= 0.
+        c2: Pull of the global best, >= 0.
+    """
+
+    particles: int = 400
+    iterations: int = 200
+    inertia: float = 0.8
+    c1: float = 0.4
+    c2: float = 0.6
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            SettingsError: A parameter is out of range.
+        """
+        checks.whole("particles", self.particles)
+        checks.whole("iterations", self.iterations)
+        checks.number("inertia", self.inertia, 0.0, 1.0)
+        checks.number("c1", self.c1, 0.0)
+        checks.number("c2", self.c2, 0.0)
+
+
+class PSO(Algorithm):
     """Every particle is drawn to its own best and to the swarm's best (eq. 7).
 
     v <- w v + beta1 c1 (bp - x) + beta2 c2 (gb - x), x <- clip(x + v), with one beta1 and one beta2 per particle and
-    iteration, uniform in [0, 1). Positions are clipped to the box, the velocity is kept.
+    iteration, uniform in [0, 1). Velocities start at zero; positions are clipped to the box, the velocity is kept.
+
+    A personal best gives way only to a strictly smaller fitness. The global best is the best personal best, the
+    one of lowest index among equals; while no fitness is finite it is particle 0.
     """
 
-    name = "pso"
+    name, unit, length = "pso", "iteration", "iterations"
+    Parameters = PSOParameters
+    parameters: PSOParameters
 
-    def __init__(
-        self,
-        box: Box,
-        particles: int,
-        rng: np.random.Generator,
-        *,
-        sample: Sampler | None = None,
-        w: float = 0.8,
-        c1: float = 0.4,
-        c2: float = 0.6,
-    ) -> None:
-        """Draw the initial positions.
+    def __init__(self, space: SearchSpace, rng: np.random.Generator, parameters: PSOParameters | None = None) -> None:
+        """Begin; see Algorithm."""
+        super().__init__(space, rng, parameters)
+        shape = self.parameters.particles, self.box.dimension
+        self._V = np.zeros(shape)  # (N, D)
+        self._valid: Mask = np.zeros(shape[0], dtype=bool)
+        self._bp = np.tile(self.box.lower, (shape[0], 1))  # (N, D)
+        self._bp_fitness = np.full(shape[0], np.inf)
 
-        Args:
-            box: Bounds of the positions, D entries.
-            particles: Number of particles N.
-            rng: Source of every draw.
-            sample: Draws the initial positions; default uniform in the box.
-            w: Inertia, in [0, 1].
-            c1: Pull of the personal best, >= 0.
-            c2: Pull of the global best, >= 0.
-
-        Raises:
-            SettingsError: A setting is out of range.
-            SearchError: `sample` returned something else than N positions in the box.
-        """
-        self.w = checks.number("w", w, 0.0, 1.0)
-        self.c1 = checks.number("c1", c1, 0.0)
-        self.c2 = checks.number("c2", c2, 0.0)
-        super().__init__(box, particles, rng, sample=sample)
-
-    @property
-    def parameters(self) -> dict[str, float | int | str]:
-        """The factors of eq. 7."""
-        return {"w": self.w, "c1": self.c1, "c2": self.c2}
+    def _next(self) -> Array:
+        """Positions drawn at first, then moved; what leaves the box is clipped, its velocity stays."""
+        if not self.iteration:
+            self._bp = self.space.draw(self._rng, self.parameters.particles)
+            return self._bp.copy()
+        self._V = self._velocities()
+        return self.box.clip(self._X + self._V)
 
     def _velocities(self) -> Array:
-        """New velocities, shape (N, D)."""
-        gb = self.best_position
-        return operators.attract(self._rng, self._X, self._V, self._bp, gb, w=self.w, c1=self.c1, c2=self.c2)
+        """New velocities, shape (N, D), of move number `iteration` = 1, 2, ..."""
+        w, c1, c2 = self.parameters.inertia, self.parameters.c1, self.parameters.c2
+        X, bp, gb = self._X, self._bp, self.best_position
+        beta1, beta2 = self._rng.random((2, len(X), 1))  # ~ U(0, 1), beta1 of all particles before beta2
+        return np.asarray(w * self._V + beta1 * c1 * (bp - X) + beta2 * c2 * (gb - X))  # eq. 7
 
-    def _move(self) -> tuple[Array, Array]:
-        """New positions and velocities; what leaves the box is clipped, its velocity stays."""
-        V = self._velocities()
-        return self.box.clip(self._X + V), V
+    def _take(self, values: Array, valid: Mask, hints: Array, slopes: Array | None) -> float:
+        """Update the personal bests; hints and slopes are not used, as a particle comes from afar."""
+        better = values < self._bp_fitness
+        self._bp[better] = self._X[better]
+        self._bp_fitness[better] = values[better]
+        self._valid = valid
+        finite = self._bp_fitness[np.isfinite(self._bp_fitness)]
+        return float(finite.mean()) if finite.size else np.inf
+
+    @property
+    def cutoff(self) -> Array:
+        """The personal best of each particle, shape (N,); a fitness beyond it changes nothing."""
+        return self._bp_fitness.copy()
+
+    @property
+    def done(self) -> bool:
+        """Whether all iterations are done."""
+        return self.iteration >= self.parameters.iterations
+
+    @classmethod
+    def units_done(cls, evaluations: int, settings: Mapping[str, Any]) -> int:
+        """Number of iterations; see Algorithm."""
+        return evaluations // int(settings["particles"])
+
+    @property
+    def generation(self) -> int:
+        """Number of particles N."""
+        return self.parameters.particles
+
+    @property
+    def best_position(self) -> Array:
+        """Position of the global best gb, shape (D,)."""
+        return np.array(self._bp[np.argmin(self._bp_fitness)])
+
+    @property
+    def best_fitness(self) -> float:
+        """Fitness of the global best, +inf while there is none."""
+        return float(self._bp_fitness.min())
+
+    @property
+    def basins(self) -> tuple[Array, Array]:
+        """The personal bests that have a fitness, best first: positions (A, D) and fitness (A,)."""
+        order = np.argsort(self._bp_fitness, kind="stable")
+        order = order[np.isfinite(self._bp_fitness[order])]
+        return np.array(self._bp[order]), np.array(self._bp_fitness[order])
+
+    def _memory(self) -> State:
+        """Velocities, validity and personal bests."""
+        return {
+            "velocities": self._V.copy(),
+            "valid": self._valid.copy(),
+            "personal_best_positions": self._bp.copy(),
+            "personal_best_fitness": self._bp_fitness.copy(),
+        }
+
+    def _restore(self, state: Mapping[str, Any]) -> None:
+        """Set what `_memory` described."""
+        shape = self._V.shape
+        if self._asked or self._history:  # before the first ask there are no positions
+            self._X = saved.array(state, "positions", shape)
+        self._V = saved.array(state, "velocities", shape)
+        self._valid = saved.flags(state, "valid", shape[:1])
+        self._bp = saved.array(state, "personal_best_positions", shape)
+        self._bp_fitness = saved.array(state, "personal_best_fitness", shape[:1], infinite=True)

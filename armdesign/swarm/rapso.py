@@ -2,16 +2,47 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from armdesign._types import Array
 from armdesign.errors import SettingsError
-from armdesign.swarm import checks, operators
-from armdesign.swarm.base import Sampler
-from armdesign.swarm.pso import PSO
-from armdesign.swarm.space import Box
+from armdesign.swarm import checks
+from armdesign.swarm.pso import PSO, PSOParameters
 
 RANGES = ("valid", "box")
+
+
+@dataclass(frozen=True)
+class RAPSOParameters(PSOParameters):
+    """Size of a swarm, the factors of eq. 7 and those of eq. 8.
+
+    Attributes:
+        c_range: c_min and c_max, the bounds of the factor in eq. 8.
+        range: What `range` in eq. 8 is the extent of: the particles now "valid", or the "box".
+        angle_interval: Angular entries move in every D-th iteration; D >= 1.
+    """
+
+    c_range: tuple[float, float] = (-0.5, 0.5)
+    range: str = "valid"
+    angle_interval: int = 2
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            SettingsError: A parameter is out of range.
+        """
+        super().__post_init__()
+        object.__setattr__(self, "c_range", tuple(self.c_range))  # a saved state holds a list
+        c_min, c_max = self.c_range
+        if checks.number("c_range", c_min) > checks.number("c_range", c_max):
+            message = f"search setting 'c_range' has c_min = {c_min:g} above c_max = {c_max:g}"
+            raise SettingsError(message, value=self.c_range, allowed="c_min <= c_max")
+        if self.range not in RANGES:
+            raise SettingsError(f"search setting 'range' is {self.range!r}", value=self.range, allowed=RANGES)
+        checks.whole("angle_interval", self.angle_interval)
 
 
 class RAPSO(PSO):
@@ -29,73 +60,27 @@ class RAPSO(PSO):
     """
 
     name = "rapso"
-
-    def __init__(
-        self,
-        box: Box,
-        particles: int,
-        rng: np.random.Generator,
-        *,
-        sample: Sampler | None = None,
-        w: float = 0.8,
-        c1: float = 0.4,
-        c2: float = 0.6,
-        c_min: float = -0.5,
-        c_max: float = 0.5,
-        range_of: str = "valid",
-        angle_interval: int = 2,
-    ) -> None:
-        """Draw the initial positions.
-
-        Args:
-            box: Bounds of the positions, D entries.
-            particles: Number of particles N.
-            rng: Source of every draw.
-            sample: Draws the initial positions; default uniform in the box.
-            w: Inertia of eq. 7, in [0, 1].
-            c1: Pull of the personal best, >= 0.
-            c2: Pull of the global best, >= 0.
-            c_min: Lower bound of the factor in eq. 8.
-            c_max: Upper bound of the factor in eq. 8.
-            range_of: What `range` in eq. 8 is the extent of: the particles now "valid", or the "box".
-            angle_interval: Angular entries move in every D-th iteration; D >= 1.
-
-        Raises:
-            SettingsError: A setting is out of range.
-            SearchError: `sample` returned something else than N positions in the box.
-        """
-        self.c_min = checks.number("c_min", c_min)
-        self.c_max = checks.number("c_max", c_max)
-        if self.c_min > self.c_max:
-            message = f"swarm setting 'c_min' is {self.c_min:g}, above 'c_max' = {self.c_max:g}"
-            raise SettingsError(message, value=c_min, allowed="c_min <= c_max")
-        self.range_of = checks.choice("range_of", range_of, RANGES)
-        self.angle_interval = checks.whole("angle_interval", angle_interval)
-        super().__init__(box, particles, rng, sample=sample, w=w, c1=c1, c2=c2)
-
-    @property
-    def parameters(self) -> dict[str, float | int | str]:
-        """The factors of eq. 7 and 8, the meaning of `range` and the interval D."""
-        return super().parameters | {
-            "c_min": self.c_min,
-            "c_max": self.c_max,
-            "range_of": self.range_of,
-            "angle_interval": self.angle_interval,
-        }
+    Parameters = RAPSOParameters
+    parameters: RAPSOParameters
 
     def _velocities(self) -> Array:
         """New velocities, shape (N, D): eq. 7, then eq. 8 in the rows of the valid particles."""
-        V = super()._velocities()
-        if self._valid.any():
-            reach = self.box.width if self.range_of == "box" else operators.extent(self._X, self._valid)
-            V[self._valid] = operators.wander(self._rng, self._V[self._valid], reach, self.c_min, self.c_max)
+        V, valid = super()._velocities(), self._valid
+        if valid.any():
+            reach = self.box.width if self.parameters.range == "box" else np.ptp(self._X[valid], axis=0)
+            still = self._V[valid]
+            factor = self._rng.uniform(*self.parameters.c_range, still.shape)  # ~ U(c_min, c_max), one per entry
+            V[valid] = still + factor * reach  # eq. 8
+        if self.iteration % self.parameters.angle_interval:
+            held = self.box.angular
+            V[:, held] = self._V[:, held]
         return V
 
-    def _move(self) -> tuple[Array, Array]:
-        """New positions and velocities; in between, angular entries keep both."""
-        X, V = super()._move()
-        if self.iteration % self.angle_interval:
+    def _next(self) -> Array:
+        """Positions drawn at first, then moved; in between, angular entries stay where they are."""
+        before = self._X
+        X = super()._next()
+        if self.iteration % self.parameters.angle_interval:
             held = self.box.angular
-            X[:, held] = self._X[:, held]
-            V[:, held] = self._V[:, held]
-        return X, V
+            X[:, held] = before[:, held]
+        return X

@@ -2,46 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from armdesign._types import Array
 from armdesign.errors import SettingsError
-from armdesign.swarm import checks
-from armdesign.swarm.space import Box
+from armdesign.swarm.space import Box, Slab
 
 ROUNDING = 1e-12
 """By how much a point is drawn inside the slab that was outside, so that rounding leaves it there."""
-
-
-@dataclass(frozen=True, eq=False)
-class Slab:
-    """A linear constraint low < w x < high with weights w >= 0; of an arm, its total length.
-
-    Attributes:
-        weights: w, shape (D,).
-        low: Lower bound of w x.
-        high: Upper bound of w x.
-    """
-
-    weights: Array
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        """Normalise and check.
-
-        Raises:
-            SettingsError: A weight is negative, a value is no finite number, or the bounds are upside down.
-        """
-        weights = checks.numbers("the weights of the slab", self.weights, (None,))
-        low, high = checks.number("slab.low", self.low), checks.number("slab.high", self.high)
-        if not (np.isfinite(weights).all() and (weights >= 0.0).all() and low < high):
-            raise SettingsError("a slab needs weights >= 0 and low < high", value=(low, high))
-        weights.setflags(write=False)
-        for name, value in (("weights", weights), ("low", low), ("high", high)):
-            object.__setattr__(self, name, value)
 
 
 class Region:

@@ -1,8 +1,9 @@
-"""The swarms by name."""
+"""The search algorithms by name: a new one is a line here."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields
 from types import MappingProxyType
 from typing import Any
 
@@ -10,52 +11,51 @@ import numpy as np
 
 from armdesign.errors import SettingsError
 from armdesign.swarm import saved
-from armdesign.swarm.base import Sampler, Swarm
+from armdesign.swarm.algorithm import Algorithm
+from armdesign.swarm.multibasin import MultiBasin
 from armdesign.swarm.pso import PSO
 from armdesign.swarm.rapso import RAPSO
-from armdesign.swarm.space import Box
+from armdesign.swarm.space import SearchSpace
 
-ALGORITHMS: Mapping[str, type[Swarm]] = MappingProxyType({swarm.name: swarm for swarm in (PSO, RAPSO)})
+ALGORITHMS: Mapping[str, type[Algorithm]] = MappingProxyType({kind.name: kind for kind in (MultiBasin, RAPSO, PSO)})
 
 
-def make_swarm(
-    name: str,
-    box: Box,
-    particles: int,
-    rng: np.random.Generator,
-    sample: Sampler | None = None,
-    **parameters: Any,  # noqa: ANN401
-) -> Swarm:
-    """Build a swarm by its name.
+def make_algorithm(
+    name: str, space: SearchSpace, rng: np.random.Generator, settings: Mapping[str, Any] | None = None
+) -> Algorithm:
+    """Begin a search by the algorithm's name.
 
     Args:
         name: A key of :data:`ALGORITHMS`.
-        box: Bounds of the positions, D entries.
-        particles: Number of particles N.
+        space: Where to search.
         rng: Source of every draw.
-        sample: Draws the initial positions; default uniform in the box.
-        **parameters: The algorithm's own settings; the rest keep their defaults.
+        settings: Settings of a search by name; the algorithm takes its parameters from them, each with its default.
 
     Raises:
-        SettingsError: The name or a setting is unknown, or a setting is out of range.
-        SearchError: `sample` returned something else than N positions in the box.
+        SettingsError: There is no such algorithm, or a parameter is out of range.
     """
-    algorithm = _algorithm(name)
-    return algorithm(box, particles, rng, sample=sample, **algorithm.known_parameters(parameters))
+    kind = _kind(name)
+    names = {field.name for field in fields(kind.Parameters)}
+    given = {} if settings is None else {name: value for name, value in settings.items() if name in names}
+    return kind(space, rng, kind.Parameters(**given))
 
 
-def swarm_from_state(state: Mapping[str, Any]) -> Swarm:
-    """The swarm, of whichever algorithm, that :meth:`Swarm.state` described.
+def algorithm_from_state(state: Mapping[str, Any], space: SearchSpace) -> Algorithm:
+    """The search, by whichever algorithm, that :meth:`Algorithm.state` described.
+
+    Args:
+        state: The state; arrays may come back as nested lists.
+        space: The search space that it ran in.
 
     Raises:
-        SettingsError: The algorithm or a setting is unknown or out of range.
+        SettingsError: The algorithm or a parameter is unknown or out of range.
         SearchError: An entry is missing or does not fit.
     """
-    return _algorithm(saved.entry(state, "algorithm")).from_state(state)
+    return _kind(saved.entry(state, "algorithm")).from_state(state, space)
 
 
-def _algorithm(name: object) -> type[Swarm]:
+def _kind(name: object) -> type[Algorithm]:
     """The class of that name."""
     if not isinstance(name, str) or name not in ALGORITHMS:
-        raise SettingsError(f"there is no swarm algorithm {name!r}", value=name, allowed=sorted(ALGORITHMS))
+        raise SettingsError(f"there is no search algorithm {name!r}", value=name, allowed=list(ALGORITHMS))
     return ALGORITHMS[name]

@@ -1,16 +1,19 @@
-"""Reading the entries of a saved swarm state, with errors that name the entry."""
+"""Reading the entries of a saved search, with errors that name the entry."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.errors import SearchError
+from armdesign.errors import SearchError, SettingsError
 from armdesign.swarm import checks
-from armdesign.swarm.space import Mask
+from armdesign.swarm.checks import Mask
+
+P = TypeVar("P")
 
 FIX = "Start the search anew, or restore the saved state"
 
@@ -37,17 +40,26 @@ def check_algorithm(state: Mapping[str, Any], name: str) -> None:
         raise SearchError(f"the saved search used '{algorithm}', not '{name}'", value=algorithm, allowed=name)
 
 
-def settings(state: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-    """An entry that holds settings by name.
+def parameters(state: Mapping[str, Any], kind: type[P]) -> P:
+    """The parameters of an algorithm in the entry "parameters".
+
+    Args:
+        state: The saved state.
+        kind: Their dataclass.
 
     Raises:
-        SearchError: It is missing or something else.
+        SearchError: The entry is missing or holds no parameters.
+        SettingsError: A parameter is unknown or out of range.
     """
-    value = entry(state, name)
+    value = entry(state, "parameters")
     if not isinstance(value, Mapping):
-        message = f"entry '{name}' of the saved search is a {type(value).__name__}"
+        message = f"entry 'parameters' of the saved search is a {type(value).__name__}"
         raise SearchError(message, value=value, allowed="settings by name", fix=FIX)
-    return value
+    known = list(inspect.signature(kind).parameters)
+    for name in value:
+        if name not in known:
+            raise SettingsError(f"the saved search has an unknown setting '{name}'", value=name, allowed=known)
+    return kind(**value)
 
 
 def array(state: Mapping[str, Any], name: str, shape: tuple[int | None, ...], *, infinite: bool = False) -> Array:

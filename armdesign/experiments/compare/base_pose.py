@@ -20,10 +20,10 @@ from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.fitness.block import PathResult, Scores
 from armdesign.fitness.problem import StartEffort, start_poses
 from armdesign.settings.sections import Fitness, Solver
-from armdesign.swarm import Box, make_swarm
+from armdesign.swarm import PSO, Box, SearchSpace
 
 PARTICLES = 24
-FACTORS = {"w": 0.6, "c1": 0.8, "c2": 0.8}
+FACTORS = {"inertia": 0.6, "c1": 0.8, "c2": 0.8}
 """Factors of eq. 7; with so few moves the swarm has to draw together sooner than the published ones make it."""
 ROUGH = StartEffort(starts=128, descents=32, finalists=3)
 """Effort for the start pose in the first look."""
@@ -169,11 +169,12 @@ def swarmed(
     """
     reach = np.r_[np.full(3, search.half_width), 2.0 * np.pi]
     box = Box(-reach, reach, np.array([False, False, False, True]))
-    swarm = make_swarm("pso", box, len(particles), rng, sample=lambda _rng, _count: particles, **FACTORS)
     before = max(1, search.evaluations // 2)
     rounds = max(1, (search.evaluations - before) // len(particles))
+    parameters = PSO.Parameters(particles=len(particles), iterations=rounds, **FACTORS)
+    swarm = PSO(SearchSpace(box, sample=lambda _rng, _count: particles), rng, parameters)
     for k in range(rounds):
-        scores = full.scores(swarm.ask(), swarm.personal_best_fitness)
+        scores = full.scores(swarm.ask(), swarm.cutoff)
         swarm.tell(scores.fitness, scores.valid)
         tried = min(before + (k + 1) * len(particles), search.evaluations)
         tell(BaseProgress(search.evaluations if k == rounds - 1 else tried, search.evaluations, swarm.best_fitness))

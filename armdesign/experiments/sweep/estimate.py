@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,29 @@ from armdesign.fitness.robot import RobotFitness
 from armdesign.search.prepare import Prepared
 
 CANDIDATES = 100
-SHARES = {"pso": (0.95, 0.05), "rapso": (0.45, 0.15), "multibasin": (0.9, 0.1)}
-"""Share of all candidates that follow the path, and that fail at the start; PSO gathers where arms are valid, RA-PSO
-keeps jumping, often out of the bounds at no cost. Means over searches on both example recordings, n = 3 to 6."""
-STARTED = {"multibasin": 0.45}
-"""Share of those on the path whose start pose is sought; the others begin from a pose that is known."""
-PRUNED, SLOPED = 0.8, 2.0
-"""What pruning leaves of the time on the path behind the start, in the same searches; what gradients make of it."""
+
+
+class Shares(NamedTuple):
+    """What a search spends its candidates on: means over searches on both example recordings, n = 3 to 6.
+
+    Attributes:
+        on_path: Share of all candidates that follow the path.
+        at_start: Share of them that fail at the start.
+        sought: Share of those on the path whose start pose is sought; the others begin from a pose that is known.
+        pruned: What pruning leaves of the time on the path behind the start; above 1 where gradients take their time.
+    """
+
+    on_path: float
+    at_start: float
+    sought: float = 1.0
+    pruned: float = 0.8
+
+
+SHARES = {"pso": Shares(0.95, 0.05), "rapso": Shares(0.45, 0.15), "multibasin": Shares(0.9, 0.1, 0.45, 2.0)}
+"""PSO gathers where arms are valid, RA-PSO keeps jumping, often out of the bounds at no cost; multibasin takes
+gradients and prunes nothing."""
+UNKNOWN = Shares(1.0, 0.0)
+"""Of an algorithm that was not measured: every candidate follows the path."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +92,11 @@ def estimate(units: Sequence[Unit]) -> Estimate:
 def duration(unit: Unit, cost: Cost) -> float:
     """Time of a whole search [s]."""
     search = unit.prepared.settings.search
-    on_path, at_start = SHARES[search.algorithm]
+    shares = SHARES.get(search.algorithm, UNKNOWN)
     start = min(cost.invalid, cost.valid)
-    pruned = PRUNED if search.prune else 1.0
-    path = (cost.valid - start) * (SLOPED if search.algorithm == "multibasin" else pruned)
-    sought = STARTED.get(search.algorithm, 1.0) * start
-    per_candidate = on_path * (sought + path) + at_start * cost.invalid
+    left = shares.pruned if search.prune or shares.pruned > 1.0 else 1.0
+    on_path = shares.sought * start + left * (cost.valid - start)
+    per_candidate = shares.on_path * on_path + shares.at_start * cost.invalid
     return min(search.candidates * per_candidate, search.time_limit or np.inf)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from armdesign.errors import SettingsError
 from armdesign.search.prepare import Prepared
-from armdesign.settings.sections import Settings
+from armdesign.settings.sections import ALGORITHM_SETTINGS, Settings
 
 MOST_UNITS = 100_000
 Tasks = Mapping[tuple[str, int], Prepared]
@@ -57,7 +57,7 @@ class Unit:
     def angle_interval(self) -> int | None:
         """D, where the algorithm has one."""
         search = self.prepared.settings.search
-        return search.angle_interval if self.work is None and search.algorithm == "rapso" else None
+        return search.angle_interval if self.work is None and search.has("angle_interval") else None
 
 
 def units_of(sweep: Sweep, tasks: Tasks) -> list[Unit]:
@@ -112,7 +112,7 @@ def common_settings(settings: Settings) -> Settings:
 
 def variants(sweep: Sweep, algorithm: str) -> tuple[int | None, ...]:
     """The values of D an algorithm runs with; a lone None where it has none."""
-    return sweep.angle_intervals if algorithm == "rapso" else (None,)
+    return sweep.angle_intervals if "angle_interval" in ALGORITHM_SETTINGS.get(algorithm, ()) else (None,)
 
 
 def check_stems(recordings: Sequence[str]) -> None:

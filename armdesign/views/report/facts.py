@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.errors import RunFolderError
+from armdesign.errors import RunFolderError, counted
 from armdesign.export.joint_load import GRAVITY, SmoothMotion, TrajectoryLimits, joint_torques, smooth_motion
 from armdesign.export.joints import narrowed
 from armdesign.export.options import RobotOptions
@@ -18,6 +18,7 @@ from armdesign.export.solids import link_bodies
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.reading import FinishedRun
 from armdesign.search.evaluation import motions
+from armdesign.swarm import ALGORITHMS
 
 HISTORY = ("best", "mean", "valid")
 """Columns of history.csv that are drawn."""
@@ -125,6 +126,7 @@ class SearchFacts:
         effort: Computational effort CE, valid particles up to there.
         stopped_by: Why it ended.
         wall_time: How long it took [s].
+        progress: How far it went, as "3 of 200 iterations".
     """
 
     algorithm: str
@@ -135,6 +137,7 @@ class SearchFacts:
     effort: float
     stopped_by: str
     wall_time: float
+    progress: str
 
     @property
     def interrupted(self) -> bool:
@@ -150,7 +153,9 @@ def search_facts(run: FinishedRun) -> SearchFacts | None:
     """
     if "stopped_by" not in run.content:
         return None
-    rejected = entry(run, "rejected", dict)
+    rejected, search = entry(run, "rejected", dict), run.prepared.settings.search
+    algorithm = ALGORITHMS[search.algorithm]
+    done = algorithm.units_done(entry(run, "evaluations", int), vars(search))
     return SearchFacts(
         algorithm=entry(run, "algorithm", str),
         seed=entry(run, "seed", int),
@@ -160,6 +165,7 @@ def search_facts(run: FinishedRun) -> SearchFacts | None:
         effort=float(entry(run, "computational_effort", (int, float))),
         stopped_by=entry(run, "stopped_by", str),
         wall_time=float(entry(run, "wall_time", (int, float))),
+        progress=f"{done} of {counted(getattr(search, algorithm.length), algorithm.unit)}",
     )
 
 

@@ -7,7 +7,6 @@ import shlex
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
-from armdesign.errors import counted
 from armdesign.export.formats import FORMATS
 from armdesign.export.joint_load import GRAVITY
 from armdesign.export.options import RobotOptions
@@ -160,12 +159,9 @@ def source_sentences(run: FinishedRun) -> list[str]:
 def search_sentences(facts: SearchFacts, run: FinishedRun) -> list[str]:
     """How the search went."""
     search = run.prepared.settings.search
-    iterations = len(run.history.get("best", ()))
-    done = counted(iterations, "iteration") + ("" if search.algorithm == "multibasin" else f" of {search.iterations}")
-    size = search.size if search.algorithm == "multibasin" else counted(search.particles, "particle")
     each = f"{facts.candidates / facts.wall_time:,.0f}" if facts.wall_time > 0.0 else "any number"
     return [
-        f"Algorithm {facts.algorithm}, {size}, {done}, seed {facts.seed}.",
+        f"Algorithm {facts.algorithm}, {search.size}, seed {facts.seed}; {facts.progress} done.",
         f"{facts.candidates:,} candidate arms in {duration(facts.wall_time)}, {each} a second.",
         f"It ended since {STOPPED.get(facts.stopped_by, facts.stopped_by)}.",
         f"Iteration {facts.converged_at} was the first within 1 % of the last; computational effort up to there "

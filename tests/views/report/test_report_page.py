@@ -113,7 +113,7 @@ def test_limits_are_those_of_the_urdf_in_the_folder(both, take_apart, numbers):
 
 def test_the_search_is_told(both):
     run, text = both
-    for part in (f"seed {run.content['seed']}", "60 candidate arms", "all iterations were done", "3 iterations of 3"):
+    for part in (f"seed {run.content['seed']}", "60 candidate arms", "all iterations were done", "3 of 3 iterations"):
         assert part in text
     for note in run.prepared.notes:
         assert note.replace("'", "&#39;") in text

@@ -1,0 +1,279 @@
+"""What every search algorithm is to its caller: ask and tell, the best so far, history, and a state to resume from."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armdesign._types import Array
+from armdesign.errors import SearchError
+from armdesign.swarm import checks, generator_state, saved
+from armdesign.swarm.checks import Mask
+from armdesign.swarm.space import SearchSpace
+
+State = dict[str, Any]
+"""Arrays, and values that JSON can hold; see :meth:`Algorithm.state`."""
+
+A = TypeVar("A", bound="Algorithm")
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """What happened, one entry per batch (per `tell`).
+
+    Attributes:
+        best: The best fitness, +inf while there is none, shape (M,).
+        mean: Mean of what the algorithm keeps (personal bests, basins), +inf while there is none, shape (M,).
+        valid: Number of candidates told to be valid, shape (M,).
+        evaluations: Number of candidates told so far, valid or not, shape (M,).
+    """
+
+    best: Array
+    mean: Array
+    valid: NDArray[np.int64]
+    evaluations: NDArray[np.int64]
+
+
+class Algorithm(ABC):
+    """Minimises a fitness which the caller computes: `ask` hands out positions, `tell` takes their fitness.
+
+    The caller owns the objective, its constraints, the workers and the logging. After construction the generator
+    belongs to the algorithm alone. Moves are made in `ask`, so that a run that is saved and carried on equals an
+    uninterrupted one to the last bit.
+
+    An algorithm implements the abstract methods below; `hints`, `wants_slopes` and `cutoff` where it has a use for
+    them. Its constructor draws nothing.
+
+    Attributes:
+        name: The algorithm's name in the registry and in the settings.
+        unit: What its length is counted in, in the singular.
+        length: The parameter that says how long it goes on; also the word for why it has ended.
+        Parameters: Dataclass of its parameters, named as in the settings of a search.
+        space: Where it searches.
+        parameters: Its parameters.
+    """
+
+    name: ClassVar[str]
+    unit: ClassVar[str]
+    length: ClassVar[str]
+    Parameters: ClassVar[type[Any]]
+    parameters: Any
+
+    def __init__(self, space: SearchSpace, rng: np.random.Generator, parameters: object = None) -> None:
+        """Begin; the first draw is made by the first `ask`.
+
+        Args:
+            space: Where to search.
+            rng: Source of every draw.
+            parameters: An instance of `Parameters`; by default its defaults.
+
+        Raises:
+            SettingsError: The generator is none.
+        """
+        self.space, self.box = space, space.box
+        self.parameters = self.Parameters() if parameters is None else parameters
+        self._rng = checks.generator(rng)
+        self._X = np.zeros((0, self.box.dimension))  # (N, D), the positions last asked for
+        self._asked = False
+        self._history: list[tuple[float, float, int, int]] = []
+
+    # ------------------------------------------------------------------ ask and tell
+
+    def ask(self) -> Array:
+        """Positions whose fitness is wanted, shape (N, D); the same ones until they are told. N may differ by batch.
+
+        Raises:
+            SearchError: The search is done, or the sampler returned something else than positions in the box.
+        """
+        if self.done:
+            done, planned = self.progress
+            raise SearchError(
+                f"the search is done after {done} of {planned} {self.unit}s", value=done,
+                fix=f"Look at `done` before ask(), or raise its {self.length}",
+            )  # fmt: skip
+        if not self._asked:
+            self._X = self._next()
+            self._asked = True
+        return self._X.copy()
+
+    def tell(
+        self, fitness: ArrayLike, valid: ArrayLike, hints: ArrayLike | None = None, slopes: ArrayLike | None = None
+    ) -> None:
+        """Take the fitness of the positions last asked for.
+
+        A candidate that was given up beyond its `cutoff` is told as +inf and valid.
+
+        Args:
+            fitness: Smaller is better, +inf for none, shape (N,).
+            valid: Whether the candidate fulfils the constraints, shape (N,). A fitness counts whether it does or not.
+            hints: What helps to evaluate positions nearby, shape (N, H), NaN where there is nothing; default nothing.
+            slopes: Gradients of the fitness, shape (N, D), NaN where there is none; default none. They are heeded where
+                `wants_slopes` is true.
+
+        Raises:
+            SearchError: Nothing was asked, a wrong shape, or a fitness of NaN or -inf. The search is left as it was.
+        """
+        if not self._asked:
+            raise SearchError(
+                "the search was told a fitness that it did not ask for", fix="Call ask() before each tell()"
+            )
+        count = len(self._X)
+        values = checks.fitness(fitness, count)
+        flags = checks.flags("the validity of the candidates", valid, (count,))
+        given = np.zeros((count, 0)) if hints is None else checks.numbers("the hints", hints, (count, None))
+        gradients = None if slopes is None else checks.numbers("the slopes", slopes, self._X.shape)
+        self._asked = False
+        mean = self._take(values, flags, given, gradients)
+        self._history.append((self.best_fitness, mean, int(np.count_nonzero(flags)), self.evaluations + count))
+
+    @abstractmethod
+    def _next(self) -> Array:
+        """The next positions to evaluate, shape (N, D), a new array."""
+
+    @abstractmethod
+    def _take(self, values: Array, valid: Mask, hints: Array, slopes: Array | None) -> float:
+        """Learn from the answers to what was asked; arguments as for :meth:`tell`, checked and copied.
+
+        Returns:
+            The mean for the history.
+        """
+
+    @property
+    def hints(self) -> Array | None:
+        """What helps to evaluate the positions last asked for, shape (N, H), rows of NaN where there is nothing."""
+        return None
+
+    @property
+    def wants_slopes(self) -> bool:
+        """Whether gradients of the fitness at the positions last asked for would help."""
+        return False
+
+    @property
+    def cutoff(self) -> Array:
+        """Fitness beyond which a position last asked for need not be evaluated further, shape (N,).
+
+        Told as +inf instead, the run stays the same to the last bit.
+        """
+        return np.full(len(self._X), np.inf)
+
+    # ------------------------------------------------------------------ how far it is
+
+    @property
+    @abstractmethod
+    def done(self) -> bool:
+        """Whether the search is at its end."""
+
+    @classmethod
+    @abstractmethod
+    def units_done(cls, evaluations: int, settings: Mapping[str, Any]) -> int:
+        """How many units of its length are done.
+
+        Args:
+            evaluations: Candidates told so far.
+            settings: The parameters by name; others may be among them.
+        """
+
+    @property
+    @abstractmethod
+    def generation(self) -> int:
+        """Number of candidates that stop rules count as one iteration."""
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Units done and planned."""
+        parameters = asdict(self.parameters)
+        return self.units_done(self.evaluations, parameters), int(parameters[self.length])
+
+    @property
+    def iteration(self) -> int:
+        """Number of batches told so far."""
+        return len(self._history)
+
+    @property
+    def evaluations(self) -> int:
+        """Number of candidates told so far."""
+        return self._history[-1][3] if self._history else 0
+
+    # ------------------------------------------------------------------ what was found
+
+    @property
+    @abstractmethod
+    def best_position(self) -> Array:
+        """Position of the best fitness, shape (D,)."""
+
+    @property
+    @abstractmethod
+    def best_fitness(self) -> float:
+        """The best fitness, +inf while there is none."""
+
+    @property
+    @abstractmethod
+    def basins(self) -> tuple[Array, Array]:
+        """Good positions that differ, best first: positions (A, D) and fitness (A,), all of it finite."""
+
+    @property
+    def history(self) -> History:
+        """The batches so far."""
+        best, mean, valid, evaluations = zip(*self._history, strict=True) if self._history else ((), (), (), ())
+        return History(
+            np.array(best, dtype=float), np.array(mean, dtype=float),
+            np.array(valid, dtype=np.int64), np.array(evaluations, dtype=np.int64),
+        )  # fmt: skip
+
+    # ------------------------------------------------------------------ the state
+
+    def state(self) -> State:
+        """Everything needed to carry on, to the last bit, at any point between two calls.
+
+        Returns:
+            NumPy arrays, and beside them only values that JSON holds exactly. The search space is not in it.
+        """
+        parameters = asdict(self.parameters).items()
+        return {
+            "algorithm": self.name,
+            "parameters": {name: list(value) if isinstance(value, tuple) else value for name, value in parameters},
+            "generator": generator_state.encode(self._rng),
+            "asked": self._asked,
+            "positions": self._X.copy(),
+            **{f"history_{name}": column for name, column in vars(self.history).items()},
+            **self._memory(),
+        }
+
+    @classmethod
+    def from_state(cls: type[A], state: Mapping[str, Any], space: SearchSpace) -> A:
+        """The search that :meth:`state` described.
+
+        Args:
+            state: The state; arrays may come back as nested lists.
+            space: The search space that it ran in.
+
+        Raises:
+            SearchError: The state is that of another algorithm or space, or an entry is missing or does not fit.
+            SettingsError: A parameter in it is unknown or out of range.
+        """
+        saved.check_algorithm(state, cls.name)
+        rng = generator_state.decode(saved.entry(state, "generator"))
+        search = cls(space, rng, saved.parameters(state, cls.Parameters))
+        drawn = saved.array(state, "positions", (None, space.box.dimension))
+        search._X = checks.positions(drawn, space.box.lower, space.box.upper, len(drawn))
+        search._asked = bool(saved.entry(state, "asked"))
+        best = saved.array(state, "history_best", (None,), infinite=True)
+        mean = saved.array(state, "history_mean", best.shape, infinite=True)
+        counts = (saved.array(state, f"history_{name}", best.shape).astype(int) for name in ("valid", "evaluations"))
+        columns = (column.tolist() for column in (best, mean, *counts))
+        search._history = list(zip(*columns, strict=True))
+        search._restore(state)
+        return search
+
+    @abstractmethod
+    def _memory(self) -> State:
+        """What the algorithm itself has to remember, as copies; no name of it begins with "history"."""
+
+    @abstractmethod
+    def _restore(self, state: Mapping[str, Any]) -> None:
+        """Set what :meth:`_memory` described."""
