@@ -158,7 +158,9 @@ def summary_text(summary: Summary) -> str:
     """
     blocks = [
         _heading(summary),
-        _listed("Found and done on reading:", summary.steps),
+        "\n".join(["Found and done on reading:", *(_wrapped(step, "  - ") for step in summary.steps)])
+        if summary.steps
+        else "",
         _series_text("point", summary.points),
         _series_text("orientation", summary.orientations),
         _bodies_text(summary.bodies),
@@ -212,11 +214,6 @@ def _heading(summary: Summary) -> str:
     if summary.repeated:
         lines.append(f"  {summary.repeated} frames repeat the one before")
     return "\n".join(lines)
-
-
-def _listed(title: str, sentences: tuple[str, ...]) -> str:
-    """Sentences under a title."""
-    return "\n".join([title, *(_wrapped(sentence, "  - ") for sentence in sentences)]) if sentences else ""
 
 
 def _wrapped(text: str, first: str, following: str | None = None) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,19 +85,28 @@ def fill_gaps(
     if not (np.isfinite(max_gap) and max_gap >= 0):
         raise SettingsError(f"max_gap is {max_gap} s", value=max_gap, allowed="0 s or more")
     longest = max_gap + 1e-9 * max(1.0, abs(recording.time[-1]))  # differences of times carry rounding
-    gaps = [gap for name, series in _series(recording) for gap in find_gaps(name, series, recording.time)]
+    time = recording.time
+    series = {f"point '{name}'": values for name, values in recording.points.items()}
+    series |= {f"the orientation of '{name}'": values for name, values in recording.orientations.items()}
+    gaps = [gap for name, values in series.items() for gap in find_gaps(name, values, time)]
     short = [gap for gap in gaps if gap.can_be_filled(longest)]
     others = [gap for gap in gaps if not gap.can_be_filled(longest)] + _holes(recording, longest)
     heads, tails = _ends_to_cut(recording, others, longest, start, stop)
     first = max((gap.stop for gap in heads), default=0)
     end = min((gap.first for gap in tails), default=recording.frames)
+    if end - first < MIN_FRAMES:
+        message = f"{recording.source}: fewer than three frames are left without the gaps at the ends"
+        raise RecordingError(message, value=max(0, end - first), fix="Use other points or another part")
     filled = recording.changed(
-        recording.time,
-        lambda positions: _fill(recording.time, positions, longest, cubic, stale),
-        lambda quaternions: _fill(recording.time, quaternions, longest, slerp, stale),
+        time[first:end],
+        lambda positions: _fill(time, positions, longest, cubic, stale)[first:end],
+        lambda quaternions: _fill(time, quaternions, longest, slerp, stale)[first:end],
     )
-    kept = [gap for gap in short if _concerns(gap, first, end, start, stop)]
-    return _cut(filled, first, end), (*_filled_step(kept), *_end_steps(heads, tails))
+    after, before = -np.inf if start is None else start, np.inf if stop is None else stop
+    told = [
+        gap for gap in short if first < gap.stop and gap.first < end and gap.ends > after and gap.begins < before
+    ]  # those of the part that is wanted
+    return filled, (*_filled_step(told), *_end_steps(heads, tails))
 
 
 def find_gaps(name: str, series: Array, time: Array) -> list[Gap]:
@@ -141,12 +150,6 @@ def in_words(parts: Sequence[str]) -> str:
     """A list for a sentence: all of it where it is short, else its beginning and how many more there are."""
     shown = list(parts) if len(parts) <= 6 else [*parts[:5], f"{len(parts) - 5} more"]
     return ", ".join(shown)
-
-
-def _series(recording: Recording) -> Iterator[tuple[str, Array]]:
-    """Everything that can have gaps, by the words messages use for it."""
-    yield from ((f"point '{name}'", values) for name, values in recording.points.items())
-    yield from ((f"the orientation of '{name}'", values) for name, values in recording.orientations.items())
 
 
 def _holes(recording: Recording, longest: float) -> list[Gap]:
@@ -198,33 +201,13 @@ def _fill(time: Array, values: Array, longest: float, interpolate: Interpolation
         return values
     seen = ~np.isnan(values[:, 0])
     if stale is not None:
-        seen = _without(seen, stale)
+        ends = np.flatnonzero(seen)[[0, -1]]
+        seen &= ~stale
+        seen[ends] = True  # so that every gap lies between two frames
     missing = np.concatenate([np.arange(gap.first, gap.stop) for gap in gaps])
     result = values.copy()
     result[missing] = interpolate(time[seen], values[seen], time[missing])
     return result
-
-
-def _without(seen: Mask, stale: Mask) -> Mask:
-    """Frames to interpolate from: those seen but not stale, and whatever was seen first and last."""
-    ends = np.flatnonzero(seen)[[0, -1]]
-    result = seen & ~stale
-    result[ends] = True
-    return result
-
-
-def _cut(recording: Recording, first: int, end: int) -> Recording:
-    """Frames first..end - 1, unless too few are left."""
-    if end - first < MIN_FRAMES:
-        message = f"{recording.source}: fewer than three frames are left without the gaps at the ends"
-        raise RecordingError(message, value=max(0, end - first), fix="Use other points or another part")
-    return recording.changed(recording.time[first:end], lambda p: p[first:end], lambda q: q[first:end])
-
-
-def _concerns(gap: Gap, first: int, end: int, start: float | None, stop: float | None) -> bool:
-    """Whether a gap touches the frames first..end - 1 and the part that is wanted."""
-    wanted = (start is None or gap.ends > start) and (stop is None or gap.begins < stop)
-    return wanted and first < gap.stop and gap.first < end
 
 
 def _filled_step(gaps: list[Gap]) -> list[Step]:

@@ -67,7 +67,7 @@ def refill_repeats(
     limit = _limit(recording, longest)
     filled = [gap for gap in found if gap.can_be_filled(limit)]
     kept = [gap for gap in found if not gap.can_be_filled(limit)]
-    steps = (*_filled_step(filled), *_kept_step(kept))
+    steps = tuple(_steps(filled, kept))
     if not filled:
         return recording, steps
     stale = np.concatenate([np.arange(gap.first, gap.stop) for gap in filled])
@@ -99,32 +99,30 @@ def _within(recording: Recording, stretches: Sequence[Gap]) -> list[Gap]:
     return moved
 
 
-def _filled_step(gaps: list[Gap]) -> list[Step]:
-    """What was interpolated."""
-    if not gaps:
-        return []
-    count = sum(gap.stop - gap.first for gap in gaps)
-    worst = max(gaps, key=lambda gap: round(gap.length, 9))
-    many = f"{count} frames that repeat the one before" if count > 1 else "1 frame that repeats the one before"
-    sentence = (
-        f"Interpolated {many}, as not recorded; the longest stretch: {seconds(worst.length)} from "
-        f"{seconds(worst.begins)} to {seconds(worst.ends)}."
-    )
-    return [Step("repeats", sentence, {"frames": count, "stretches": _spans(gaps)})]
+def _steps(filled: list[Gap], kept: list[Gap]) -> list[Step]:
+    """What was interpolated, and what was left as it is."""
+    steps = []
+    if filled:
+        count, worst = sum(gap.stop - gap.first for gap in filled), _longest(filled)
+        many = f"{count} frames that repeat the one before" if count > 1 else "1 frame that repeats the one before"
+        sentence = (
+            f"Interpolated {many}, as not recorded; the longest stretch: {seconds(worst.length)} from "
+            f"{seconds(worst.begins)} to {seconds(worst.ends)}."
+        )
+        steps.append(Step("repeats", sentence, {"frames": count, "stretches": _spans(filled)}))
+    if kept:
+        count, worst = sum(gap.stop - gap.first for gap in kept), _longest(kept)
+        sentence = (
+            f"Left {len(kept)} stretch{'es' if len(kept) > 1 else ''} of repeated frames as standing still, the "
+            f"longest from {seconds(worst.begins)} to {seconds(worst.ends)}."
+        )
+        steps.append(Step("repeats", sentence, {"frames_kept": count, "stretches": _spans(kept)}))
+    return steps
 
 
-def _kept_step(gaps: list[Gap]) -> list[Step]:
-    """What was left as it is."""
-    if not gaps:
-        return []
-    worst = max(gaps, key=lambda gap: round(gap.length, 9))
-    count = sum(gap.stop - gap.first for gap in gaps)
-    where = f"{seconds(worst.begins)} to {seconds(worst.ends)}"
-    sentence = (
-        f"Left {len(gaps)} stretch{'es' if len(gaps) > 1 else ''} of repeated frames as standing still, the longest "
-        f"from {where}."
-    )
-    return [Step("repeats", sentence, {"frames_kept": count, "stretches": _spans(gaps)})]
+def _longest(gaps: list[Gap]) -> Gap:
+    """The longest stretch; of equals the first, whatever the rounding."""
+    return max(gaps, key=lambda gap: round(gap.length, 9))
 
 
 def _spans(gaps: list[Gap]) -> list[dict[str, object]]:

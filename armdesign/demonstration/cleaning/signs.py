@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import seconds
 from armdesign.demonstration.files.quaternions import unit_continuous
 from armdesign.demonstration.recording import Recording, Step
@@ -26,19 +25,15 @@ def unify_quaternions(recording: Recording) -> tuple[Recording, tuple[Step, ...]
     steps = []
     for name, quaternions in recording.orientations.items():
         norms = np.linalg.norm(quaternions, axis=1)
-        _refuse_zero(recording, name, norms)
+        zero = np.flatnonzero(norms < _MIN_NORM)
+        if len(zero):
+            where = f"frame {zero[0] + 1}, {seconds(recording.time[zero[0]])}"
+            message = f"{recording.source}: the quaternion of '{name}' is zero at {where} (norm {norms[zero[0]]:.2g})"
+            fix = "Leave its cells empty where it was not seen"
+            raise RecordingError(message, value=float(norms[zero[0]]), fix=fix)
         if np.nanmax(np.abs(norms - 1.0), initial=0.0) > _NORM_NOTE:
             least, greatest = float(np.nanmin(norms)), float(np.nanmax(norms))
             span = f"{least:.3g} to {greatest:.3g}"
             sentence = f"Normalised the quaternions of '{name}', whose norms were {span} instead of 1."
             steps.append(Step("quaternions", sentence, {"of": name, "least": least, "greatest": greatest}))
     return recording.changed(recording.time, lambda positions: positions, unit_continuous), tuple(steps)
-
-
-def _refuse_zero(recording: Recording, name: str, norms: Array) -> None:
-    """Raise for the first quaternion of norm (nearly) zero."""
-    zero = np.flatnonzero(norms < _MIN_NORM)
-    if len(zero):
-        where = f"frame {zero[0] + 1}, {seconds(recording.time[zero[0]])}"
-        message = f"{recording.source}: the quaternion of '{name}' is zero at {where} (norm {norms[zero[0]]:.2g})"
-        raise RecordingError(message, value=float(norms[zero[0]]), fix="Leave its cells empty where it was not seen")

@@ -41,7 +41,11 @@ def filter_low_pass(recording: Recording, cutoff: float) -> tuple[Recording, tup
         raise SettingsError(f"low_pass is {cutoff} Hz at {recording.rate:.6g} frames/s", value=cutoff, allowed=allowed)
     step = np.diff(recording.time)
     even = np.abs(step - recording.step).max() <= _EVEN * recording.step
-    grid = recording if even else _sample(recording, _even_times(recording))
+    grid = recording
+    if not even:
+        first, last = recording.time[[0, -1]]
+        count = max(MIN_FRAMES, round((last - first) * recording.rate) + 1)
+        grid = _sample(recording, np.linspace(first, last, count))
 
     def smooth(values: Array) -> Array:
         return _filtfilt(values, cutoff, grid.rate)
@@ -71,12 +75,6 @@ def resample(recording: Recording, rate: float) -> tuple[Recording, tuple[Step, 
     result = _sample(recording, times)
     sentence = f"Resampled to {rate:.6g} frames/s: {result.frames} frames."
     return result, (Step("resample", sentence, {"rate": rate, "from": recording.rate, "frames": result.frames}),)
-
-
-def _even_times(recording: Recording) -> Array:
-    """Evenly spaced times from the first frame to the last at about the median step, shape (N,) [s]."""
-    first, last = recording.time[[0, -1]]
-    return np.linspace(first, last, max(MIN_FRAMES, round((last - first) * recording.rate) + 1))
 
 
 def _sample(recording: Recording, at: Array) -> Recording:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armdesign._types import Array
+from armdesign.demonstration.recording import describe_bad_step, first_bad_step
 from armdesign.errors import RecordingError
 
 MAX_COLUMNS = 30_000
@@ -99,6 +100,20 @@ class Rows:
     def place(self, row: int) -> Place:
         """Where a row stands."""
         return Place(self.source, int(self.lines[row]))
+
+    def times(self, column: int) -> Array:
+        """Times in a column, shape (T,) [s].
+
+        Raises:
+            RecordingError: One is missing or not later than the one before; the message names the line.
+        """
+        times: Array = self.values[:, column]
+        bad = first_bad_step(times)
+        if bad is not None:
+            message = f"{self.place(bad)}, column 'time': {describe_bad_step(times, bad)}"
+            fix = "Every frame needs a later time than the one before"
+            raise RecordingError(message, value=float(times[bad]), fix=fix)
+        return times
 
 
 def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, block: int = _BLOCK) -> Rows:

@@ -20,7 +20,6 @@ from armdesign._types import Array
 from armdesign.demonstration.files.csv_cells import (
     Dialect,
     Place,
-    Rows,
     check_columns,
     check_names,
     is_number,
@@ -30,7 +29,7 @@ from armdesign.demonstration.files.csv_cells import (
     shown,
 )
 from armdesign.demonstration.files.sniff import describe_binary, is_text, read_head, unreadable
-from armdesign.demonstration.recording import Recording, Take, describe_bad_step, first_bad_step
+from armdesign.demonstration.recording import Recording, Take
 from armdesign.errors import RecordingError
 from armdesign.files import write_whole
 
@@ -65,7 +64,7 @@ def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
             rows = read_rows(stream, names, Place(source, line + 1), Dialect(), _BLOCK)
     except OSError as error:
         raise unreadable(source, error) from error
-    _check_times(rows, names.index("time"))
+    rows.times(names.index("time"))
     return _recording(rows.values, names, layout, str(source))
 
 
@@ -202,15 +201,6 @@ def _check_complete(point: str, components: Mapping[str, int], place: Place) -> 
             found = ", ".join(f"'{point}_{component}'" for component in wanted if component in components)
             message = f"{place}: there is {found}, but no {' and no '.join(missing)}"
             raise RecordingError(message, value=point, fix="Add what is missing or remove the whole point")
-
-
-def _check_times(rows: Rows, column: int) -> None:
-    """Name the line where the time stops increasing."""
-    times = rows.values[:, column]
-    bad = first_bad_step(times)
-    if bad is not None:
-        message = f"{rows.place(bad)}, column 'time': {describe_bad_step(times, bad)}"
-        raise RecordingError(message, value=float(times[bad]), fix="Every frame needs a later time than the one before")
 
 
 def _recording(table: Array, names: list[str], layout: Layout, source: str) -> Recording:

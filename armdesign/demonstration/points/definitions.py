@@ -56,9 +56,9 @@ def define(expression: Expression, recording: Recording, earlier: Mapping[str, D
         steps = () if expression.single in earlier else known.steps  # what was told before is not told again
         return Defined(expression, known.positions, known.quaternions, known.markers, steps)
     names = tuple(term.name for term in expression.terms)
-    markers = names if _are_markers(expression, recording, earlier) else ()
-    if markers:
-        return _mean_of_markers(expression, markers, recording)
+    markers = all(name in recording.points and name not in earlier for name in names) and not expression.weighted
+    if markers and len(set(names)) == len(names) >= MARKERS:
+        return _mean_of_markers(expression, names, recording)
     total = np.zeros((recording.frames, 3))
     for term in expression.terms:
         total = total + term.weight * _position(term.name, recording, earlier)
@@ -115,13 +115,6 @@ def _known_markers(name: str, recording: Recording) -> tuple[str, ...]:
     """The markers of a rigid body that the recording holds, if it tells and they suffice for a pose."""
     markers = tuple(marker for marker in recording.about.bodies.get(name, ()) if marker in recording.points)
     return markers if len(markers) >= MARKERS else ()
-
-
-def _are_markers(expression: Expression, recording: Recording, earlier: Mapping[str, Defined]) -> bool:
-    """Whether an expression is the plain mean of three or more points of the recording."""
-    names = [term.name for term in expression.terms]
-    plain = all(name in recording.points and name not in earlier for name in names)
-    return plain and not expression.weighted and len(set(names)) == len(names) >= MARKERS
 
 
 def _position(name: str, recording: Recording, earlier: Mapping[str, Defined]) -> Array:

@@ -80,7 +80,9 @@ def parse(text: str, known: Collection[str], source: str, purpose: str = "") -> 
         return Expression(text, (Term(whole, 1.0),))
     first, *rest = _split(text, "=", source)
     body = "=".join(rest) if rest else text
-    name = unquoted(first) if rest else _name_of(text)
+    name = unquoted(first)
+    if not rest and len(_split(text, "+", text)) > 1:  # a mean without a name is called by its text
+        name = "".join(letter for letter in text if letter not in _QUOTES)
     if not name or not body.strip():
         fix = "Write NAME, NEW=A+B or NEW=0.5*A+0.5*B"
         raise TaskError(f"{source}: '{text}' names no point{purpose}", value=text, fix=fix)
@@ -150,23 +152,15 @@ def _find(name: str, known: Collection[str], source: str) -> str | None:
     if not name:
         return None
     for mark in (":", "_"):
-        found = [each for each in known if each.endswith(mark + name) and _is_subject(each[: -len(mark + name)], mark)]
+        ends = [(each, each[: -len(mark + name)]) for each in known if each.endswith(mark + name)]
+        # a subject may be left off, a side may not
+        found = [each for each, subject in ends if subject and (mark == ":" or subject.lower() not in _SIDES)]
         if len(found) > 1:
             message = f"{source}: '{name}' may be any of {len(found)} points"
             raise TaskError(message, value=name, allowed=nearest(name, found), fix="Give the name in full")
         if found:
             return found[0]
     return None
-
-
-def _is_subject(prefix: str, mark: str) -> bool:
-    """Whether what stands before a name may be left off; a side may not."""
-    return bool(prefix) and (mark == ":" or prefix.lower() not in _SIDES)
-
-
-def _name_of(text: str) -> str:
-    """What a point is called that was given no name."""
-    return unquoted(text) if len(_split(text, "+", text)) == 1 else "".join(c for c in text if c not in _QUOTES)
 
 
 def _combined(name: str, body: str, known: Collection[str], source: str, purpose: str) -> Expression:

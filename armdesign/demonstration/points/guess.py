@@ -7,7 +7,7 @@ several points, such as the elbow between its two epicondyles.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -203,7 +203,11 @@ def guess_arm(points: Mapping[str, Array], *, side: str = "right", base: str | N
         return Guess(None, tuple(arms), f"Several subjects have an arm: {listed}")
     order = [side, "", "left" if side == "right" else "right"]
     arm = min(arms, key=lambda arm: order.index(arm.side))
-    return Guess(arm, tuple(arms), _sentence(arm, arms))
+    other = [str(each) for each in arms if each is not arm]
+    also = f" There is also {', and '.join(other)}." if other else ""
+    chosen = f"base {arm.base}, points {', '.join(arm.points)}"
+    sentence = f"By the names of the points, {arm} was chosen: {chosen}.{also}"
+    return Guess(arm, tuple(arms), f"{sentence} Use --base and --points to choose otherwise.")
 
 
 def find_arms(names: Iterable[str]) -> list[Arm]:
@@ -225,14 +229,6 @@ def find_arms(names: Iterable[str]) -> list[Arm]:
         found.setdefault((arm.subject, arm.side), arm)
     sided = {subject for subject, side in found if side}
     return [arm for (subject, side), arm in found.items() if side or subject not in sided]
-
-
-def _sentence(arm: Arm, arms: Sequence[Arm]) -> str:
-    """What was guessed, and what else it could have been."""
-    other = [str(each) for each in arms if each is not arm]
-    also = f" There is also {', and '.join(other)}." if other else ""
-    chosen = f"base {arm.base}, points {', '.join(arm.points)}"
-    return f"By the names of the points, {arm} was chosen: {chosen}.{also} Use --base and --points to choose otherwise."
 
 
 def _subjects(names: Iterable[str]) -> dict[str, dict[str, str]]:

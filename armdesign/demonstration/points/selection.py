@@ -11,7 +11,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.points.definitions import Defined, define, orientation_of
 from armdesign.demonstration.points.expressions import nearest, parse, quoted
-from armdesign.demonstration.points.guess import Guess, guess_arm
+from armdesign.demonstration.points.guess import guess_arm
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import Recording, Step
 from armdesign.errors import TaskError
@@ -67,7 +67,8 @@ def resolve(
     base, points, guessed, steps = _completed(recording, base, tuple(points))
     defined: dict[str, Defined] = {}
     first = _add(defined, base, recording, " for the base")
-    for text in points or _others(recording, defined[first]):
+    parts = {term.name for term in defined[first].expression.terms}
+    for text in points or [quoted(name) for name in recording.points if name not in parts]:
         _add(defined, text, recording)
     names = tuple(name for name in defined if name != first)
     if not names:
@@ -103,30 +104,17 @@ def _completed(
         return base, points, None, ()
     if not recording.about.captured:
         return base or quoted(next(iter(recording.points), "")), points, None, ()
-    guess = guess_arm(
-        recording.points, side="left" if is_mirrored(recording) else "right", base=_base_name(recording, base)
-    )
+    known, source = _known(recording, {}), recording.source
+    part = None if base is None else parse(base, known, source, " for the base").terms[0].name
+    guess = guess_arm(recording.points, side="left" if is_mirrored(recording) else "right", base=part)
     if guess.arm is None:
-        raise _no_guess(recording, base, guess)
+        listed = ", ".join(quoted(name) for name in nearest("", known))
+        flags = "--points elbow=A+B,wrist=C,hand=D" if base else "--base SHOULDER --points elbow=A+B,wrist=C,hand=D"
+        message = f"{source}: {guess.sentence[0].lower()}{guess.sentence[1:]}; its points are {listed}"
+        raise TaskError(message, value=known, fix=f"Name those of the arm, as in {flags}")
     step = Step("guess", guess.sentence, {"base": guess.arm.base, "points": list(guess.arm.points)})
     own = None if points else guess.arm.orientation(recording.orientations)
     return base or guess.arm.base, points or guess.arm.points, own, (step,)
-
-
-def _base_name(recording: Recording, base: str | None) -> str | None:
-    """A point that the base is (partly) made of."""
-    if base is None:
-        return None
-    return parse(base, _known(recording, {}), recording.source, " for the base").terms[0].name
-
-
-def _no_guess(recording: Recording, base: str | None, guess: Guess) -> TaskError:
-    """The error where the points have to be named."""
-    names = _known(recording, {})
-    listed = ", ".join(quoted(name) for name in nearest("", names))
-    flags = "--points elbow=A+B,wrist=C,hand=D" if base else "--base SHOULDER --points elbow=A+B,wrist=C,hand=D"
-    message = f"{recording.source}: {guess.sentence[0].lower()}{guess.sentence[1:]}; its points are {listed}"
-    return TaskError(message, value=names, fix=f"Name those of the arm, as in {flags}")
 
 
 def _known(recording: Recording, defined: Mapping[str, Defined]) -> list[str]:
@@ -145,12 +133,6 @@ def _add(defined: dict[str, Defined], text: str, recording: Recording, purpose: 
         raise TaskError(f"point '{name}' is given twice", value=name, fix="Name each point once")
     defined[name] = define(expression, recording, defined)
     return name
-
-
-def _others(recording: Recording, base: Defined) -> list[str]:
-    """All points that are not the base nor part of it."""
-    parts = {term.name for term in base.expression.terms}
-    return [quoted(name) for name in recording.points if name not in parts]
 
 
 def _turn(text: str, recording: Recording, defined: Mapping[str, Defined]) -> _Turn:

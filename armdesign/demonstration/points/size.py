@@ -69,7 +69,9 @@ def measure(take: Take, arms: Sequence[Arm]) -> Size:
     frames = np.unique(np.linspace(0, len(take.time) - 1, _FRAMES).astype(int)) if len(take.time) else np.empty(0, int)
     points = {name: values[frames] for name, values in take.points.items()}
     for arm in arms:
-        length = _arm_length(points, arm)
+        roles = [arm.roles[role] for role in ("shoulder", "elbow", "wrist")]
+        places = np.array([np.mean([points[name] for name in role], axis=0) for role in roles])
+        length = _median(np.linalg.norm(np.diff(places, axis=0), axis=2).sum(axis=0))
         if math.isfinite(length) and length > 0:
             return Size("from shoulder over elbow to wrist it is", length, 0.55, 1.49, _EVERY)
     extent = _extent(points)
@@ -96,13 +98,6 @@ def unit_of_size(size: Size) -> Unit | None:
     return Unit(
         best, factor, f"{library}assumed because the file does not say and {length} then (otherwise use --units)"
     )
-
-
-def _arm_length(points: Mapping[str, Array], arm: Arm) -> float:
-    """Median of the way from shoulder over elbow to wrist."""
-    places = [np.mean([points[name] for name in arm.roles[role]], axis=0) for role in ("shoulder", "elbow", "wrist")]
-    links = np.linalg.norm(np.diff(np.array(places), axis=0), axis=2).sum(axis=0)
-    return _median(links)
 
 
 def _extent(points: Mapping[str, Array]) -> float:

@@ -11,7 +11,7 @@ from armdesign._types import Array
 from armdesign.demonstration.files.quaternions import product
 from armdesign.demonstration.files.upright import find_up
 from armdesign.demonstration.points.guess import find_arms
-from armdesign.demonstration.points.size import Size, measure, unit_of_size
+from armdesign.demonstration.points.size import measure, unit_of_size
 from armdesign.demonstration.recording import About, Recording, Step, Take
 from armdesign.errors import RecordingError, SettingsError
 
@@ -19,6 +19,7 @@ UNITS: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Metres per unit."""
 _NAMED = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "in": "inches"}
 AXES = ("x", "y", "z")
+_Y_UP = ("TRC", "Motive", "BVH")  # formats whose files mostly have y up
 _FARTHEST = 1e9  # in any unit; nothing is recorded beyond, and its square is far from overflow
 _HALF = math.sqrt(0.5)
 _ORDER = {"x": (1, 2, 0), "y": (0, 2, 1), "z": (0, 1, 2)}  # columns that become x, y, z
@@ -124,7 +125,9 @@ def _factor(take: Take, units: str | None) -> tuple[float, list[Step]]:
     size = measure(take, find_arms(take.points))
     found = unit_of_size(size)
     if found is None:
-        raise _no_unit(take, size)
+        message = f"{take.source}: the file does not say its unit of length, and none fits: {size}"
+        allowed = f"{', '.join(UNITS)}, or metres per unit as a number"
+        raise RecordingError(message, value=take.units, allowed=allowed, fix="Say it with --units")
     return found.factor, [_unit_step(found.factor, found.why, found.name)]
 
 
@@ -140,13 +143,6 @@ def _unit_step(factor: float, why: str, unit: str) -> Step:
     return Step("units", f"Lengths are in {named}, {why}; {done}.", details)
 
 
-def _no_unit(take: Take, size: Size) -> RecordingError:
-    """The error for a take whose unit nothing tells."""
-    message = f"{take.source}: the file does not say its unit of length, and none fits: {size}"
-    allowed = f"{', '.join(UNITS)}, or metres per unit as a number"
-    return RecordingError(message, value=take.units, allowed=allowed, fix="Say it with --units")
-
-
 def _up(take: Take, up: str | None, factor: float) -> tuple[str, list[Step]]:
     """The axis that points up, and where that comes from."""
     if up is not None:
@@ -154,20 +150,21 @@ def _up(take: Take, up: str | None, factor: float) -> tuple[str, list[Step]]:
         if axis not in AXES:
             raise SettingsError(f"up is '{up}'", value=up, allowed=", ".join(AXES))
         return axis, [_up_step(axis, "as asked for")]
-    custom = usual_up(take.format)
+    custom = "y" if any(word in take.format for word in _Y_UP) else "z"
     found = find_up(take, factor, take.up or custom)
     if take.up is not None:
-        doubt = [_doubt_step(take.up, found.axis, found.why)] if found.axis not in {None, take.up} else []
-        return take.up, [_up_step(take.up, "as the file says"), *doubt] if take.captured else []
+        steps = [_up_step(take.up, "as the file says")]
+        if found.axis not in {None, take.up}:
+            sentence = (
+                f"The file says that {take.up} points up, but {found.why}, as if {found.axis} did: check it, or use "
+                f"--up {found.axis}."
+            )
+            steps.append(Step("up-doubt", sentence, {"said": take.up, "seems": found.axis}))
+        return take.up, steps if take.captured else []
     if found.axis is None:
         return custom, [_up_step(custom, f"as is usual for {take.format}, which does not say (otherwise use --up)")]
     usual = "" if found.axis == custom else f", although {custom} is usual for {take.format}"
     return found.axis, [_up_step(found.axis, f"because {found.why}{usual} (otherwise use --up)")]
-
-
-def usual_up(name: str) -> str:
-    """The axis that points up in most files of a format."""
-    return "y" if any(word in name for word in ("TRC", "Motive", "BVH")) else "z"
 
 
 def _up_step(axis: str, why: str) -> Step:
@@ -178,12 +175,6 @@ def _up_step(axis: str, why: str) -> Step:
         "z": "axes left as they are",
     }
     return Step("up", f"{axis} points up, {why}: {done[axis]}.", {"axis": axis, "from": why})
-
-
-def _doubt_step(said: str, axis: str | None, why: str) -> Step:
-    """A warning where the data contradict the file."""
-    sentence = f"The file says that {said} points up, but {why}, as if {axis} did: check it, or use --up {axis}."
-    return Step("up-doubt", sentence, {"said": said, "seems": axis})
 
 
 def _upright(values: Array, axis: str, factor: float) -> Array:

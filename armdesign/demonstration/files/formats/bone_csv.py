@@ -14,13 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Rows, read_cells, read_rows, shown
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_cells, read_rows, shown
 from armdesign.demonstration.files.formats.frame_clock import MAX_RATE, check_frames
 from armdesign.demonstration.files.formats.row_steps import row_steps
 from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.demonstration.files.sniff import open_text, text_head
-from armdesign.demonstration.recording import Step, Take, describe_bad_step, first_bad_step
+from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError, SettingsError
 
 _POSITION = ("x", "y", "z")
@@ -69,15 +68,17 @@ def read_bone_csv(path: Path, rate: float | None = None) -> Take:
         rows = read_rows(lines, names, lines.place, dialect)
     check_frames(rows)
     quaternion = _quaternion(names) or ()
+    sentence = "The columns q0, q1, q2, q3 were taken as x, y, z, w (scalar last)."
+    scalar_last = [Step("quaternions", sentence)] if "q0" in quaternion else []
     body = "".join(letter for letter in path.stem if ord(letter) >= 32).strip() or "bone"
     return Take(
-        time=_time(rows, names, rate),
+        time=rows.times(names.index(_TIME)) if rate is None else np.arange(len(rows.values)) / rate,
         points={body: rows.values[:, [names.index(name) for name in _POSITION]]},
         orientations={body: rows.values[:, [names.index(name) for name in quaternion]]},
         source=str(path),
         format="bone CSV",
         rate=rate,
-        steps=tuple(_steps(rows, quaternion)),
+        steps=(*row_steps(rows), *scalar_last),
     )
 
 
@@ -120,23 +121,3 @@ def _check_rate(names: list[str], rate: float | None, path: Path) -> None:
         raise SettingsError(message, value=rate, fix="Leave the rate away, or remove the column 'time'")
     elif not (math.isfinite(rate) and 0 < rate <= MAX_RATE):
         raise SettingsError(f"the frame rate of {path} is {rate:g}", value=rate, allowed=f"above 0, up to {MAX_RATE:g}")
-
-
-def _time(rows: Rows, names: list[str], rate: float | None) -> Array:
-    """Frame times, shape (T,) [s]."""
-    if rate is not None:
-        return np.arange(len(rows.values)) / rate
-    times: Array = rows.values[:, names.index(_TIME)]
-    bad = first_bad_step(times)
-    if bad is not None:
-        message = f"{rows.place(bad)}, column 'time': {describe_bad_step(times, bad)}"
-        raise RecordingError(message, value=float(times[bad]), fix="Every frame needs a later time than the one before")
-    return times
-
-
-def _steps(rows: Rows, quaternion: tuple[str, ...]) -> list[Step]:
-    """What was odd about the file, and what was made of the quaternions."""
-    steps = row_steps(rows)
-    if "q0" in quaternion:
-        steps.append(Step("quaternions", "The columns q0, q1, q2, q3 were taken as x, y, z, w (scalar last)."))
-    return steps
