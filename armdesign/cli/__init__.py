@@ -1,43 +1,114 @@
-"""The command line: a thin layer over plain functions; heavy imports happen inside the commands."""
+"""The command line: one file a command, nothing but options, calls and words.
+
+A command's module is imported when the command is called, so that the list of commands shows at once.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated
+import functools
+import importlib
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from armdesign._version import __version__
-from armdesign.cli.alternatives_command import alternatives
-from armdesign.cli.compare_command import compare
-from armdesign.cli.evaluate_command import evaluate
-from armdesign.cli.export_command import export
-from armdesign.cli.preview_command import preview
-from armdesign.cli.recording_command import app as recording
-from armdesign.cli.report_command import report
-from armdesign.cli.runs_command import runs
-from armdesign.cli.search_command import search
-from armdesign.cli.study_command import app as settings
-from armdesign.cli.sweep_command import sweep
+
+COMMANDS = {
+    "search": ("search_command", "Search the arm that follows a recorded demonstration best."),
+    "evaluate": ("evaluate_command", "Score a given arm on a task."),
+    "sweep": ("sweep_command", "Run many searches, one for every combination of settings."),
+    "runs": ("runs_command", "List the runs below a folder and their states."),
+    "alternatives": ("alternatives_command", "Show the best arms of a search that really differ."),
+    "export": ("export_command", "Write robot files and trajectories for other tools."),
+    "report": ("report_command", "Write the report of a run as one HTML page."),
+    "preview": ("preview_command", "Show arms performing their task in the browser."),
+    "compare": ("compare_command", "Compare designs and ready-made arms on the same task."),
+    "recording": ("recording_command", "Look at a recording, draw it, or convert it to plain CSV."),
+    "study": ("study_command", "Repeat the paper's studies on any demonstration."),
+}
+"""Every command: the module that holds it, under its own name or as ``app``, and its line in the list of commands."""
+EXIT_CODES = (
+    "Exit codes: 0 done; 1 a run of a sweep or study has failed; 2 bad input; 4 a search has found no arm; 130 stopped "
+    "by Ctrl-C."
+)
+
+
+class PanelCommand(TyperCommand):
+    """A command whose help lists the options by their ``rich_help_panel``, in plain text that fits 80 columns."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401 (Click's own, which Typer brings)
+        """Write the arguments and then the panels, in the order of their first options.
+
+        Args:
+            ctx: The command's context.
+            formatter: What the help is written to.
+        """
+        panels: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            record, panel = parameter.get_help_record(ctx), getattr(parameter, "rich_help_panel", None)
+            if record is not None and parameter.param_type_name == "argument":
+                panels.setdefault(panel or "Arguments", []).append((parameter.metavar or record[0], record[1]))
+            elif record is not None:
+                panels.setdefault(panel or "Options", []).append(record)
+        for title, records in panels.items():
+            with formatter.section(title):
+                formatter.write_dl(records)
+
+
+class LazyGroup(TyperGroup):
+    """A group that knows its commands by name and help, and imports the one that is called."""
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ANN401
+        """The names, in the order in which they are declared."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401
+        """What stands for a command in the list of commands.
+
+        Args:
+            ctx: The group's context.
+            cmd_name: The command's name.
+        """
+        return TyperCommand(cmd_name, help=COMMANDS[cmd_name][1]) if cmd_name in COMMANDS else None
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:  # noqa: ANN401
+        """The command that is called, imported.
+
+        Args:
+            ctx: The group's context.
+            args: What follows the group on the command line.
+        """
+        name, _, rest = super().resolve_command(ctx, args)
+        return name, load_command(str(name)), rest
+
+
+@functools.cache
+def load_command(name: str) -> Any:  # noqa: ANN401 (Click's command, which Typer brings)
+    """Import a command, or a group of commands.
+
+    Args:
+        name: One of ``COMMANDS``.
+    """
+    module = importlib.import_module(f"armdesign.cli.{COMMANDS[name][0]}")
+    group = getattr(module, "app", None)
+    if group is None:
+        group = typer.Typer(add_completion=False, rich_markup_mode=None)
+        group.command(name, cls=PanelCommand, epilog=EXIT_CODES)(getattr(module, name))
+    command = typer.main.get_command(group)
+    command.name = name
+    return command
+
 
 app = typer.Typer(
     name="armdesign",
-    help="Turn a recorded human-arm demonstration into the robot arm that does the job.",
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=EXIT_CODES,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-app.command()(search)
-app.command()(evaluate)
-app.command()(sweep)
-app.command()(runs)
-app.command()(alternatives)
-app.command()(export)
-app.command()(report)
-app.command()(preview)
-app.command()(compare)
-app.add_typer(recording)
-app.add_typer(settings)
 
 
 def show_version(wanted: bool) -> None:

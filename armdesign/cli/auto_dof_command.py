@@ -5,29 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
-from armdesign.cli.common import (
-    INTERRUPTED,
-    ProgressLine,
-    announce_compiling,
-    check_cluster,
-    check_workers,
-    clock,
-    open_backend,
-    say,
-    tell_at_once,
-)
+from armdesign.cli.command_errors import INTERRUPTED
+from armdesign.cli.screen import SearchBar, announce_compiling, clock, say, say_in_handler, show_table, show_text
+from armdesign.cli.tables import show_evaluation
+from armdesign.cli.worker_options import check_workers, open_backend
 from armdesign.errors import RunFolderError, SettingsError, counted, resume_command
-
-if TYPE_CHECKING:
-    from armdesign.experiments.auto_dof.choose_dof import Outcome
-    from armdesign.experiments.auto_dof.dof_records import Found
-    from armdesign.search.backends import Backend
-    from armdesign.search.prepare import Prepared
-    from armdesign.search.search import Progress
+from armdesign.experiments.auto_dof.choose_dof import Outcome, Watch, carry_out_auto, start_auto
+from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE, Found, chosen, holds_auto
+from armdesign.experiments.auto_dof.dof_rule import JOINTS, rule_of
+from armdesign.fitness.block import compile_kernels
+from armdesign.runs.alternatives import FILE
+from armdesign.runs.folder import TASK_JSON, claim_folder, holds_run
+from armdesign.runs.reading import read_finished
+from armdesign.search.backends import Backend
+from armdesign.search.prepare import Prepared
+from armdesign.search.search import Progress
+from armdesign.views import writing as views
 
 
 def search_auto(
@@ -57,12 +53,8 @@ def search_auto(
         within: How much a path fitness may be larger and still count as equal [%].
         enough: Path fitness below which a better one means nothing [mm].
     """
-    from armdesign.experiments.auto_dof.choose_dof import start_auto  # noqa: PLC0415
-    from armdesign.experiments.auto_dof.dof_rule import rule_of  # noqa: PLC0415
-
     rule = rule_of(within, enough)
     check_workers(workers, cluster)
-    check_cluster(cluster)
     tasks = prepared_tasks(prepare_for)
     folder = claimed(folder_for(source, next(iter(tasks.values()))) if out is None else out, overwrite=overwrite)
     start_auto(folder, tasks, rule)
@@ -71,8 +63,6 @@ def search_auto(
 
 def resume_auto(folder: Path, *, workers: int | None, cluster: str | None, report: bool, quiet: bool) -> None:
     """Go on with the search for the number of joints where it stopped."""
-    from armdesign.experiments.auto_dof.dof_records import chosen  # noqa: PLC0415
-
     if chosen(folder):
         say(f"{folder} is finished; nothing to resume.")
         return
@@ -85,8 +75,6 @@ def prepared_tasks(prepare_for: Callable[[int], Prepared]) -> dict[int, Prepared
     Raises:
         SettingsError: Settings that fit one number of joints only.
     """
-    from armdesign.experiments.auto_dof.dof_rule import JOINTS  # noqa: PLC0415
-
     fewest, most = prepare_for(JOINTS[1]).settings.design.auto_dof or JOINTS
     tasks = {}
     for n in range(fewest, most + 1):
@@ -104,9 +92,6 @@ def prepared_tasks(prepare_for: Callable[[int], Prepared]) -> dict[int, Prepared
 
 def folder_for(source: Path, prepared: Prepared) -> Path:
     """A free name under runs/."""
-    from armdesign.experiments.auto_dof.dof_records import holds_auto  # noqa: PLC0415
-    from armdesign.runs.folder import holds_run  # noqa: PLC0415
-
     search = prepared.settings.search
     name = f"{source.stem}-{search.algorithm}-auto-seed{search.seed}"
     folder, k = Path("runs") / name, 2
@@ -121,9 +106,6 @@ def claimed(folder: Path, *, overwrite: bool) -> Path:
     Raises:
         RunFolderError: It holds something already, or cannot be written.
     """
-    from armdesign.experiments.auto_dof.dof_records import chosen, holds_auto  # noqa: PLC0415
-    from armdesign.runs.folder import claim_folder  # noqa: PLC0415
-
     if holds_auto(folder) and not overwrite:
         unfinished = "" if chosen(folder) else f", go on with it by --resume {folder}"
         raise RunFolderError(
@@ -135,34 +117,30 @@ def claimed(folder: Path, *, overwrite: bool) -> Path:
 
 def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: bool, quiet: bool) -> None:
     """Search in the folder, saying what is done and why it ends."""
-    from armdesign.experiments.auto_dof.choose_dof import Watch, carry_out_auto  # noqa: PLC0415
-    from armdesign.views import writing as views  # noqa: PLC0415
-
     check_workers(workers, cluster)
-    check_cluster(cluster)
 
-    def hire(prepared: Prepared) -> AbstractContextManager[Backend]:
+    def start_workers(prepared: Prepared) -> AbstractContextManager[Backend]:
         return open_backend(prepared, workers, cluster)
 
     go_on = f"Go on with: {resume_command('search', folder, cluster)}"
     try:
         with Screen(quiet) as screen:
             watch = Watch(screen.begin, screen.progress, screen.end, on_interrupt, say)
-            outcome = carry_out_auto(folder, hire, watch)
+            outcome = carry_out_auto(folder, start_workers, watch)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
     if outcome.interrupted:
-        say(f"Interrupted. {go_on}")
+        typer.echo(f"Interrupted. {go_on}", err=True)
         raise typer.Exit(INTERRUPTED)
     more = views.write_views(folder) if report else ()
     if not quiet:
-        typer.echo(closing(outcome, more))
+        show_outcome(outcome, more)
 
 
 def on_interrupt() -> None:
     """What Ctrl-C is answered with."""
-    tell_at_once("Stopping after this iteration; once more stops at once.")
+    say_in_handler("Stopping after this iteration; once more stops at once.")
 
 
 class Screen:
@@ -171,79 +149,65 @@ class Screen:
     def __init__(self, quiet: bool) -> None:
         """Nothing shown yet."""
         self.quiet = quiet
-        self.told = False
-        self.line = ProgressLine()
+        self.noted = False
+        self.bar = SearchBar()
 
     def __enter__(self) -> Screen:
         """Nothing to do."""
         return self
 
     def __exit__(self, *error: object) -> None:
-        """End a line that was begun."""
-        self.line.__exit__(*error)
+        """End a bar that was begun."""
+        self.bar.__exit__(*error)
 
     def begin(self, n: int, prepared: Prepared) -> None:
         """A search begins, or goes on."""
-        from armdesign.fitness.block import compile_kernels  # noqa: PLC0415
-
-        self.line.__exit__()
-        self.line = ProgressLine()
+        self.bar.__exit__()
+        self.bar = SearchBar()
         search = prepared.settings.search
         if not self.quiet:
-            if not self.told:
+            if not self.noted:
                 for note in prepared.notes:
                     say(note)
             from_smaller = (
                 f", {len(search.first)} to begin with: the best arm so far with a joint more" if search.first else ""
             )
             say(f"{counted(n, 'joint')} ({search.algorithm}, {search.size}{from_smaller}):")
-        self.told = True
+        self.noted = True
         with announce_compiling(self.quiet):
             compile_kernels(prepared.problem())
 
     def progress(self, progress: Progress) -> None:
         """An iteration is done."""
         if not self.quiet:
-            self.line(progress)
+            self.bar(progress)
 
     def end(self, found: Found) -> None:
         """A search has ended."""
-        self.line.__exit__()
+        self.bar.__exit__()
         if not self.quiet and not found.valid:
             say(f"No arm of {counted(found.dof, 'joint')}: {found.reason}")
 
 
-def closing(outcome: Outcome, more: tuple[str, ...]) -> str:
-    """What every number of joints gives, why one was chosen, and its arm."""
-    from armdesign.cli.tables import evaluation_table  # noqa: PLC0415
-    from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE  # noqa: PLC0415
-    from armdesign.runs.alternatives import FILE  # noqa: PLC0415
-    from armdesign.runs.folder import TASK_JSON  # noqa: PLC0415
-    from armdesign.runs.reading import read_finished  # noqa: PLC0415
+def show_outcome(outcome: Outcome, more: tuple[str, ...]) -> None:
+    """Print what every number of joints gives, why one was chosen, and its arm.
 
+    Args:
+        outcome: How the searches ended.
+        more: Further files that were written.
+    """
     run = read_finished(outcome.folder)
     names = ("study.toml", "task.csv", TASK_JSON, "history.csv", FILE, "trajectory.csv", "arm.urdf", "result.json")
     files = [name for name in names if (outcome.folder / name).exists()]
-    lines = [
-        found_table(outcome),
-        outcome.explanation,
-        evaluation_table(run.evaluation, run.prepared),
-        f"Written in {outcome.folder}, every search in a folder nN of its own:",
-        *(f"  {name}" for name in (AUTO, TABLE, PICTURE, *files, *more)),
-    ]
-    return "\n".join(lines)
-
-
-def found_table(outcome: Outcome) -> str:
-    """Joints, fitness in its parts, mean error of the hand, length and time of each search."""
-    lines = ["  joints     f [mm]     E [mm]      r [m]  hand [mm]      L [m]    time"]
+    rows = []
     for found in outcome.found:
-        mark = "*" if outcome.verdict is not None and found.dof == outcome.verdict.dof else " "
-        figures = (
-            f"{1e3 * found.path_fitness:10.2f} {1e3 * found.area:10.2f} {found.fitness:10.4f} "
-            f"{1e3 * found.hand_error:10.2f} {found.length:10.4f} {clock(found.wall_time):>7}"
-            if found.valid
-            else "  no valid arm"
-        )
-        lines.append(f"{mark} {found.dof:6d} {figures}")
-    return "\n".join(lines)
+        mark = "*" if outcome.verdict is not None and found.dof == outcome.verdict.dof else ""
+        lengths = (found.path_fitness * 1e3, found.area * 1e3, found.fitness, found.hand_error * 1e3, found.length)
+        figures = [f"{value:.{2 if k in (0, 1, 3) else 4}f}" for k, value in enumerate(lengths)]
+        shown = [*figures, clock(found.wall_time)] if found.valid else ["no valid arm", *["-"] * 5]
+        rows.append((mark, str(found.dof), *shown))
+    show_table(("", "joints", "f [mm]", "E [mm]", "r [m]", "hand [mm]", "L [m]", "time"), rows)
+    show_text(outcome.explanation)
+    show_evaluation(run.evaluation, run.prepared)
+    typer.echo(f"Written in {outcome.folder}, every search in a folder nN of its own:")
+    typer.echo("\n".join(f"  {name}" for name in (AUTO, TABLE, PICTURE, *files, *more)))

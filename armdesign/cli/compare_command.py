@@ -3,45 +3,52 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from armdesign.cli.common import (
-    ConfigOption,
-    QuietOption,
-    ScenarioOption,
-    StatusLine,
-    WeightsOption,
-    announce_compiling,
-    clock,
-    one_sentence_errors,
-    refuse_existing,
-    say,
-    settings_from_flags,
-)
-from armdesign.cli.recordings_asked import open_recording
-from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
+from armdesign.cli.command_errors import one_sentence_errors, refuse_existing
+from armdesign.cli.command_options import ConfigOption, QuietOption, settings_from_flags
+from armdesign.cli.input_recordings import open_recording
+from armdesign.cli.screen import StatusBar, announce_compiling, clock, say, show_table, show_text
+from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
+from armdesign.experiments.compare.arms import Entrant, open_entrants, settings_in, study_in
+from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch
+from armdesign.experiments.compare.comparison import (
+    Compared,
+    Design,
+    compare_design,
+    compare_ready_made,
+    some_problem,
+    with_joints,
+)
+from armdesign.experiments.compare.comparison_table import (
+    cells_of,
+    comparison_csv,
+    comparison_json,
+    comparison_notes,
+)
+from armdesign.experiments.compare.ready_made import ready_made_arms
+from armdesign.files import write_whole
+from armdesign.fitness.block import compile_kernels
+from armdesign.runs.resumable import open_run
+from armdesign.search.prepare import Prepared, prepare
+from armdesign.settings.sections import Fitness, Settings, Task
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from armdesign.experiments.compare.arms import Entrant
-    from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch
-    from armdesign.experiments.compare.comparison import Compared
-    from armdesign.search.prepare import Prepared
-    from armdesign.settings.sections import Settings
+BASE = "Base of ready-made arms"
+"""Panel of the options on the search for a base pose."""
 
 
 @one_sentence_errors
-@takes_task_flags
+@takes_settings(Task, Fitness, without=("demonstrations",))
 def compare(
     arms: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="RUN|ARM ...",
+            metavar="RUN|ARM",
             help="Run folders, DH tables, names of ready-made arms such as ur5 or panda, or paths of URDFs.",
         ),
     ] = None,
@@ -61,44 +68,38 @@ def compare(
     ] = 0.5,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the search for base poses.")] = 0,
     payload: Annotated[float, typer.Option("--payload", help="Mass carried at the tool, for the torques [kg].")] = 0.0,
-    scenario: ScenarioOption = None,
     config: ConfigOption = None,
-    task: TaskFlags = NO_FLAGS,
-    weights: WeightsOption = None,
+    *,
+    given: Given,
     json_file: Annotated[Path | None, typer.Option("--json", help="Also write everything as JSON.")] = None,
     csv_file: Annotated[Path | None, typer.Option("--csv", help="Also write the table as CSV.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")] = False,
     quiet: QuietOption = False,
     catalogue: Annotated[bool, typer.Option("--list", help="List the ready-made arms that are there and end.")] = False,
 ) -> None:
-    """Put designs and ready-made arms to the same task, by the same fitness.
+    """Compare designs and ready-made arms on the same task.
 
-    A design's base stands at the shoulder. Of a ready-made arm the base is sought in a box around it, with its turn;
-    its skeleton is the polyline through its joint origins to the tool. The settings are those of --config, else those
-    of the first run, else the published ones.
+    The fitness is the same for all. A design's base is at the shoulder. The base of a ready-made arm is sought in a box
+    around it, with its turn; its skeleton is the polyline through its joint origins to the tool. The settings are those
+    of --config, else those of the first run, else the published ones.
     """
     if catalogue:
         typer.echo(catalogue_text())
         return
-    from armdesign.experiments.compare.arms import open_entrants  # noqa: PLC0415
-    from armdesign.experiments.compare.base_pose import BaseSearch  # noqa: PLC0415
-    from armdesign.experiments.compare.comparison_table import comparison_notes, comparison_table  # noqa: PLC0415
-
     how = BaseSearch(evaluations, box, seed)
     if not 0.0 <= payload <= 1e4:
         raise SettingsError(f"--payload is {payload:g} kg", value=payload, allowed="0 to 10000 kg")
     check_outputs(json_file, csv_file, overwrite=overwrite)
-    changes = task.changes()
+    scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
     folder = task_folder(recording, arms or []) if recording is not None or config is None else None
     if folder is None:
         settings = first_study(arms or []) if config is None else settings_from_flags(config, {})
         entrants = open_entrants(arms or [], settings, tool or ())
-        prepared = task_of_recording(recording, settings.replace({"task": changes}), scenario, weights, entrants)
+        prepared = task_of_recording(recording, settings.replace(given), scenario, weights, entrants)
     else:
-        given = [
-            name for name, value in (("--scenario", scenario), ("--config", config), ("--weights", weights)) if value
-        ]
-        prepared = task_of_run(folder, [*given, *(f"--{name.replace('_', '-')}" for name in changes)])
+        flags = {"--scenario": scenario, "--config": config, "--weights": weights}
+        flags |= {f"--{name.replace('_', '-')}": value for name, value in given["task"].items()}
+        prepared = task_of_run(folder, [name for name, value in flags.items() if value is not None])
         entrants = open_entrants(arms or [], prepared.settings, tool or ())
     if not quiet:
         for note in prepared.notes if folder is None else ():
@@ -107,14 +108,12 @@ def compare(
     source = str(recording if recording is not None else folder or prepared.settings.task.recording)
     write_outputs(json_file, csv_file, rows, prepared, payload, how, source)
     if not quiet:
-        typer.echo(comparison_table(rows))
-        typer.echo("\n".join(comparison_notes(rows, payload, how)))
+        show_comparison(rows)
+        show_text("\n".join(comparison_notes(rows, payload, how)))
 
 
 def catalogue_text() -> str:
     """The ready-made arms that are there."""
-    from armdesign.experiments.compare.ready_made import ready_made_arms  # noqa: PLC0415
-
     known = ready_made_arms().values()
     return "\n".join(f"{arm.name:<8} {arm.title}" for arm in known) or "example-robot-data is not installed."
 
@@ -140,8 +139,6 @@ def task_of_run(folder: Path, given: Sequence[str]) -> Prepared:
         SettingsError: Flags are given that would make another task of it.
         RunFolderError: The folder holds no run.
     """
-    from armdesign.runs.resumable import open_run  # noqa: PLC0415
-
     if given:
         raise SettingsError(
             f"the task is that of the run {folder}, with its settings; {', '.join(given)} would not be used",
@@ -156,9 +153,6 @@ def first_study(arms: Sequence[str]) -> Settings:
     Raises:
         SettingsError: They are not valid.
     """
-    from armdesign.experiments.compare.arms import settings_in, study_in  # noqa: PLC0415
-    from armdesign.settings.sections import Settings  # noqa: PLC0415
-
     for arm in arms:
         if (carried := settings_in(Path(arm))) is not None:
             return study_in(Path(arm), carried)
@@ -166,16 +160,17 @@ def first_study(arms: Sequence[str]) -> Settings:
 
 
 def task_of_recording(
-    recording: Path | None, settings: Settings, scenario: str | None, weights: str | None, entrants: Sequence[Entrant]
+    recording: Path | None,
+    settings: Settings,
+    scenario: str | None,
+    weights: list[float] | None,
+    entrants: Sequence[Entrant],
 ) -> Prepared:
     """The task of a recording, for arms of so many joints and such a length at most.
 
     Raises:
         SettingsError: There is no recording.
     """
-    from armdesign.experiments.compare.comparison import with_joints  # noqa: PLC0415
-    from armdesign.search.prepare import prepare  # noqa: PLC0415
-
     if recording is None and settings.task.recording is None and not settings.task.files:
         raise SettingsError("no task is given", fix="Name a recording or a run folder with --task")
     settings = with_joints(settings, max(entrant.dof for entrant in entrants))
@@ -205,9 +200,6 @@ def compared(
     entrants: Sequence[Entrant], prepared: Prepared, how: BaseSearch, payload: float, *, quiet: bool
 ) -> list[Compared]:
     """Put each of them to the task."""
-    from armdesign.experiments.compare.comparison import Design, compare_design, compare_ready_made, some_problem  # noqa: PLC0415
-    from armdesign.fitness.block import compile_kernels  # noqa: PLC0415
-
     with announce_compiling(quiet):
         compile_kernels(some_problem(prepared))
     rows = []
@@ -215,8 +207,8 @@ def compared(
         if isinstance(entrant, Design):
             rows.append(compare_design(entrant, prepared, payload))
             continue
-        with BaseLine(entrant.name, quiet=quiet) as line:
-            rows.append(compare_ready_made(entrant, prepared, how, payload, line))
+        with BaseBar(entrant.name, quiet=quiet) as bar:
+            rows.append(compare_ready_made(entrant, prepared, how, payload, bar))
     return rows
 
 
@@ -230,17 +222,24 @@ def write_outputs(
     source: str,
 ) -> None:
     """Write the files that were asked for."""
-    from armdesign.experiments.compare.comparison_table import comparison_csv, comparison_json  # noqa: PLC0415
-    from armdesign.files import write_whole  # noqa: PLC0415
-
     if json_file is not None:
         write_whole(json_file, comparison_json(rows, prepared, payload, how, source))
     if csv_file is not None:
         write_whole(csv_file, comparison_csv(rows, prepared.task.points))
 
 
-class BaseLine(StatusLine):
-    """Progress of the search for a base pose on stderr: a line that is rewritten in a terminal, one line elsewhere."""
+def show_comparison(rows: Sequence[Compared]) -> None:
+    """Print how well the arms do, and what that takes; a dash where there is no value."""
+    cells = [cells_of(row) for row in rows]
+    fitness = ("arm", "joints", "L [m]", "r [m]", "f [mm]", "E [mm]", "worst [mm]", "start [mm]")
+    show_table(fitness, [row[:8] for row in cells])
+    typer.echo()
+    effort = ("arm", "moving [kg]", "peak torque [N m]", "base x, y, z, yaw [mm, deg]")
+    show_table(effort, [(row[0], *row[8:]) for row in cells])
+
+
+class BaseBar(StatusBar):
+    """Progress of the search for a base pose: a bar in a terminal, one line elsewhere."""
 
     def __init__(self, name: str, *, quiet: bool) -> None:
         """Start the clock."""
@@ -256,6 +255,6 @@ class BaseLine(StatusLine):
         best = f"r {progress.fitness:.4f}" if progress.fitness < float("inf") else "the start is not reached yet"
         text = f"{self.name}: {progress.evaluations} of {progress.total} base poses, {best}"
         if self.terminal:
-            self.rewrite(text)
+            self.draw(progress.evaluations, progress.total, text)
         else:
             say(f"{text}, {clock(time.monotonic() - self.begun)}")

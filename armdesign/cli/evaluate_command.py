@@ -8,57 +8,60 @@ from typing import Annotated, Any
 
 import typer
 
-from armdesign.cli.common import (
-    ConfigOption,
-    OverwriteOption,
-    QuietOption,
-    ScenarioOption,
-    WeightsOption,
-    announce_compiling,
-    one_sentence_errors,
-    settings_from_flags,
-)
-from armdesign.cli.recordings_asked import open_demonstrations
-from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
+from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.command_options import OUTPUT, ConfigOption, OverwriteOption, QuietOption, settings_from_flags
+from armdesign.cli.input_recordings import open_demonstrations
+from armdesign.cli.screen import announce_compiling, say, written_text
+from armdesign.cli.setting_flags import Given, takes_settings
+from armdesign.cli.tables import show_evaluation
 from armdesign.errors import SettingsError
+from armdesign.fitness.block import compile_kernels
+from armdesign.kinematics.dh_files import read_design
+from armdesign.runs import folder as runfolder
+from armdesign.search.evaluation import check_design, evaluate_design
+from armdesign.settings.sections import Fitness, Task
 
 
 @one_sentence_errors
-@takes_task_flags
+@takes_settings(Task, Fitness, without=("demonstrations",))
 def evaluate(
     design: Annotated[
-        Path, typer.Argument(help="A run folder or its result.json, or a DH table in TOML, JSON or CSV (rad, m).")
+        Path,
+        typer.Argument(
+            metavar="DESIGN",
+            help="A run folder or its result.json, or a DH table in TOML, JSON or CSV (rad, m).",
+        ),
     ],
     recordings: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="[RECORDING]...",
+            metavar="RECORDING",
             show_default=False,
             help="The demonstration, or several of one task; default: those in the settings.",
         ),
     ] = None,
     convention: Annotated[
         str | None,
-        typer.Option("--convention", help="modified or classic; default: what the file says, else modified."),
+        typer.Option(
+            "--convention", metavar="modified|classic", autocompletion=lambda: ["modified", "classic"],
+            help="Convention of the DH table; default: what the file says, else modified.",
+        ),
     ] = None,
-    scenario: ScenarioOption = None,
     config: ConfigOption = None,
-    task: TaskFlags = NO_FLAGS,
-    weights: WeightsOption = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Also write a run folder.")] = None,
+    *,
+    given: Given,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Also write a run folder.", rich_help_panel=OUTPUT)
+    ] = None,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
-) -> None:
-    """Score a given arm on a task: fitness, errors per point, and with --out its trajectory and URDF.
+) -> None:  # fmt: skip
+    """Score a given arm on a task.
 
+    Prints its fitness and the error of each point; --out writes them with the trajectory and the URDF as a run folder.
     The settings are those of --config, else those a result.json carries, else the published ones.
     """
-    from armdesign.cli.tables import evaluation_table  # noqa: PLC0415
-    from armdesign.fitness.block import compile_kernels  # noqa: PLC0415
-    from armdesign.kinematics.dh_files import read_design  # noqa: PLC0415
-    from armdesign.runs import folder as runfolder  # noqa: PLC0415
-    from armdesign.search.evaluation import check_design, evaluate_design  # noqa: PLC0415
-
+    scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
     table = read_design(design, convention)
     check_design(table)
     carried = {} if config is not None else settings_of(design)
@@ -67,9 +70,9 @@ def evaluate(
     except SettingsError as error:
         raise SettingsError(f"{config or design}: {error}", value=error.value) from error
     held = {"holdouts": None} if recordings else {}
-    settings = settings.replace({"task": task.changes() | held, "design": {"dof": table.dof}})
-    asked = open_demonstrations(recordings, settings, scenario, weights, "evaluate DESIGN")
-    prepared = asked.prepared(longest=table.length)
+    settings = settings.replace({"task": given["task"] | held, "design": {"dof": table.dof}})
+    opened = open_demonstrations(recordings, settings, scenario, weights, "evaluate DESIGN")
+    prepared = opened.prepared(longest=table.length)
     with announce_compiling(quiet):
         compile_kernels(prepared.problem())
     evaluation = evaluate_design(table, prepared)
@@ -77,13 +80,13 @@ def evaluate(
         runfolder.claim_folder(out, overwrite=overwrite)
     if not quiet:
         for note in prepared.notes:
-            typer.echo(note, err=True)
-        typer.echo(evaluation_table(evaluation, prepared))
+            say(note)
+        show_evaluation(evaluation, prepared)
     if out is None:
         return
     written = runfolder.write_evaluation(out, evaluation, prepared)
     if not quiet:
-        typer.echo("\n".join(["Written:", *(f"  {out / name}" for name in written.files)]))
+        typer.echo(written_text([out / name for name in written.files]))
 
 
 def settings_of(design: Path) -> dict[str, dict[str, Any]]:

@@ -4,25 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from armdesign.cli.common import QuietOption, announce_compiling, one_sentence_errors
-from armdesign.cli.section_flags import takes_sections
+from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.command_options import QuietOption
+from armdesign.cli.screen import announce_compiling, say, written_text
+from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError
+from armdesign.export.dh_text import check_convention
+from armdesign.export.formats import FORMATS, check_places, chosen, robot_files
 from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions, TagOptions
+from armdesign.export.robot_file import finished_robot
+from armdesign.export.trajectory.exporting import FILES, export_trajectory, place_for
+from armdesign.files import write_whole
+from armdesign.runs.reading import FinishedRun, read_finished
 
-if TYPE_CHECKING:
-    from armdesign.runs.reading import FinishedRun
-
-SECTIONS = {"tags": TagOptions, "limits": LimitOptions, "body": BodyOptions, "simulation": SimulationOptions}
+TRAJECTORY = "Trajectory"
 FOLDER = "export"
 """Folder below the run that the files go to by default."""
 
 
 @one_sentence_errors
-@takes_sections(lambda: SECTIONS)
+@takes_settings(TagOptions, LimitOptions, BodyOptions, SimulationOptions)
 def export(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a result.")],
     robot_format: Annotated[
@@ -39,42 +44,55 @@ def export(
     ] = None,
     out: Annotated[Path | None, typer.Option("--out", help="Folder to write to; default: RUN/export.")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files of the same names.")] = False,
-    convention: Annotated[str, typer.Option("--convention", help="DH table: modified or classic.")] = "modified",
+    convention: Annotated[
+        str, typer.Option("--convention", metavar="modified|classic", help="Convention of the DH table.")
+    ] = "modified",
     rate: Annotated[
-        float | None, typer.Option("--rate", help="Trajectory: samples per second; default: as demonstrated.")
+        float | None,
+        typer.Option(
+            "--rate", metavar="X", rich_help_panel=TRAJECTORY, help="Samples per second; default: as demonstrated."
+        ),
     ] = None,
-    speed: Annotated[float, typer.Option("--speed", help="Trajectory: factor on the demonstrated speed.")] = 1.0,
+    speed: Annotated[
+        float,
+        typer.Option("--speed", metavar="X", rich_help_panel=TRAJECTORY, help="Factor on the demonstrated speed."),
+    ] = 1.0,
     fit_limits: Annotated[
-        bool, typer.Option("--fit-limits", help="Trajectory: slow down as far as the two limits below ask for.")
+        bool,
+        typer.Option(
+            "--fit-limits", rich_help_panel=TRAJECTORY, help="Slow down as far as the two limits below ask for."
+        ),
     ] = False,
     max_velocity: Annotated[
-        float | None, typer.Option("--max-velocity", help="Trajectory: joint speed limit [rad/s].")
+        float | None,
+        typer.Option("--max-velocity", metavar="X", rich_help_panel=TRAJECTORY, help="Joint speed limit [rad/s]."),
     ] = None,
     max_acceleration: Annotated[
-        float | None, typer.Option("--max-acceleration", help="Trajectory: joint acceleration limit [rad/s^2].")
+        float | None,
+        typer.Option(
+            "--max-acceleration", metavar="X", rich_help_panel=TRAJECTORY, help="Joint acceleration limit [rad/s^2]."
+        ),
     ] = None,
     cutoff: Annotated[
-        float | None, typer.Option("--cutoff", help="Trajectory: frequency that smoothing keeps by half [Hz].")
+        float | None,
+        typer.Option(
+            "--cutoff", metavar="X", rich_help_panel=TRAJECTORY, help="Frequency that smoothing keeps by half [Hz]."
+        ),
     ] = None,
     ramp: Annotated[
-        float | None, typer.Option("--ramp", help="Trajectory: length of the ramps from and to rest [s].")
+        float | None,
+        typer.Option(
+            "--ramp", metavar="X", rich_help_panel=TRAJECTORY, help="Length of the ramps from and to rest [s]."
+        ),
     ] = None,
     quiet: QuietOption = False,
     *,
-    tags: TagOptions,
-    limits: LimitOptions,
-    body: BodyOptions,
-    simulation: SimulationOptions,
+    given: Given,
 ) -> None:
-    """Write the arm and its motion for other tools: robot files and trajectories.
+    """Write robot files and trajectories for other tools.
 
     What a robot file assumes beyond the design (tubes, motors, loads) is an option below, with its default.
     """
-    from armdesign.export.dh_text import check_convention  # noqa: PLC0415
-    from armdesign.export.formats import FORMATS, check_places, chosen  # noqa: PLC0415
-    from armdesign.export.trajectory.exporting import FILES, place_for  # noqa: PLC0415
-    from armdesign.runs.reading import read_finished  # noqa: PLC0415
-
     wanted = robot_format if robot_format is not None or trajectory is not None else "urdf"
     kinds = [] if wanted is None else chosen(wanted, tuple(FORMATS), "--format")
     motions = [] if trajectory is None else chosen(trajectory, tuple(FILES), "--trajectory")
@@ -89,15 +107,20 @@ def export(
         "rate": rate, "speed": speed, "fit_limits": fit_limits, "max_velocity": max_velocity,
         "max_acceleration": max_acceleration, "cutoff": cutoff, "ramp": ramp,
     }  # fmt: skip
-    options = RobotOptions(body, limits, simulation, tags)
+    options = RobotOptions(
+        BodyOptions(**given["body"]),
+        LimitOptions(**given["limits"]),
+        SimulationOptions(**given["simulation"]),
+        TagOptions(**given["tags"]),
+    )
     written, notes = write_robot(finished, kinds, options, convention, folder) if kinds else ([], [])
     for kind in motions:
-        path, told = write_motion(finished, kind, folder, timing, overwrite=overwrite)
-        written, notes = [*written, path], [*notes, *told]
+        path, more = write_motion(finished, kind, folder, timing, overwrite=overwrite)
+        written, notes = [*written, path], [*notes, *more]
     if not quiet:
         for note in dict.fromkeys(notes):
-            typer.echo(note, err=True)
-        typer.echo("\n".join(["Written:", *(f"  {path}" for path in written)]))
+            say(note)
+        typer.echo(written_text(written))
 
 
 def write_robot(
@@ -108,10 +131,6 @@ def write_robot(
     Returns:
         Their paths, and what to know about them.
     """
-    from armdesign.export.formats import robot_files  # noqa: PLC0415
-    from armdesign.export.robot_file import finished_robot  # noqa: PLC0415
-    from armdesign.files import write_whole  # noqa: PLC0415
-
     robot = finished_robot(run.evaluation, run.prepared, options)
     files = {name: text for kind in kinds for name, text in robot_files(robot, kind, convention).items()}
     make_folder(folder)
@@ -124,8 +143,6 @@ def write_motion(
     run: FinishedRun, kind: str, folder: Path, timing: Mapping[str, object], *, overwrite: bool
 ) -> tuple[Path, tuple[str, ...]]:
     """Write one kind of trajectory; settings that are not given are left to the trajectory's own defaults."""
-    from armdesign.export.trajectory.exporting import export_trajectory  # noqa: PLC0415
-
     given = {name: value for name, value in timing.items() if value is not None}
     done = export_trajectory(run, kind, folder, overwrite=overwrite, **given)  # type: ignore[arg-type]
     return done.path, done.notes

@@ -7,30 +7,33 @@ from typing import Annotated
 
 import typer
 
-from armdesign.cli.common import announce_compiling, one_sentence_errors
+from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.screen import announce_compiling
 from armdesign.errors import RunFolderError, SettingsError
+from armdesign.files import write_whole
+from armdesign.runs.reading import read_finished
+from armdesign.views.preview import PageServer, preview_html
+from armdesign.views.preview.preview_page import check_speed
 
 
 @one_sentence_errors
 def preview(
-    runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="Run folders with a result; shown side by side.")
-    ],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN", help="Run folders with a result; shown side by side.")],
     html: Annotated[
         Path | None, typer.Option("--html", metavar="FILE", help="Write one self-contained file and end.")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --html.")] = False,
     browse: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in the browser.")] = True,
-    port: Annotated[int | None, typer.Option("--port", help="Port on 127.0.0.1; default: a free one.")] = None,
-    speed: Annotated[float, typer.Option("--speed", help="Times true speed to play at.")] = 1.0,
+    port: Annotated[
+        int | None, typer.Option("--port", metavar="N", help="Port on 127.0.0.1; default: a free one.")
+    ] = None,
+    speed: Annotated[float, typer.Option("--speed", metavar="X", help="Times true speed to play at.")] = 1.0,
 ) -> None:
-    """Show arms performing their task beside the demonstrator, in MeshCat.
+    """Show arms performing their task in the browser.
 
-    Without --html the page is served on 127.0.0.1, for this machine only, until Ctrl-C.
+    The demonstrator is shown beside them, in MeshCat. Without --html the page is served on 127.0.0.1, for this machine
+    only, until Ctrl-C.
     """
-    from armdesign.views.preview import PageServer  # noqa: PLC0415
-    from armdesign.views.preview.preview_page import check_speed  # noqa: PLC0415
-
     check_speed(speed)
     if html is not None:
         if port is not None:
@@ -43,9 +46,6 @@ def preview(
 
 def draw(runs: list[Path], speed: float) -> str:
     """The page of run folders."""
-    from armdesign.runs.reading import read_finished  # noqa: PLC0415
-    from armdesign.views.preview import preview_html  # noqa: PLC0415
-
     with announce_compiling(quiet=False):
         finished = [read_finished(folder) for folder in runs]
     return preview_html(finished, speed)
@@ -57,8 +57,6 @@ def write_page(runs: list[Path], speed: float, target: Path, *, overwrite: bool)
     Raises:
         RunFolderError: There is a file already, or it cannot be written.
     """
-    from armdesign.files import write_whole  # noqa: PLC0415
-
     if target.is_file() and not overwrite:
         fix = "Give another name, or --overwrite to replace it"
         raise RunFolderError(f"{target} exists already", value=str(target), fix=fix)

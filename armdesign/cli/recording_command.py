@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
-from armdesign.cli.common import ConfigOption, one_sentence_errors, refuse_existing, settings_from_flags
-from armdesign.cli.recordings_asked import named_source, read_demonstration
-from armdesign.cli.task_flags import NO_FLAGS, MirrorOption, TaskFlags, UnitsOption, UpOption, takes_task_flags
+from armdesign.cli import PanelCommand
+from armdesign.cli.command_errors import one_sentence_errors, refuse_existing
+from armdesign.cli.command_options import ConfigOption, settings_from_flags
+from armdesign.cli.input_recordings import named_source, read_demonstration
+from armdesign.cli.screen import say
+from armdesign.cli.setting_flags import Given, takes_settings
+from armdesign.demonstration.convert import convert as converted
+from armdesign.demonstration.convert import task_json_beside, write_conversion
+from armdesign.demonstration.picture import check_kind, draw_recording
+from armdesign.demonstration.summary import summarise, summary_text
 from armdesign.errors import SettingsError
+from armdesign.files import write_whole
+from armdesign.settings.sections import Settings, Task
 
-if TYPE_CHECKING:
-    from armdesign.demonstration import Recording
-    from armdesign.settings.sections import Settings
-
+READING = ("units", "up", "mirror")
+"""Settings that say how a recording is read."""
 app = typer.Typer(
     name="recording",
     help="Look at a recording, draw it, or convert it to plain CSV.",
@@ -30,41 +37,41 @@ FileArgument = Annotated[
 ReplaceOption = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
 
 
-@app.command()
+@app.command(cls=PanelCommand)
 @one_sentence_errors
+@takes_settings(Task, only=READING)
 def info(
     file: FileArgument = None,
     config: ConfigOption = None,
-    units: UnitsOption = None,
-    up: UpOption = None,
-    mirror: MirrorOption = None,
+    *,
+    given: Given,
     as_json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
 ) -> None:
-    """Say what a recording holds: rate, length, units, points and bodies with their gaps, and arms by their names."""
-    from armdesign.demonstration.summary import summarise, summary_text  # noqa: PLC0415
+    """Say what a recording holds.
 
-    summary = summarise(opened(file, config, {"units": units, "up": up, "mirror": mirror}))
+    Rate, length, units, points and bodies with their gaps, and the arms that the points' names make.
+    """
+    settings = settled(file, config, given)
+    named_source(settings, "recording info")
+    summary = summarise(read_demonstration(settings))
     typer.echo(json.dumps(summary.to_dict(), indent=2) if as_json else summary_text(summary))
 
 
-@app.command()
+@app.command(cls=PanelCommand)
 @one_sentence_errors
+@takes_settings(Task, only=READING)
 def plot(
     file: FileArgument = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Picture to write, .png, .svg or .pdf; default: FILE's name with .png.")
     ] = None,
     config: ConfigOption = None,
-    units: UnitsOption = None,
-    up: UpOption = None,
-    mirror: MirrorOption = None,
+    *,
+    given: Given,
     overwrite: ReplaceOption = False,
 ) -> None:
-    """Draw the paths of all points from three sides, and when which of them was not seen."""
-    from armdesign.demonstration.picture import check_kind, draw_recording  # noqa: PLC0415
-    from armdesign.files import write_whole  # noqa: PLC0415
-
-    settings = settled(file, config, {"units": units, "up": up, "mirror": mirror})
+    """Draw the paths of all points from three sides, and their gaps."""
+    settings = settled(file, config, given)
     target = out or Path(f"{named_source(settings, 'recording plot').stem}.png")
     kind = check_kind(target.suffix.lower().lstrip("."))
     refuse_existing(target, overwrite=overwrite)
@@ -72,28 +79,27 @@ def plot(
     typer.echo(f"Written: {target}")
 
 
-@app.command()
+@app.command(cls=PanelCommand)
 @one_sentence_errors
-@takes_task_flags
+@takes_settings(Task)
 def convert(
     paths: Annotated[
         list[Path], typer.Argument(metavar="FILE OUT.csv", help="The recording, and the plain CSV file to write.")
     ],
     config: ConfigOption = None,
-    task: TaskFlags = NO_FLAGS,
+    *,
+    given: Given,
     overwrite: ReplaceOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not say what was done.")] = False,
 ) -> None:
-    """Write the points of a task as plain CSV: cleaned, in metres, z up; what was done goes to OUT.task.json.
+    """Write the points of a task as plain CSV.
 
-    A search on it has the same task as one on the recording itself with the same flags. The orientation is written if
-    --orientation asks for it. With the recording named in --config, OUT.csv is enough.
+    They are cleaned, in metres, z up; what was done goes to OUT.task.json. A search on it has the same task as one on
+    the recording itself with the same flags. The orientation is written if --orientation asks for it. With the
+    recording named in --config, OUT.csv is enough.
     """
-    from armdesign.demonstration.convert import convert as converted  # noqa: PLC0415
-    from armdesign.demonstration.convert import task_json_beside, write_conversion  # noqa: PLC0415
-
     file, out = in_and_out(paths)
-    settings = settled(file, config, task.changes())
+    settings = settled(file, config, given)
     named_source(settings, "recording convert")
     if settings.task.base_mode != "shoulder":
         fix = "Give --base-mode to the search on what is written"
@@ -102,7 +108,8 @@ def convert(
     conversion = converted(read_demonstration(settings), settings)
     written = write_conversion(out, conversion)
     if not quiet:
-        typer.echo("\n".join(conversion.notes), err=True)
+        for note in conversion.notes:
+            say(note)
         typer.echo("Written: " + ", ".join(map(str, written)))
 
 
@@ -124,14 +131,13 @@ def in_and_out(paths: list[Path]) -> tuple[Path | None, Path]:
     return (paths[0] if len(paths) == 2 else None), out
 
 
-def settled(file: Path | None, config: Path | None, changes: dict[str, Any]) -> Settings:
-    """Settings of the file and the flags, with the recording's path."""
-    settings = settings_from_flags(config, {"task": changes})
+def settled(file: Path | None, config: Path | None, given: Given) -> Settings:
+    """Settings of the file and the flags, with the recording's path.
+
+    Args:
+        file: The recording on the command line; None for that in the settings.
+        config: The settings file.
+        given: The settings whose flags were given.
+    """
+    settings = settings_from_flags(config, given)
     return settings if file is None else settings.replace({"task": {"recording": str(file), "files": {}}})
-
-
-def opened(file: Path | None, config: Path | None, changes: dict[str, Any]) -> Recording:
-    """The recording in metres with z up."""
-    settings = settled(file, config, changes)
-    named_source(settings, "recording info")
-    return read_demonstration(settings)

@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from armdesign.cli.common import announce_compiling, one_sentence_errors, refuse_existing
-from armdesign.cli.section_flags import takes_sections
+from armdesign.cli.command_errors import one_sentence_errors, refuse_existing
+from armdesign.cli.screen import announce_compiling
+from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions
-
-if TYPE_CHECKING:
-    from armdesign.export.trajectory.simulation import Tracking
-    from armdesign.runs.reading import FinishedRun
+from armdesign.export.robot_file import finished_robot
+from armdesign.export.trajectory.simulation import Tracking
+from armdesign.export.trajectory.simulation import simulate as simulate_tracking
+from armdesign.export.urdf import robot_urdf
+from armdesign.files import write_whole
+from armdesign.runs.reading import FinishedRun, read_finished
+from armdesign.views.report import print_pdf, report_html
 
 DEFAULT_NAME = "report.html"
 SUFFIXES = (".html", ".htm")
-SECTIONS = {"limits": LimitOptions, "body": BodyOptions, "simulation": SimulationOptions}
 
 
 @one_sentence_errors
-@takes_sections(lambda: SECTIONS)
+@takes_settings(LimitOptions, BodyOptions, SimulationOptions)
 def report(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a result.")],
     out: Annotated[
@@ -39,21 +42,17 @@ def report(
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not say what was written.")] = False,
     *,
-    limits: LimitOptions,
-    body: BodyOptions,
-    simulation: SimulationOptions,
+    given: Given,
 ) -> None:
-    """Write the report of a run: one HTML page with the arm, its DH table, errors, joint loads and assumptions.
+    """Write the report of a run as one HTML page.
 
-    The page needs no network and prints well. What it assumes beyond the design (tubes, motors, loads) is an option
-    below, as in armdesign export.
+    It shows the arm, its DH table, errors, joint loads and assumptions. The page needs no network and prints well. What
+    it assumes beyond the design (tubes, motors, loads) is an option below, as in armdesign export.
     """
     targets = page_and_pdf(run, out, pdf=pdf, overwrite=overwrite)
-    from armdesign.files import write_whole  # noqa: PLC0415
-    from armdesign.runs.reading import read_finished  # noqa: PLC0415
-    from armdesign.views.report import print_pdf, report_html  # noqa: PLC0415
-
-    options = RobotOptions(body, limits, simulation)
+    options = RobotOptions(
+        BodyOptions(**given["body"]), LimitOptions(**given["limits"]), SimulationOptions(**given["simulation"])
+    )
     with announce_compiling(quiet):
         finished = read_finished(run)
     page = report_html(finished, options=options, tracking=simulated(finished, options) if simulate else None)
@@ -72,12 +71,8 @@ def simulated(run: FinishedRun, options: RobotOptions) -> Tracking:
     Raises:
         MissingExtraError: MuJoCo is not installed.
     """
-    from armdesign.export.robot_file import finished_robot  # noqa: PLC0415
-    from armdesign.export.trajectory.simulation import simulate  # noqa: PLC0415
-    from armdesign.export.urdf import robot_urdf  # noqa: PLC0415
-
     arm = finished_robot(run.evaluation, run.prepared, options)
-    return simulate(run, urdf=robot_urdf(arm))
+    return simulate_tracking(run, urdf=robot_urdf(arm))
 
 
 def page_and_pdf(run: Path, out: Path | None, *, pdf: bool, overwrite: bool) -> tuple[Path, Path]:

@@ -5,45 +5,35 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from armdesign.cli.common import (
-    INTERRUPTED,
-    ClusterOption,
+from armdesign.cli.auto_dof_command import resume_auto, search_auto
+from armdesign.cli.command_errors import INTERRUPTED, one_sentence_errors, refuse_beside_resume
+from armdesign.cli.command_options import (
+    OUTPUT,
     ConfigOption,
     OverwriteOption,
-    ProgressLine,
     QuietOption,
-    ScenarioOption,
-    WeightsOption,
-    WorkersOption,
-    announce_compiling,
-    check_cluster,
-    check_workers,
-    clock,
-    one_sentence_errors,
-    open_backend,
-    refuse_beside_resume,
-    say,
-    seconds,
     settings_from_flags,
-    tell_at_once,
     with_weights,
 )
-from armdesign.cli.recordings_asked import Asked, open_demonstrations
-from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
+from armdesign.cli.input_recordings import Demonstrations, open_demonstrations
+from armdesign.cli.screen import SearchBar, announce_compiling, clock, say, say_in_handler, written_text
+from armdesign.cli.setting_flags import Given, takes_settings
+from armdesign.cli.tables import show_evaluation
+from armdesign.cli.worker_options import ClusterOption, WorkersOption, check_workers, open_backend
 from armdesign.errors import RunFolderError, SettingsError, counted, resume_command
-
-if TYPE_CHECKING:
-    from armdesign.runs.folder import Written
-    from armdesign.search.prepare import Prepared
-    from armdesign.search.search import SearchResult
-
+from armdesign.fitness.block import compile_kernels
+from armdesign.runs import folder as runfolder
+from armdesign.runs.resumable import carry_out, finished, open_run, tidy_up
+from armdesign.search.prepare import Prepared
+from armdesign.search.search import SearchResult
+from armdesign.settings.sections import ARM, RECORDING, Design, Fitness, Search, Task
+from armdesign.views import writing as views
 
 AUTO = "auto"
-DOF_ALLOWED = "a whole number from 1 to 10, or auto"
 OTHER_KINDS = {"auto.json": "a search for the number of joints", "sweep.toml": "a sweep", "study.json": "a study"}
 """What holds runs in folders of their own, by the file it is known by."""
 STOPPED = {
@@ -57,101 +47,88 @@ STOPPED = {
 
 
 @one_sentence_errors
-@takes_task_flags
+@takes_settings(Design, Task, Fitness, Search, words={"dof": AUTO})
 def search(
     context: typer.Context,
     recordings: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="[RECORDING]...",
+            metavar="RECORDING",
             show_default=False,
             help="The demonstration, or several of one task; may also be named in the settings file.",
         ),
     ] = None,
-    dof: Annotated[
-        str | None,
-        typer.Option("--dof", metavar="N|auto", help="Number of joints n (default 3), or auto: as many as pay."),
-    ] = None,
-    algorithm: Annotated[str | None, typer.Option("--algorithm", help="multibasin (default), rapso or pso.")] = None,
-    scenario: ScenarioOption = None,
     config: ConfigOption = None,
-    holdout: Annotated[
-        list[Path] | None,
-        typer.Option("--holdout", help="A demonstration the search does not see; the arm is scored on it. Repeatable."),
-    ] = None,
-    demonstrations: Annotated[
-        str | None,
-        typer.Option("--demonstrations", help="Of several, the arm's fitness is their mean (default) or the worst."),
-    ] = None,
-    task: TaskFlags = NO_FLAGS,
-    weights: WeightsOption = None,
-    particles: Annotated[int | None, typer.Option("--particles", help="Particles N of a swarm (default 400).")] = None,
-    iterations: Annotated[
-        int | None, typer.Option("--iterations", help="Iterations M of a swarm (default 200).")
-    ] = None,
-    budget: Annotated[
-        int | None, typer.Option("--budget", help="Most candidates of multibasin (default 25000).")
-    ] = None,
-    seed: Annotated[int | None, typer.Option("--seed", help="Seed of the random numbers (default 0).")] = None,
-    patience: Annotated[
-        int | None, typer.Option("--patience", help="Stop after this many iterations without a gain of 0.1 %.")
-    ] = None,
-    target: Annotated[float | None, typer.Option("--target", help="Stop once the fitness r is this low [m].")] = None,
-    time_limit: Annotated[str | None, typer.Option("--time-limit", help="Stop after this time, e.g. 30m.")] = None,
-    workers: WorkersOption = None,
-    cluster: ClusterOption = None,
-    resume: Annotated[
-        Path | None, typer.Option("--resume", help="Go on with the search in this run folder where it stopped.")
-    ] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Run folder to write (default runs/NAME).")] = None,
-    report: Annotated[
-        bool, typer.Option("--report/--no-report", help="Also write preview.html and report.html (default).")
-    ] = True,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
+    *,
+    given: Given,
     within: Annotated[
         float | None,
-        typer.Option("--within", help="With --dof auto: gain of f by more joints that does not pay [%] (default 4)."),
+        typer.Option(
+            "--within", metavar="X", rich_help_panel=ARM,
+            help="With --dof auto: gain of f by more joints that does not pay [%] (default 4).",
+        ),
     ] = None,
     enough: Annotated[
         float | None,
-        typer.Option("--enough", help="With --dof auto: f below which an arm is good enough [mm] (default 5)."),
+        typer.Option(
+            "--enough", metavar="X", rich_help_panel=ARM,
+            help="With --dof auto: f below which an arm is good enough [mm] (default 5).",
+        ),
     ] = None,
+    holdout: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--holdout", metavar="FILE", rich_help_panel=RECORDING,
+            help="A demonstration the search does not see; the arm is scored on it. Repeatable.",
+        ),
+    ] = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    resume: Annotated[
+        Path | None, typer.Option("--resume", metavar="DIR", help="Go on with the search in this run folder.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", help="Run folder to write (default runs/NAME).", rich_help_panel=OUTPUT
+        ),
+    ] = None,
+    report: Annotated[
+        bool,
+        typer.Option(
+            "--report/--no-report", show_default=False, rich_help_panel=OUTPUT,
+            help="Also write preview.html and report.html (default).",
+        ),
+    ] = True,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
     write_config: Annotated[
-        bool, typer.Option("--write-config", help="Print all settings with their documentation as TOML and end.")
+        bool,
+        typer.Option(
+            "--write-config", rich_help_panel=OUTPUT,
+            help="Print all settings with their documentation as TOML and end.",
+        ),
     ] = False,
-) -> None:
-    """Search the arm that follows a recorded demonstration best, or several demonstrations of one task.
+) -> None:  # fmt: skip
+    """Search the arm that follows a recorded demonstration best.
 
-    Writes a run folder: result.json, arm.urdf, trajectory.csv, task.csv, task.json (what was done to the data),
-    history.csv, study.toml, and to look at preview.html and report.html. Its state is saved after every iteration:
-    Ctrl-C ends it with the best arm so far, and --resume goes on, also after a crash.
+    Several demonstrations of one task are followed by one arm. Writes a run folder: result.json, arm.urdf,
+    trajectory.csv, task.csv, task.json (what was done to the data), history.csv, study.toml, and to look at
+    preview.html and report.html. Its state is saved after every iteration: Ctrl-C ends the search with the best arm so
+    far, and --resume goes on, also after a crash.
     """
     if resume is not None:
         refuse_beside_resume(context, "a search", "For another search leave --resume out and choose another --out")
-        take_up(resume, workers, cluster, report=report, quiet=quiet)
+        resume_search(resume, workers, cluster, report=report, quiet=quiet)
         return
-    count = joint_count(dof)
-    auto = count == AUTO
+    auto = given["design"].get("dof") == AUTO
+    if auto:
+        del given["design"]["dof"]
     refuse_without_auto(auto=auto, within=within, enough=enough)
-    settings = settings_from_flags(
-        config,
-        {
-            "task": task.changes() | {"holdouts": [str(path.resolve()) for path in holdout or ()] or None},
-            "design": {"dof": None if auto else count},
-            "fitness": {"demonstrations": demonstrations},
-            "search": {
-                "algorithm": algorithm,
-                "particles": particles,
-                "iterations": iterations,
-                "budget": budget,
-                "seed": seed,
-                "patience": patience,
-                "target": target,
-                "time_limit": seconds(time_limit),
-            },
-        },
-    )
+    scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
+    if holdout:
+        given["task"]["holdouts"] = [str(path.resolve()) for path in holdout]
+    settings = settings_from_flags(config, given)
     if write_config:
         if recordings:
             first, *more = (str(path.resolve()) for path in recordings)
@@ -159,41 +136,21 @@ def search(
         weighted = with_weights(settings, scenario, weights, lambda: len(settings.task.points) or 3)
         typer.echo(weighted.to_toml(comments=True), nl=False)
         return
-    asked = open_demonstrations(recordings, settings, scenario, weights)
-    if demonstrations is not None and len(asked.seen) == 1:
+    opened = open_demonstrations(recordings, settings, scenario, weights)
+    if given["fitness"].get("demonstrations") is not None and len(opened.seen) == 1:
         raise SettingsError(
-            "--demonstrations is given, but there is one demonstration", value=demonstrations,
+            "--demonstrations is given, but there is one demonstration", value=given["fitness"]["demonstrations"],
             fix="Name several recordings, or leave it out",
         )  # fmt: skip
     check_workers(workers, cluster)
-    check_cluster(cluster)
     if auto:
-        from armdesign.cli.auto_dof_command import search_auto  # noqa: PLC0415
-
         search_auto(
-            prepare_for=asked.prepared, source=asked.source, out=out, workers=workers, cluster=cluster, report=report,
+            prepare_for=opened.prepared, source=opened.source, out=out, workers=workers, cluster=cluster, report=report,
             overwrite=overwrite, quiet=quiet, within=within, enough=enough,
         )  # fmt: skip
         return
-    folder = folder_for(asked, out)
-    begin(asked.prepared(), folder, workers, cluster, report=report, overwrite=overwrite, quiet=quiet)
-
-
-def joint_count(text: str | None) -> int | str | None:
-    """The number of joints of --dof, or AUTO.
-
-    Raises:
-        SettingsError: It is neither.
-    """
-    if text is None or text.strip().lower() == AUTO:
-        return text and AUTO
-    try:
-        count = int(text)
-    except ValueError as error:
-        raise SettingsError(f"--dof is {text!r}", value=text, allowed=DOF_ALLOWED) from error
-    if not 1 <= count <= 10:
-        raise SettingsError(f"setting 'design.dof' is {count}", value=count, allowed=DOF_ALLOWED)
-    return count
+    folder = folder_for(opened, out)
+    begin(opened.prepared(), folder, workers, cluster, report=report, overwrite=overwrite, quiet=quiet)
 
 
 def refuse_without_auto(*, auto: bool, **given: float | None) -> None:
@@ -207,16 +164,16 @@ def refuse_without_auto(*, auto: bool, **given: float | None) -> None:
             raise SettingsError(f"--{name} is given without --dof auto", value=value, fix="Leave it out, or add that")
 
 
-def folder_for(asked: Asked, out: Path | None) -> Path:
-    """The run folder: --out, or a free name under runs/ that tells recording, algorithm, joints and seed."""
-    from armdesign.runs.folder import free_folder  # noqa: PLC0415
-
+def folder_for(opened: Demonstrations, out: Path | None) -> Path:
+    """The run folder: --out, or a free name under runs/ made of recording, algorithm, joints and seed."""
     if out is not None:
         return out
-    settings, more = asked.settings, len(asked.seen) - 1
+    settings, more = opened.settings, len(opened.seen) - 1
     several = f"-and-{more}-more" if more else ""
-    name = f"{asked.source.stem}{several}-{settings.search.algorithm}-n{settings.design.dof}-seed{settings.search.seed}"
-    return free_folder(Path("runs"), name)
+    name = (
+        f"{opened.source.stem}{several}-{settings.search.algorithm}-n{settings.design.dof}-seed{settings.search.seed}"
+    )
+    return runfolder.free_folder(Path("runs"), name)
 
 
 def begin(
@@ -230,8 +187,6 @@ def begin(
     quiet: bool,
 ) -> None:
     """Start the run folder and search."""
-    from armdesign.runs import folder as runfolder  # noqa: PLC0415
-
     refuse_other_kinds(folder)
     prepared.space().check_not_empty()
     for each in prepared.demonstrations:
@@ -241,7 +196,7 @@ def begin(
 
 
 def refuse_other_kinds(folder: Path) -> None:
-    """Turn away a folder of runs, whose files a single run would stand among.
+    """Turn away a folder of runs, whose files a single run would be mixed with.
 
     Raises:
         RunFolderError: It holds a sweep, a study or a search for the number of joints.
@@ -251,18 +206,14 @@ def refuse_other_kinds(folder: Path) -> None:
             raise RunFolderError(f"{folder} holds {kind}", value=str(folder), fix="Name another folder with --out")
 
 
-def take_up(folder: Path, workers: int | None, cluster: str | None, *, report: bool, quiet: bool) -> None:
+def resume_search(folder: Path, workers: int | None, cluster: str | None, *, report: bool, quiet: bool) -> None:
     """Go on with the search of a run folder."""
-    from armdesign.runs.resumable import finished, open_run, tidy_up  # noqa: PLC0415
-
     if (folder / "auto.json").exists():
-        from armdesign.cli.auto_dof_command import resume_auto  # noqa: PLC0415
-
         resume_auto(folder, workers=workers, cluster=cluster, report=report, quiet=quiet)
         return
     if finished(folder):
         tidy_up(folder)
-        typer.echo(f"{folder} is finished; nothing to resume.", err=True)
+        say(f"{folder} is finished; nothing to resume.")
         return
     carry_on(folder, open_run(folder), workers, cluster, fresh=False, report=report, quiet=quiet)
 
@@ -278,19 +229,16 @@ def carry_on(
     quiet: bool,
 ) -> None:
     """Search in a run folder, saying what is decided and done."""
-    from armdesign.fitness.block import compile_kernels  # noqa: PLC0415
-    from armdesign.runs.resumable import carry_out  # noqa: PLC0415
-    from armdesign.views import writing as views  # noqa: PLC0415
-
     if not quiet:
-        typer.echo(opening(prepared), err=True)
+        for sentence in opening(prepared):
+            say(sentence)
     with announce_compiling(quiet):
         compile_kernels(prepared.problem())
 
     def on_interrupt() -> None:
-        tell_at_once("Stopping after this iteration; once more stops at once.")
+        say_in_handler("Stopping after this iteration; once more stops at once.")
 
-    with ProgressLine() as progress, open_backend(prepared, workers, cluster) as backend:
+    with SearchBar() as progress, open_backend(prepared, workers, cluster) as backend:
         result, written = carry_out(
             folder,
             prepared,
@@ -303,14 +251,14 @@ def carry_on(
     if report:
         written = replace(written, files=(*written.files, *views.write_views(folder)))
     if not quiet:
-        typer.echo(closing(result, written))
+        show_result(result, written)
     if result.stopped_by == "interrupted":
-        say(f"Interrupted; go on with: {resume_command('search', folder, cluster)}")
+        typer.echo(f"Interrupted; go on with: {resume_command('search', folder, cluster)}", err=True)
         raise typer.Exit(INTERRUPTED)
 
 
-def opening(prepared: Prepared) -> str:
-    """What is going to be searched, and what was decided on the way."""
+def opening(prepared: Prepared) -> list[str]:
+    """Sentences on what is going to be searched, and on what was decided on the way."""
     settings, task = prepared.settings, prepared.task
     lines = [*prepared.notes, *warnings_of_others(prepared)]
     shown = ", ".join(f"{name} {w:.3g}" for name, w in zip(task.points, settings.fitness.weights, strict=True))
@@ -321,7 +269,7 @@ def opening(prepared: Prepared) -> str:
         f"Searching an arm of {counted(settings.design.dof, 'joint')} with {settings.search.algorithm}, "
         f"{settings.search.size}, seed {settings.search.seed}."
     )
-    return "\n".join(lines)
+    return lines
 
 
 def warnings_of_others(prepared: Prepared) -> list[str]:
@@ -334,15 +282,9 @@ def warnings_of_others(prepared: Prepared) -> list[str]:
     ]
 
 
-def closing(result: SearchResult, written: Written) -> str:
-    """The arm that was found, and where it lies."""
-    from armdesign.cli.tables import evaluation_table  # noqa: PLC0415
-
+def show_result(result: SearchResult, written: runfolder.Written) -> None:
+    """Print the arm that was found, and where its files are."""
     count = int(result.history.evaluations[-1])
-    lines = [
-        f"Best of {counted(count, 'candidate')} in {clock(result.wall_time)}{STOPPED[result.stopped_by]}:",
-        evaluation_table(result.best, result.prepared),
-        "Written:",
-        *(f"  {written.folder / name}" for name in written.files),
-    ]
-    return "\n".join(lines)
+    typer.echo(f"Best of {counted(count, 'candidate')} in {clock(result.wall_time)}{STOPPED[result.stopped_by]}:")
+    show_evaluation(result.best, result.prepared)
+    typer.echo(written_text([written.folder / name for name in written.files]))

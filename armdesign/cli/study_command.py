@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from armdesign.cli.common import (
-    ClusterOption,
-    ConfigOption,
-    QuietOption,
-    ScenarioOption,
-    check_cluster,
-    check_workers,
-    one_sentence_errors,
-    refuse_beside_resume,
-)
+from armdesign.cli import PanelCommand
+from armdesign.cli.command_errors import one_sentence_errors, refuse_beside_resume
+from armdesign.cli.command_options import ConfigOption, QuietOption
+from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.study_flags import (
     DofOption,
     Flags,
-    IterationsOption,
-    ParticlesOption,
     QuickOption,
     RepsOption,
     SearchesOption,
@@ -32,24 +24,33 @@ from armdesign.cli.study_flags import (
     asked_for,
     words,
 )
-from armdesign.cli.sweep_command import SHOWN_FAILURES, hiring, leave, say_stopping, worker_count
-from armdesign.cli.sweep_progress import SweepLine
+from armdesign.cli.sweep_command import SHOWN_FAILURES, hiring, leave, say_stopping
+from armdesign.cli.sweep_progress import SweepBar
+from armdesign.cli.worker_options import ClusterOption, check_workers
 from armdesign.errors import resume_command
-
-if TYPE_CHECKING:
-    from armdesign.experiments.studies import Asked, Finding
-    from armdesign.experiments.sweep.sweep_plan import Tasks
+from armdesign.experiments.studies import Asked, Finding
+from armdesign.experiments.studies.study_engine import planned, run_study
+from armdesign.experiments.studies.study_registry import warm_up
+from armdesign.experiments.studies.study_store import read_study_folder
+from armdesign.experiments.sweep.ranges import whole_numbers
+from armdesign.experiments.sweep.sweep_plan import Tasks
+from armdesign.search.backends.processes import available_cores
+from armdesign.settings.sections import Fitness, Search
 
 app = typer.Typer(
     name="study",
-    help="Do the paper's studies over: each a resumable sweep with tables, CSV, Markdown and a figure.",
+    help="""Repeat the paper's studies on any demonstration.
+
+    Each is a resumable sweep with tables, CSV, Markdown and a figure.
+    """,
     no_args_is_help=True,
     rich_markup_mode=None,
 )
 
 
-@app.command()
+@app.command(cls=PanelCommand)
 @one_sentence_errors
+@takes_settings(Fitness, Search, only=("scenario",))
 def temporal(
     context: typer.Context,
     tasks: TasksArgument = None,
@@ -63,22 +64,27 @@ def temporal(
     algorithm: Annotated[
         str | None, typer.Option("--algorithm", help="Solvers: ga,pso,woa,es,abc,sa,slsqp,dls-16 ...; default: all.")
     ] = None,
-    scenario: ScenarioOption = None,
     config: ConfigOption = None,
+    *,
+    given: Given,
     workers: SearchesOption = None,
     cluster: ClusterOption = None,
     out: StudyOutOption = None,
     resume: StudyResumeOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Compare solvers of a single frame: mean temporal fitness G, time, and how often the best known is found."""
+    """Compare solvers of a single frame.
+
+    Mean temporal fitness G, time, and how often the best known is found.
+    """
     options = {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
-    flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options)
+    flags = Flags(tasks, quick, reps, seed, dof, given, config, options)
     study("temporal", context, flags, workers, cluster, out, resume, quiet=quiet)
 
 
-@app.command()
+@app.command(cls=PanelCommand)
 @one_sentence_errors
+@takes_settings(Fitness, Search, only=("scenario", "particles", "iterations"))
 def robot(
     context: typer.Context,
     tasks: TasksArgument = None,
@@ -89,26 +95,26 @@ def robot(
     algorithm: Annotated[
         str | None, typer.Option("--algorithm", help="Searches: abc,ga,pso-opytimizer,sa,pso,rapso; default: all.")
     ] = None,
-    particles: ParticlesOption = None,
-    iterations: IterationsOption = None,
-    scenario: ScenarioOption = None,
     config: ConfigOption = None,
+    *,
+    given: Given,
     workers: SearchesOption = None,
     cluster: ClusterOption = None,
     out: StudyOutOption = None,
     resume: StudyResumeOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Compare searches for the whole robot at the same number of evaluations: mean robot fitness r and time."""
-    search = {"particles": particles, "iterations": iterations}
-    flags = Flags(
-        tasks, quick, reps, seed, dof, scenario, config, {"algorithms": words(algorithm, "--algorithm")}, search
-    )
+    """Compare the searches of the paper for the whole robot.
+
+    Mean robot fitness r and time at the same number of evaluations.
+    """
+    flags = Flags(tasks, quick, reps, seed, dof, given, config, {"algorithms": words(algorithm, "--algorithm")})
     study("robot", context, flags, workers, cluster, out, resume, quiet=quiet)
 
 
-@app.command()
+@app.command(cls=PanelCommand)
 @one_sentence_errors
+@takes_settings(Fitness, Search, only=("scenario", "particles", "iterations"))
 def rapso(
     context: typer.Context,
     tasks: TasksArgument = None,
@@ -120,27 +126,27 @@ def rapso(
     range_of: Annotated[
         str | None, typer.Option("--range", help="Readings of the range in eq. 8: valid,box (default: both).")
     ] = None,
-    particles: ParticlesOption = None,
-    iterations: IterationsOption = None,
-    scenario: ScenarioOption = None,
     config: ConfigOption = None,
+    *,
+    given: Given,
     workers: SearchesOption = None,
     cluster: ClusterOption = None,
     out: StudyOutOption = None,
     resume: StudyResumeOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Compare RA-PSO with PSO, seed by seed: change of fitness and of computational effort in percent, over D."""
-    from armdesign.experiments.sweep.ranges import whole_numbers  # noqa: PLC0415
+    """Compare RA-PSO with PSO, seed by seed.
 
+    Change of fitness and of computational effort in percent, over D.
+    """
     options = {"d": None if d is None else whole_numbers(d, "--d"), "range": words(range_of, "--range")}
-    search = {"particles": particles, "iterations": iterations}
-    flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options, search)
+    flags = Flags(tasks, quick, reps, seed, dof, given, config, options)
     study("rapso", context, flags, workers, cluster, out, resume, quiet=quiet)
 
 
-@app.command()
+@app.command(cls=PanelCommand)
 @one_sentence_errors
+@takes_settings(Fitness, Search, only=("scenario", "particles", "iterations"))
 def designs(
     context: typer.Context,
     tasks: TasksArgument = None,
@@ -160,25 +166,27 @@ def designs(
         float | None,
         typer.Option("--enough", help="Path fitness below which a further gain does not count [mm] (default 5)."),
     ] = None,
-    particles: ParticlesOption = None,
-    iterations: IterationsOption = None,
-    scenario: ScenarioOption = None,
     config: ConfigOption = None,
+    *,
+    given: Given,
     workers: SearchesOption = None,
     cluster: ClusterOption = None,
     out: StudyOutOption = None,
     resume: StudyResumeOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Find the number of joints and the final design: r, f and E over n, and the DH table of the chosen arm."""
+    """Find the number of joints and the final design.
+
+    r, f and E over n, and the DH table of the chosen arm.
+    """
     options = {"algorithm": algorithm, "within": within, "enough": enough}
-    search = {"particles": particles, "iterations": iterations}
-    flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options, search)
+    flags = Flags(tasks, quick, reps, seed, dof, given, config, options)
     study("designs", context, flags, workers, cluster, out, resume, quiet=quiet)
 
 
-@app.command("search")
+@app.command("search", cls=PanelCommand)
 @one_sentence_errors
+@takes_settings(Fitness, Search, only=("scenario", "particles"))
 def searches(
     context: typer.Context,
     tasks: TasksArgument = None,
@@ -188,18 +196,21 @@ def searches(
     dof: DofOption = None,
     budget: Annotated[int | None, typer.Option("--budget", help="Candidates of every search.")] = None,
     algorithm: Annotated[str | None, typer.Option("--algorithm", help="Search algorithms; default: all.")] = None,
-    particles: ParticlesOption = None,
-    scenario: ScenarioOption = None,
     config: ConfigOption = None,
+    *,
+    given: Given,
     workers: SearchesOption = None,
     cluster: ClusterOption = None,
     out: StudyOutOption = None,
     resume: StudyResumeOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Compare this package's own searches at the same number of candidates."""
+    """Compare this package's own searches.
+
+    Best r and time at the same number of candidates.
+    """
     options = {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
-    flags = Flags(tasks, quick, reps, seed, dof, scenario, config, options, {"particles": particles})
+    flags = Flags(tasks, quick, reps, seed, dof, given, config, options)
     study("search", context, flags, workers, cluster, out, resume, quiet=quiet)
 
 
@@ -219,11 +230,7 @@ def study(
     Exit code: 0 all runs are finished; 1 a run has failed, runs.csv says why (it is tried again the next time);
     2 bad input; 130 stopped by Ctrl-C.
     """
-    from armdesign.experiments.studies.study_engine import planned  # noqa: PLC0415
-    from armdesign.experiments.studies.study_store import read_study_folder  # noqa: PLC0415
-
     check_workers(workers, cluster)
-    check_cluster(cluster)
     if resume is not None:
         refuse_beside_resume(context, "a study", "To extend it, repeat its command with more, and --out for --resume")
         folder, (asked, tasks) = resume, read_study_folder(resume, name)
@@ -231,21 +238,19 @@ def study(
         asked, tasks = asked_for(name, flags)
         folder = out or Path("runs") / f"study-{name}{'-quick' if flags.quick else ''}"
     planned(asked, tasks)
-    carry_out(folder, asked, tasks, worker_count(workers), cluster, quiet=quiet)
+    carry_out(folder, asked, tasks, workers or available_cores(), cluster, quiet=quiet)
 
 
 def carry_out(folder: Path, asked: Asked, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool) -> None:
     """Carry out a study, saying how it goes and what came of it."""
-    from armdesign.experiments.studies.study_engine import run_study  # noqa: PLC0415
-    from armdesign.experiments.studies.study_registry import warm_up  # noqa: PLC0415
 
     def compile_more() -> None:
         warm_up(asked.study, tasks)
 
     go_on = f"Go on with: {resume_command(f'study {asked.study}', folder, cluster)}"
     try:
-        with SweepLine() as line, hiring(workers, cluster, tasks, quiet=quiet, warm_up=compile_more) as hire:
-            on_change = None if quiet else line
+        with SweepBar() as bar, hiring(workers, cluster, tasks, quiet=quiet, warm_up=compile_more) as hire:
+            on_change = None if quiet else bar
             finding = run_study(folder, asked, tasks, hire, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)

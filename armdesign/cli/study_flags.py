@@ -6,19 +6,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from armdesign.cli.common import settings_from_flags
-from armdesign.cli.recordings_asked import open_recording
+from armdesign.cli.command_options import settings_from_flags
+from armdesign.cli.input_recordings import open_recording
+from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError, SettingsError
-
-if TYPE_CHECKING:
-    from armdesign.demonstration import Recording
-    from armdesign.experiments.studies import Asked
-    from armdesign.experiments.sweep.sweep_plan import Tasks
-    from armdesign.settings.sections import Settings
+from armdesign.experiments.studies import Asked, study_module
+from armdesign.experiments.studies.study_examples import EXAMPLES, example_recording
+from armdesign.experiments.sweep.ranges import whole_numbers
+from armdesign.experiments.sweep.sweep_plan import Tasks, check_stems
+from armdesign.search.prepare import prepare
+from armdesign.settings.sections import Settings, read_settings
 
 MOST_JOINTS = 10
 TASK_FLAGS = ("--base", "--points", "--weights", "--units", "--scale")
@@ -33,19 +34,24 @@ TasksArgument = Annotated[
     ),
 ]
 QuickOption = Annotated[bool, typer.Option("--quick", help="A small study, a few minutes on two cores.")]
-RepsOption = Annotated[int | None, typer.Option("--reps", help="Repetitions, each with a seed of its own.")]
-SeedOption = Annotated[int | None, typer.Option("--seed", help="Seed of the first repetition (default 0).")]
-DofOption = Annotated[str | None, typer.Option("--dof", help="Numbers of joints n: 3, 3-6 or 3,5.")]
-ParticlesOption = Annotated[int | None, typer.Option("--particles", help="Number of particles N of each search.")]
-IterationsOption = Annotated[int | None, typer.Option("--iterations", help="Number of iterations M of each search.")]
+RepsOption = Annotated[
+    int | None, typer.Option("--reps", metavar="N", help="Repetitions, each with a seed of its own.")
+]
+SeedOption = Annotated[
+    int | None, typer.Option("--seed", metavar="N", help="Seed of the first repetition (default 0).")
+]
+DofOption = Annotated[str | None, typer.Option("--dof", metavar="N", help="Numbers of joints n: 3, 3-6 or 3,5.")]
 SearchesOption = Annotated[
-    int | None, typer.Option("--workers", help="Runs at a time, each in its own process; default: all cores.")
+    int | None,
+    typer.Option("--workers", metavar="N", help="Runs at a time, each in its own process; default: all cores."),
 ]
 StudyResumeOption = Annotated[
-    Path | None, typer.Option("--resume", help="Go on with the study in this folder; needs nothing else.")
+    Path | None,
+    typer.Option("--resume", metavar="DIR", help="Go on with the study in this folder; needs nothing else."),
 ]
 StudyOutOption = Annotated[
-    Path | None, typer.Option("--out", help="Folder of the study, new or to extend (default runs/study-NAME).")
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Folder of the study, new or to extend (default runs/study-NAME)."),
 ]
 
 
@@ -59,10 +65,9 @@ class Flags:
         reps: Repetitions.
         seed: First seed.
         dof: Numbers of joints, as text.
-        scenario: Scenario of every task.
+        given: Settings whose flags were given: the scenario of every task, changes to [search].
         config: Settings file.
         options: Options of the study by name; those that are None keep their defaults.
-        search: Changes to the [search] settings; likewise.
     """
 
     tasks: Sequence[str] | None = None
@@ -70,10 +75,9 @@ class Flags:
     reps: int | None = None
     seed: int | None = None
     dof: str | None = None
-    scenario: str | None = None
+    given: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     config: Path | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
-    search: Mapping[str, Any] = field(default_factory=dict)
 
 
 def asked_for(name: str, flags: Flags) -> tuple[Asked, Tasks]:
@@ -88,8 +92,6 @@ def asked_for(name: str, flags: Flags) -> tuple[Asked, Tasks]:
         RecordingError: A recording cannot be read.
         TaskError: A recording does not give the task that is asked for.
     """
-    from armdesign.experiments.studies import Asked, study_module  # noqa: PLC0415
-
     usual = study_module(name).defaults(flags.quick)
     reps, seed = usual.reps if flags.reps is None else flags.reps, flags.seed or 0
     if reps < 1:
@@ -98,7 +100,7 @@ def asked_for(name: str, flags: Flags) -> tuple[Asked, Tasks]:
         last = "" if seed < 0 or reps == 1 else f", and the last of {reps} repetitions has {seed + reps - 1}"
         raise SettingsError(f"--seed is {seed}{last}", value=seed, allowed="a whole number from 0 to 2^32 - 1")
     dof = joints(flags.dof) or usual.dof
-    search = {**usual.search, **given(flags.search)}
+    search = {**usual.search, **flags.given["search"]}
     tasks = read_tasks(name, flags, search, dof)
     keys = tuple(dict.fromkeys(key for key, _ in tasks))
     return Asked(name, keys, dof, reps, seed, {**usual.options, **given(flags.options)}), tasks
@@ -115,8 +117,6 @@ def joints(text: str | None) -> tuple[int, ...] | None:
     Raises:
         SettingsError: They cannot be made out, or are out of range.
     """
-    from armdesign.experiments.sweep.ranges import whole_numbers  # noqa: PLC0415
-
     if text is None:
         return None
     numbers = whole_numbers(text, "--dof")
@@ -146,10 +146,6 @@ def read_tasks(name: str, flags: Flags, search: Mapping[str, Any], dof: Sequence
     Raises:
         SettingsError: Two tasks have one name, or settings cannot be.
     """
-    from armdesign.experiments.studies.study_examples import EXAMPLES  # noqa: PLC0415
-    from armdesign.experiments.sweep.sweep_plan import check_stems  # noqa: PLC0415
-    from armdesign.search.prepare import prepare  # noqa: PLC0415
-
     settings = settings_from_flags(flags.config, {})
     named = list(flags.tasks or ())
     if not named:
@@ -157,7 +153,7 @@ def read_tasks(name: str, flags: Flags, search: Mapping[str, Any], dof: Sequence
     found = {}
     for word in dict.fromkeys(named):
         with about(word):
-            key, recording, own = open_task(name, word, settings, flags.scenario)
+            key, recording, own = open_task(name, word, settings, flags.given["fitness"].get("scenario"))
         own = own.replace({"search": dict(search)})
         for n in dof:
             with about(word):
@@ -197,9 +193,6 @@ def settings_instead(word: str, flags: Sequence[str]) -> str:
 
 def open_task(name: str, word: str, settings: Settings, scenario: str | None) -> tuple[str, Recording, Settings]:
     """The key, the recording and the settings of one task."""
-    from armdesign.experiments.studies.study_examples import EXAMPLES, example_recording  # noqa: PLC0415
-    from armdesign.settings.sections import read_settings  # noqa: PLC0415
-
     command = f"study {name}"
     if word in EXAMPLES:
         _, recording, own = open_recording(example_recording(word), settings, scenario or word, None, command)

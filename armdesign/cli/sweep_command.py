@@ -5,126 +5,120 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from armdesign.cli.common import (
-    INTERRUPTED,
-    ClusterOption,
-    ConfigOption,
-    QuietOption,
-    ScenarioOption,
-    WeightsOption,
-    announce_compiling,
-    check_cluster,
-    check_workers,
-    clock,
-    cluster_client,
-    one_sentence_errors,
-    refuse_beside_resume,
-    seconds,
-    settings_from_flags,
-    tell_at_once,
-)
-from armdesign.cli.recordings_asked import open_recording
-from armdesign.cli.sweep_progress import SweepLine
-from armdesign.cli.task_flags import NO_FLAGS, TaskFlags, takes_task_flags
+from armdesign.cli.command_errors import INTERRUPTED, one_sentence_errors, refuse_beside_resume
+from armdesign.cli.command_options import OUTPUT, ConfigOption, QuietOption, settings_from_flags
+from armdesign.cli.input_recordings import open_recording
+from armdesign.cli.screen import announce_compiling, clock, say_in_handler, show_table, show_text
+from armdesign.cli.setting_flags import Given, takes_settings
+from armdesign.cli.sweep_progress import SweepBar
+from armdesign.cli.worker_options import COMPUTING, ClusterOption, check_workers, cluster_client
 from armdesign.errors import SettingsError, counted, resume_command
-
-if TYPE_CHECKING:
-    from armdesign.experiments.sweep import Crew, Ledger, Sweep
-    from armdesign.experiments.sweep.sweep_plan import Tasks
-    from armdesign.settings.sections import Settings
+from armdesign.experiments.sweep import Crew, Ledger, LocalCrew, Sweep, read_sweep, run_sweep, units_of
+from armdesign.experiments.sweep.estimate import CANDIDATES, estimate
+from armdesign.experiments.sweep.ranges import seed_numbers, whole_numbers
+from armdesign.experiments.sweep.sweep_plan import Tasks, check_stems, common_settings
+from armdesign.experiments.sweep.sweep_store import check_extension, holds_sweep
+from armdesign.experiments.sweep.units import look_at
+from armdesign.fitness.block import compile_kernels
+from armdesign.search.backends.processes import available_cores
+from armdesign.search.prepare import prepare
+from armdesign.settings.sections import ALGORITHM_SETTINGS, Fitness, Search, Settings, Task, with_algorithm
 
 SOME_FAILED = 1
 SHOWN_FAILURES = 5
+RUNS = "Runs"
+"""Panel of the options whose combinations are the runs."""
 
 
 @one_sentence_errors
-@takes_task_flags
+@takes_settings(Task, Fitness, Search, without=("demonstrations", "algorithm", "seed"))
 def sweep(
     context: typer.Context,
     recordings: Annotated[
         list[Path] | None, typer.Argument(metavar="RECORDING", help="The demonstrations.", show_default=False)
     ] = None,
-    dof: Annotated[str | None, typer.Option("--dof", help="Numbers of joints n: 3, 3-6 or 3,5.")] = None,
+    dof: Annotated[
+        str | None,
+        typer.Option("--dof", metavar="N", rich_help_panel=RUNS, help="Numbers of joints n: 3, 3-6 or 3,5."),
+    ] = None,
     seeds: Annotated[
         str | None,
-        typer.Option("--seeds", help="How many seeds, from 0 on; or a list: 5-9, or 3,4, or 7-7 for 7 alone."),
+        typer.Option(
+            "--seeds", metavar="N", rich_help_panel=RUNS,
+            help="How many seeds, from 0 on; or a list: 5-9, or 3,4, or 7-7 for 7 alone.",
+        ),
     ] = None,
     algorithm: Annotated[
-        str | None, typer.Option("--algorithm", help="multibasin (default), rapso, pso, or several: pso,rapso.")
+        str | None,
+        typer.Option(
+            "--algorithm", metavar="|".join(ALGORITHM_SETTINGS), rich_help_panel=RUNS,
+            autocompletion=lambda: [*ALGORITHM_SETTINGS],
+            help="Search algorithm (default multibasin), or several: pso,rapso.",
+        ),
     ] = None,
     d: Annotated[
         str | None,
-        typer.Option("--d", help="Angle intervals D of rapso: 2, 2-5 or 2,4. pso has none and runs once, not per D."),
+        typer.Option(
+            "--d", metavar="N", rich_help_panel=RUNS,
+            help="Angle intervals D of rapso: 2, 2-5 or 2,4. pso has none and runs once, not per D.",
+        ),
     ] = None,
-    scenario: ScenarioOption = None,
     config: ConfigOption = None,
-    task: TaskFlags = NO_FLAGS,
-    weights: WeightsOption = None,
-    particles: Annotated[int | None, typer.Option("--particles", help="Number of particles N of each search.")] = None,
-    iterations: Annotated[int | None, typer.Option("--iterations", help="Number of iterations M of each.")] = None,
-    budget: Annotated[int | None, typer.Option("--budget", help="Candidates of each search with multibasin.")] = None,
-    patience: Annotated[
-        int | None, typer.Option("--patience", help="End a search after so many iterations without a gain of 0.1 %.")
-    ] = None,
-    target: Annotated[float | None, typer.Option("--target", help="End a search once its r is this low [m].")] = None,
-    time_limit: Annotated[str | None, typer.Option("--time-limit", help="End each search after this time.")] = None,
+    *,
+    given: Given,
     workers: Annotated[
-        int | None, typer.Option("--workers", help="Searches at a time, each in its own process; default: all cores.")
+        int | None,
+        typer.Option(
+            "--workers", metavar="N", rich_help_panel=COMPUTING,
+            help="Searches at a time, each in its own process; default: all cores.",
+        ),
     ] = None,
     cluster: ClusterOption = None,
     resume: Annotated[
-        Path | None, typer.Option("--resume", help="Go on with the sweep in this folder; needs nothing else.")
+        Path | None,
+        typer.Option("--resume", metavar="DIR", help="Go on with the sweep in this folder; needs nothing else."),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", help="Folder of the sweep, new or to extend (default runs/NAME-sweep)."),
+        typer.Option(
+            "--out", metavar="DIR", rich_help_panel=OUTPUT,
+            help="Folder of the sweep, new or to extend (default runs/NAME-sweep).",
+        ),
     ] = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Print the runs and an estimate of their time, and end; writes nothing.")
+        bool,
+        typer.Option(
+            "--dry-run", rich_help_panel=OUTPUT,
+            help="Print the runs and an estimate of their time, and end; writes nothing.",
+        ),
     ] = False,
     quiet: QuietOption = False,
-) -> None:
-    """Run many searches: every combination of recordings, --algorithm, --dof, --d and --seeds is one.
+) -> None:  # fmt: skip
+    """Run many searches, one for every combination of settings.
 
-    Writes a folder of run folders and sweep.csv, one row a run. Finished runs are never computed again: the same
-    command goes on where it was stopped, and with more seeds, joints or recordings it adds the missing runs.
-
-    Exit code: 0 all runs are finished; 1 a run has failed, sweep.csv says why (it is tried again the next time);
-    2 bad input; 130 stopped by Ctrl-C.
+    Every combination of recordings, --algorithm, --dof, --d and --seeds is one. Writes a folder of run folders and
+    sweep.csv, one row a run. Finished runs are never computed again: the same command goes on where it was stopped, and
+    with more seeds, joints or recordings it adds the missing runs. A run that has failed is tried again the next time.
     """
-    from armdesign.experiments.sweep import read_sweep  # noqa: PLC0415
-
     check_workers(workers, cluster)
-    check_cluster(cluster)
     if resume is not None:
         refuse_beside_resume(context, "a sweep", "To extend it, repeat its command with more, and --out for --resume")
         folder, (asked, tasks) = resume, read_sweep(resume)
     else:
-        settings = settings_from_flags(
-            config,
-            {
-                "task": task.changes(),
-                "search": {
-                    "particles": particles,
-                    "iterations": iterations,
-                    "budget": budget,
-                    "patience": patience,
-                    "target": target,
-                    "time_limit": seconds(time_limit),
-                },
-            },
-        )
+        scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
+        settings = settings_from_flags(config, given)
         lists = asked_lists(settings, dof, seeds, algorithm, d)
         asked, tasks = prepared_for(recordings, settings, lists, scenario, weights)
         folder = out or default_folder(asked)
+    count = workers or available_cores()
     if dry_run:
-        typer.echo(plan_text(folder, asked, tasks, worker_count(workers)))
+        show_plan(folder, asked, tasks, count)
         return
-    carry_out(folder, asked, tasks, worker_count(workers), cluster, quiet=quiet)
+    carry_out(folder, asked, tasks, count, cluster, quiet=quiet)
 
 
 def asked_lists(
@@ -135,9 +129,6 @@ def asked_lists(
     Raises:
         SettingsError: A list cannot be made out.
     """
-    from armdesign.experiments.sweep.ranges import seed_numbers, whole_numbers  # noqa: PLC0415
-    from armdesign.settings.sections import ALGORITHM_SETTINGS, with_algorithm  # noqa: PLC0415
-
     search = settings.search
     named = [part.strip() for part in (algorithm or "").split(",") if part.strip()]
     meant = with_algorithm({"angle_interval": d}, search.algorithm)
@@ -161,17 +152,13 @@ def prepared_for(
     settings: Settings,
     lists: dict[str, tuple[Any, ...]],
     scenario: str | None,
-    weights: str | None,
+    weights: list[float] | None,
 ) -> tuple[Sweep, Tasks]:
     """Read the recordings and prepare them for every number of joints.
 
     Raises:
         SettingsError: No recording, or weights that mean different things for different recordings.
     """
-    from armdesign.experiments.sweep import Sweep  # noqa: PLC0415
-    from armdesign.experiments.sweep.sweep_plan import check_stems, common_settings  # noqa: PLC0415
-    from armdesign.search.prepare import prepare  # noqa: PLC0415
-
     paths: list[str] = []
     tasks, common = {}, []
     demonstrations: list[Path | None] = [*recordings] if recordings else [None]
@@ -186,7 +173,7 @@ def prepared_for(
     check_stems(paths)
     if any(each != common[0] for each in common):
         raise SettingsError(
-            f"--weights {weights} mean different things for recordings with different numbers of points",
+            "--weights mean different things for recordings with different numbers of points",
             value=weights,
             fix="Choose the same number of --points in all, or make two sweeps",
         )
@@ -198,21 +185,12 @@ def default_folder(asked: Sweep) -> Path:
     return Path("runs") / f"{Path(asked.recordings[0]).stem}-sweep"
 
 
-def worker_count(workers: int | None) -> int:
-    """Number of searches at a time."""
-    from armdesign.search.backends.processes import available_cores  # noqa: PLC0415
-
-    return workers or available_cores()
-
-
 def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool) -> None:
     """Carry out a sweep, saying how it goes and how it went."""
-    from armdesign.experiments.sweep import run_sweep  # noqa: PLC0415
-
     go_on = f"Go on with: {resume_command('sweep', folder, cluster)}"
     try:
-        with SweepLine() as line, hiring(workers, cluster, tasks, quiet=quiet) as hire:
-            on_change = None if quiet else line
+        with SweepBar() as bar, hiring(workers, cluster, tasks, quiet=quiet) as hire:
+            on_change = None if quiet else bar
             ledger = run_sweep(folder, asked, tasks, hire, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
@@ -224,7 +202,7 @@ def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: s
 
 def say_stopping() -> None:
     """What is said when Ctrl-C asks for the end."""
-    tell_at_once("Stopping: the runs at hand finish their iteration; once more stops at once.")
+    say_in_handler("Stopping: the runs at hand finish their iteration; once more stops at once.")
 
 
 def leave(ledger: Ledger, go_on: str) -> None:
@@ -249,7 +227,7 @@ def hiring(
         yield lambda units: local_crew(min(workers, units), tasks, quiet=quiet, warm_up=warm_up)
         return
     with cluster_client(cluster) as client:
-        from armdesign.experiments.sweep.dask_workers import DaskCrew  # noqa: PLC0415
+        from armdesign.experiments.sweep.dask_workers import DaskCrew  # noqa: PLC0415 (an optional extra)
 
         yield lambda units: DaskCrew(client)
 
@@ -263,9 +241,6 @@ def local_crew(workers: int, tasks: Tasks, *, quiet: bool, warm_up: Callable[[],
         quiet: Whether to keep silent.
         warm_up: Compiles what the units need beside the evaluator's kernels.
     """
-    from armdesign.experiments.sweep import LocalCrew  # noqa: PLC0415
-    from armdesign.fitness.block import compile_kernels  # noqa: PLC0415
-
     with announce_compiling(quiet):
         compile_kernels(next(iter(tasks.values())).problem())
         if warm_up is not None:
@@ -288,13 +263,15 @@ def closing_text(ledger: Ledger) -> str:
     return "\n".join([*lines, f"Table: {ledger.folder / 'sweep.csv'}"])
 
 
-def plan_text(folder: Path, asked: Sweep, tasks: Tasks, workers: int) -> str:
-    """The runs with their states, and how long those that are not finished may take."""
-    from armdesign.experiments.sweep import units_of  # noqa: PLC0415
-    from armdesign.experiments.sweep.estimate import CANDIDATES, estimate  # noqa: PLC0415
-    from armdesign.experiments.sweep.sweep_store import check_extension, holds_sweep  # noqa: PLC0415
-    from armdesign.experiments.sweep.units import look_at  # noqa: PLC0415
+def show_plan(folder: Path, asked: Sweep, tasks: Tasks, workers: int) -> None:
+    """Print the runs with their states, and how long those that are not finished may take.
 
+    Args:
+        folder: Folder of the sweep.
+        asked: The sweep.
+        tasks: Its tasks.
+        workers: Searches at a time.
+    """
     units = units_of(asked, tasks)
     if holds_sweep(folder):
         check_extension(folder, asked, tasks)
@@ -302,17 +279,14 @@ def plan_text(folder: Path, asked: Sweep, tasks: Tasks, workers: int) -> str:
     todo = [unit for unit in units if found[unit.name] != "finished"]
     guess = estimate(todo)
     times = dict(zip((unit.name for unit in todo), guess.each, strict=True))
-    width = max(len(unit.name) for unit in units)
-    lines = [f"{counted(len(units), 'run')} in {folder}, {len(units) - len(todo)} of them finished:"]
-    for unit in units:
-        time = f"about {clock(times[unit.name])}" if unit.name in times else ""
-        lines.append(f"  {unit.name:<{width}}  {found[unit.name]:<8}  {time}".rstrip())
-    lines.append(
+    typer.echo(f"{counted(len(units), 'run')} in {folder}, {len(units) - len(todo)} of them finished:")
+    rows = [(name, state, f"about {clock(times[name])}" if name in times else "-") for name, state in found.items()]
+    show_table(("run", "state", "time"), rows, left=(0, 1))
+    total = clock(guess.total(min(workers, max(1, len(todo)))))
+    show_text(
         f"An estimate, from {CANDIDATES} measured candidates per recording and number of joints: about "
-        f"{clock(guess.total(min(workers, max(1, len(todo)))))} with {workers} at a time on this machine. "
-        "Stop rules may end runs sooner."
+        f"{total} with {workers} at a time on this machine. Stop rules may end runs sooner."
     )
     if guess.unknown:
         joints = ", ".join(map(str, guess.unknown)) + (" joint" if guess.unknown == (1,) else " joints")
-        lines.append(f"No measured arm of {joints} reached the start: their times are lower bounds.")
-    return "\n".join(lines)
+        show_text(f"No measured arm of {joints} reached the start: their times are lower bounds.")

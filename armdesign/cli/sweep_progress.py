@@ -2,39 +2,21 @@
 
 from __future__ import annotations
 
-import shutil
-import time
-from typing import TYPE_CHECKING
-
-import typer
-
-from armdesign.cli.common import StatusLine, clock
-
-if TYPE_CHECKING:
-    from armdesign.experiments.sweep import Standing
-    from armdesign.search.search import Progress
-
-EVERY = 1.0
-"""Shortest time between two changes of the line [s]."""
+from armdesign.cli.screen import StatusBar, clock, say
+from armdesign.experiments.sweep import Standing
+from armdesign.search.search import Progress
 
 
-class SweepLine(StatusLine):
-    """A line for every run that has ended; in a terminal below them one line, rewritten, on the runs at hand."""
-
-    def __init__(self) -> None:
-        """Nothing shown yet."""
-        super().__init__()
-        self.shown = 0.0
+class SweepBar(StatusBar):
+    """A line for every run that has ended; in a terminal a bar below them, with the runs that are computed."""
 
     def __call__(self, standing: Standing) -> None:
         """Show what is new, if it is time to."""
-        clear = "\r\x1b[2K" if self.terminal else ""
         if standing.ended is not None:
-            typer.echo(clear + ended_text(standing), err=True)
-            self.open = False
-        if self.terminal and standing.running and time.monotonic() - self.shown >= EVERY:
-            self.shown = time.monotonic()
-            self.rewrite(standing_text(standing)[: shutil.get_terminal_size().columns - 1])
+            say(ended_text(standing))
+        if self.terminal:
+            done = standing.finished + standing.failed
+            self.draw(done, standing.total, standing_text(standing)[: self.console.width - 12])
 
 
 def ended_text(standing: Standing) -> str:

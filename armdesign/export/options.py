@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from armdesign.errors import SettingsError
-from armdesign.settings.kinds import Choice, Number, Section, Switch, Text, parameter
+from armdesign.settings.kinds import Choice, Number, Section, Switch, Text, flag_name, parameter
 
 DEFAULT_NAME = "arm"
 LIGHTEST = 1e-6
@@ -43,6 +43,8 @@ class BodyOptions(Section):
 
     Each field says what it is, what it allows and its default; the command line and the report read it from there.
     """
+
+    panel = "What the arm is built of"
 
     tube_diameter: float = _size(0.04, "Outer diameter of the tubes")
     tube_wall: float = _size(0.003, "Wall of the tubes; half the diameter makes a solid rod")
@@ -92,6 +94,8 @@ class BodyOptions(Section):
 class LimitOptions(Section):
     """How the joints' limits come about."""
 
+    panel = "Limits of the joints"
+
     payload: float = parameter(0.0, Number(0.0, 1000.0, "kg"), "Point mass carried at tool0, for the torques [kg].")
     margin: float = parameter(1.5, Number(1.0, 100.0), "Factor on the peak speeds and torques of the motion.")
     velocity_floor: float = parameter(1.0, Number(0.0, 1000.0, "rad/s", above=True), "Least speed limit [rad/s].")
@@ -121,6 +125,8 @@ class LimitOptions(Section):
 @dataclass(frozen=True)
 class SimulationOptions(Section):
     """What simulators ask for beyond the solids: the drives, in MJCF and SDF."""
+
+    panel = "Drives, for simulators"
 
     joint_damping: float = parameter(
         0.1, Number(0.0, 1e4, "N m s/rad"), "Viscous friction of a joint [N m s/rad]; MJCF and SDF."
@@ -152,6 +158,8 @@ class SimulationOptions(Section):
 @dataclass(frozen=True)
 class TagOptions(Section):
     """What the files say around the arm itself."""
+
+    panel = "Names and tags"
 
     name: str = parameter(DEFAULT_NAME, Text("a name"), "Name of the robot; made safe: letters, digits, underscores.")
     base_side: str = parameter(
@@ -225,12 +233,7 @@ def assumptions(options: RobotOptions | None = None) -> tuple[Assumption, ...]:
     chosen = options or RobotOptions()
     sections = (chosen.body, chosen.limits, chosen.simulation)
     return tuple(
-        Assumption(entry.name, getattr(section, entry.name), str(entry.metadata["doc"]), flag_name(entry.name))
+        Assumption(entry.name, getattr(section, entry.name), str(entry.metadata["doc"]), flag_name(entry))
         for section in sections
         for entry in dataclasses.fields(section)
     )
-
-
-def flag_name(name: str) -> str:
-    """An option as the command line calls it."""
-    return "--" + name.replace("_", "-")

@@ -87,6 +87,8 @@ class SearchResult:
 class NothingFoundError(SearchError):
     """No candidate of a whole search has reached the first frame."""
 
+    exit_code = 4
+
 
 class Search:
     """A search that goes one iteration at a time and can be put down and taken up between any two of them."""
@@ -314,8 +316,10 @@ def nothing_found(prepared: Prepared, nearest: float) -> NothingFoundError:
             fix="Raise fitness.reach_tolerance, use more joints (design.dof), or reach_frames = 'start'",
         )
     miss = f"the nearest stopped {nearest * 1e3:.1f} mm short" if np.isfinite(nearest) else "none came near it"
+    settings = prepared.settings.search
+    larger = "a larger --budget" if settings.has("budget") else "more --particles or --iterations"
     return NothingFoundError(
         f"no candidate brings its end-effector within {tolerance * 1e3:g} mm of the hand's first point: {miss}",
         value=nearest,
-        fix="Use more joints (design.dof), more particles or iterations, or wider bounds",
+        fix=f"Use more joints (--dof), {larger}, or wider bounds",
     )

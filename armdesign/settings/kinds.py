@@ -11,7 +11,7 @@ import math
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from armdesign.errors import SettingsError
 
@@ -134,9 +134,10 @@ class Switch(Kind):
 
 @dataclass(frozen=True)
 class Text(Kind):
-    """Free text."""
+    """Free text; ``example`` is how a flag's help writes it."""
 
     what: str = "a text"
+    example: str = "TEXT"
 
     def check(self, name: str, value: Any) -> str:  # noqa: ANN401
         """See Kind.check."""
@@ -211,7 +212,16 @@ class Table(Kind):
         return f"a table of entries, each {self.item.describe()}"
 
 
-def parameter(default: Any, kind: Kind, doc: str, *, optional: bool = False) -> Any:  # noqa: ANN401
+def parameter(
+    default: Any,  # noqa: ANN401
+    kind: Kind,
+    doc: str,
+    *,
+    optional: bool = False,
+    panel: str | None = None,
+    flag: str | None = None,
+    short: str | None = None,
+) -> Any:  # noqa: ANN401
     """Declare one parameter as a dataclass field.
 
     Args:
@@ -219,15 +229,34 @@ def parameter(default: Any, kind: Kind, doc: str, *, optional: bool = False) -> 
         kind: What values it takes.
         doc: One or two lines for the TOML comment and the manual, with the unit.
         optional: Whether None is allowed.
+        panel: Where the help of a command lists its flag; an entry without a panel has no flag, unless its section
+            has one for all entries.
+        flag: Its flag where that is not called like the entry.
+        short: What the flag's help says where ``doc`` is for a file of settings only.
     """
-    metadata = {"kind": kind, "doc": doc, "optional": optional}
+    metadata = {"kind": kind, "doc": doc, "optional": optional, "panel": panel, "flag": flag, "short": short}
     if isinstance(default, dict):
         return dataclasses.field(default_factory=lambda: dict(default), metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
 
 
+def flag_name(entry: dataclasses.Field[Any]) -> str:
+    """An entry as the command line calls it.
+
+    Args:
+        entry: A field made by :func:`parameter`.
+    """
+    return str(entry.metadata["flag"] or "--" + entry.name.replace("_", "-"))
+
+
 class Section:
-    """Base of the dataclasses made of parameters."""
+    """Base of the dataclasses made of parameters.
+
+    Attributes:
+        panel: Where the help of a command lists the flags of entries that name no panel of their own.
+    """
+
+    panel: ClassVar[str | None] = None
 
     def __post_init__(self) -> None:
         """Check and normalise every value.

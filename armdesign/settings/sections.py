@@ -30,6 +30,10 @@ from armdesign.settings.kinds import (
 
 DEGREES = Number(-360.0, 360.0, "deg")
 METRES = Number(0.0, 10.0, "m")
+RECORDING, POINTS, CLEANING, ARM, FITNESS, SEARCH, STOP = (
+    "Recording", "Points", "Cleaning", "Arm", "Fitness", "Search", "When to stop"
+)  # fmt: skip
+"""Panels of the command line's help."""
 
 
 @dataclass(frozen=True)
@@ -58,68 +62,81 @@ class Task(Section):
         optional=True,
     )  # fmt: skip
     units: str | None = parameter(
-        None, Text("m, cm, mm, in, or metres per unit as a number in quotes"),
-        "Unit of length of the recording; not set: what its file says.", optional=True,
+        None, Text("m, cm, mm, in, or metres per unit as a number in quotes", "m|cm|mm|in|X"),
+        "Unit of length of the recording; not set: what its file says.", optional=True, panel=RECORDING,
     )  # fmt: skip
     up: str | None = parameter(
         None, Choice(("x", "y", "z")), "Axis of the recording that points up; not set: what its file says.",
-        optional=True,
+        optional=True, panel=RECORDING,
     )  # fmt: skip
-    mirror: bool = parameter(False, Switch(), "Exchange left and right, to make a right arm of a left one.")
-    base: str | None = parameter(
-        None, Text("a point's name"), "Point the robot's base stands at, the shoulder; see points.", optional=True
+    mirror: bool = parameter(
+        False, Switch(), "Exchange left and right, to make a right arm of a left one.", panel=RECORDING
     )
+    base: str | None = parameter(
+        None, Text("a point's name", "NAME"), "Point the robot's base stands at, the shoulder; see points.",
+        optional=True, panel=POINTS,
+        short="Point the base stands at, the shoulder. 'origin': points count from it already.",
+    )  # fmt: skip
     points: tuple[str, ...] = parameter(
-        (), Several(Text("a point's name"), 0, 12),
+        (), Several(Text("a point's name", "NAME"), 0, 12),
         "Points to follow, from the shoulder to the hand, the hand last: names of the recording, or made of such, as\n"
         '["elbow=EPICl+EPICm", "hand=0.5*INDEX+0.5*LASTC"]. Empty: in plain CSV all but the base (by default the\n'
         "first) in their order, elsewhere a guess from the names.",
+        panel=POINTS, short="Points to follow, shoulder to hand: elbow,wrist,hand or elbow=EPICl+EPICm,...",
     )  # fmt: skip
     orientation: str | None = parameter(
-        None, Text("a point's name"),
+        None, Text("a point's name", "NAME"),
         "Point whose orientation the end-effector follows; where not set, the hand's if orientation_weight > 0.",
-        optional=True,
+        optional=True, panel=POINTS, short="Point whose orientation the end-effector follows.",
     )  # fmt: skip
     base_mode: str = parameter(
         "shoulder", Choice(("shoulder", "fixed")),
         "shoulder: every frame minus the base point in that frame (the paper).\n"
-        "fixed: minus its mean, so that hand paths stay where they are in the world.",
+        "fixed: minus its mean, so that hand paths stay where they are in the world.", panel=POINTS,
     )  # fmt: skip
     outliers: bool | None = parameter(
         None, Switch(), "Whether outliers become gaps (Hampel); not set: where the file is a capture system's.",
-        optional=True,
+        optional=True, panel=CLEANING,
     )  # fmt: skip
-    max_gap: float = parameter(0.2, Number(0.0, 60.0, "s"), "Longest gap that is filled [s].")
+    max_gap: float = parameter(0.2, Number(0.0, 60.0, "s"), "Longest gap that is filled [s].", panel=CLEANING)
     repeats: bool | None = parameter(
         None, Switch(),
         "Whether frames that repeat the one before are interpolated, up to max_gap; not set: as with outliers.",
-        optional=True,
+        optional=True, panel=CLEANING,
     )  # fmt: skip
     low_pass: float | Literal["off"] | None = parameter(
         None, Either(Number(0.0, 1e4, "Hz", above=True), "off"),
         "Cut-off of the zero-phase low-pass [Hz]; not set: 6 Hz where the file is a capture system's, else off.",
-        optional=True,
+        optional=True, panel=CLEANING,
     )  # fmt: skip
-    start: float | None = parameter(None, Number(unit="s"), "First time to use [s]; not set: the first.", optional=True)
-    stop: float | None = parameter(None, Number(unit="s"), "Last time to use [s]; not set: the last.", optional=True)
+    start: float | None = parameter(
+        None, Number(unit="s"), "First time to use [s]; not set: the first.", optional=True, panel=CLEANING,
+        flag="--from",
+    )  # fmt: skip
+    stop: float | None = parameter(
+        None, Number(unit="s"), "Last time to use [s]; not set: the last.", optional=True, panel=CLEANING, flag="--to"
+    )
     cut: tuple[tuple[float, float], ...] = parameter(
         (), Several(Interval(Number(unit="s")), 0, 20),
         "Bad stretches to cut out, as pairs of times [s]; only where the hand stands still.\n"
         "Example: cut = [[2.5, 3.1]]",
+        panel=CLEANING, short="Cut out the time from A to B [s], where the hand stands still. Repeatable.",
     )  # fmt: skip
     rate: float | None = parameter(
-        None, Number(0.0, 1e5, "Hz", above=True), "Rate to resample to [Hz]; not set: as recorded.", optional=True
-    )
+        None, Number(0.0, 1e5, "Hz", above=True), "Rate to resample to [Hz]; not set: as recorded.", optional=True,
+        panel=CLEANING,
+    )  # fmt: skip
     scale: float = parameter(
-        1.0, Number(0.0, 1e4, above=True), "Factor on all lengths, for a mock-up recorded at another size."
-    )
+        1.0, Number(0.0, 1e4, above=True), "Factor on all lengths, for a mock-up recorded at another size.",
+        panel=CLEANING,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Design(Section):
     """Freedom and limits of the arm (method sections 2 and 6)."""
 
-    dof: int = parameter(3, Number(1, 10, integer=True), "Number of joints n.")
+    dof: int = parameter(3, Number(1, 10, integer=True), "Number of joints n.", panel=ARM)
     alpha: tuple[float, float] = parameter((-90.0, 90.0), Interval(DEGREES), "Bounds of every twist alpha [deg].")
     a: tuple[float, float] = parameter((0.0, 0.5), Interval(METRES), "Bounds of every link length a_1..a_{n-1} [m].")
     d: tuple[float, float] = parameter((0.0, 0.5), Interval(METRES), "Bounds of every link offset d_1..d_{n-1} [m].")
@@ -157,10 +174,12 @@ class Fitness(Section):
     scenario: str = parameter(
         "packaging", Choice(("packaging", "welding")),
         "Published weights: packaging (position only) or welding (with orientation); weights below go over them.",
+        panel=FITNESS, short="Published weights: packaging, or welding with the orientation; --weights go over them.",
     )  # fmt: skip
     weights: tuple[float, ...] = parameter(
-        (), Several(Number(0.0, 1.0), 0, 12), "w_1..w_m, one per point; empty: those of the scenario."
-    )
+        (), Several(Number(0.0, 1.0), 0, 12), "w_1..w_m, one per point; empty: those of the scenario.", panel=FITNESS,
+        short="w_1,...,w_m, or w_0,w_1,...,w_m with the orientation's first; fractions allowed.",
+    )  # fmt: skip
     orientation_weight: float | None = parameter(
         None, Number(0.0, 1.0), "w_0; not set: that of the scenario. w_0 + w_1 + ... + w_m = 1.", optional=True
     )
@@ -197,7 +216,8 @@ class Fitness(Section):
     demonstrations: str | None = parameter(
         None, Choice(("mean", "worst")),
         "What counts of several demonstrations: the mean of their fitness, each counting the same, or the worst;\n"
-        "not set: the mean.", optional=True,
+        "not set: the mean.", optional=True, panel=FITNESS,
+        short="What counts of several demonstrations: their mean fitness, or the worst; not set: the mean.",
     )  # fmt: skip
 
 
@@ -253,12 +273,20 @@ class Search(Section):
     algorithm: str = parameter(
         "multibasin", Choice(tuple(ALGORITHM_SETTINGS)),
         "multibasin: descents by gradients in many basins, within the budget; rapso: the paper's RA-PSO; pso: both\n"
-        "take particles and iterations. Where those are set and no algorithm is, it is rapso.",
+        "take particles and iterations. Where those are set and no algorithm is, it is rapso.", panel=SEARCH,
     )  # fmt: skip
-    budget: int = parameter(25000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most.")
-    particles: int = parameter(400, Number(1, 10**6, integer=True), "N, number of particles.")
-    iterations: int = parameter(200, Number(1, 10**6, integer=True), "M, number of iterations.")
-    seed: int = parameter(0, Number(0, 2**63 - 1, integer=True), "Seed of the random numbers.")
+    budget: int = parameter(
+        25000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most.", panel=SEARCH
+    )
+    particles: int = parameter(
+        400, Number(1, 10**6, integer=True), "N, number of particles.", panel=SEARCH,
+        short="Number of particles N of a swarm; where given and no algorithm is, that is rapso.",
+    )  # fmt: skip
+    iterations: int = parameter(
+        200, Number(1, 10**6, integer=True), "M, number of iterations.", panel=SEARCH,
+        short="Number of iterations M of a swarm; where given and no algorithm is, that is rapso.",
+    )  # fmt: skip
+    seed: int = parameter(0, Number(0, 2**63 - 1, integer=True), "Seed of the random numbers.", panel=SEARCH)
     inertia: float = parameter(0.8, Number(0.0, 1.0), "w of eq. 7.")
     c1: float = parameter(0.4, Number(0.0, 10.0), "c_1 of eq. 7, pull to the particle's own best.")
     c2: float = parameter(0.6, Number(0.0, 10.0), "c_2 of eq. 7, pull to the swarm's best.")
@@ -274,14 +302,16 @@ class Search(Section):
     patience: int | None = parameter(
         None, Number(1, 10**6, integer=True),
         "Stop after this many iterations without a gain of 0.1 %; not set: never. Of multibasin 400 candidates count\n"
-        "as an iteration.", optional=True,
+        "as an iteration.", optional=True, panel=STOP,
     )  # fmt: skip
     target: float | None = parameter(
-        None, Number(0.0, 1e6, "m"), "Stop once the fitness r is this low [m]; not set: never.", optional=True
-    )
+        None, Number(0.0, 1e6, "m"), "Stop once the fitness r is this low [m]; not set: never.", optional=True,
+        panel=STOP,
+    )  # fmt: skip
     time_limit: float | None = parameter(
         None, Number(0.0, 1e9, "s", above=True),
-        "Stop after this time [s], the iteration at hand finished; not set: never.", optional=True,
+        "Stop after this time [s], the iteration at hand finished; not set: never.", optional=True, panel=STOP,
+        short="Stop after this time, the iteration at hand finished: 90s, 30m, 2h or 1d; not set: never.",
     )  # fmt: skip
     prune: bool = parameter(
         True, Switch(), "Drop a candidate once its partial sum passes its own best; changes nothing but the time."

@@ -55,7 +55,7 @@ def process(environment):
     def start(*args, code=COMMAND, **options):
         command = [sys.executable, "-c", code, *map(str, args)]
         return subprocess.run(
-            command, capture_output=True, text=True, check=False, env=environment, timeout=300, **options
+            command, capture_output=True, text=True, check=False, timeout=300, **({"env": environment} | options)
         )
 
     return start

@@ -1,67 +1,78 @@
+"""The help: every command is listed at once, and everything fits 80 columns."""
+
+import inspect
 import json
-import re
+import time
 
 import pytest
+from typer.main import get_command
 
 from armdesign._version import __version__
-from armdesign.cli import app
+from armdesign.cli import COMMANDS, app, load_command
 
-COMMANDS = ("search", "evaluate")
+GROUPS = ("recording", "study")
+WAYS = [
+    (),
+    *((name,) for name in COMMANDS),
+    *((group, name) for group in GROUPS for name in load_command(group).commands),
+]
+HEAVY = {"numpy", "scipy", "numba", "pinocchio", "matplotlib", "yourdfpy", "meshcat", "jinja2", "distributed"}
+LOADED = "import json, sys; print(json.dumps(sorted({name.split('.')[0] for name in sys.modules})))"
 
 
-@pytest.mark.parametrize(
-    "command", [(), *((name,) for name in COMMANDS)], ids=lambda command: " ".join(command) or "root"
-)
-def test_help_as_a_real_process(process, command):
-    outcome = process(*command, "--help")
-    assert outcome.returncode == 0
-    assert outcome.stderr == ""
+def loaded(process, code):
+    outcome = process(code=f"{code}\n{LOADED}")
+    assert outcome.returncode == 0, outcome.stderr
+    return set(json.loads(outcome.stdout.splitlines()[-1]))
+
+
+def command_at(way):
+    if not way:
+        return get_command(app)
+    command = load_command(way[0])
+    return command.commands[way[1]] if len(way) == 2 else command
+
+
+@pytest.mark.parametrize("way", WAYS, ids=" ".join)
+def test_help_is_whole_and_fits_80_columns(run, way):
+    outcome, short = run(*way, "--help"), run(*way, "-h")
+    assert (outcome.exit_code, short.output) == (0, outcome.output)
+    lines = outcome.output.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert not any(
+        line.endswith("...") and not line.endswith(",...") for line in lines if not line.startswith("Usage: ")
+    )
+    assert "\x1b" not in outcome.output
+    for parameter in command_at(way).params:
+        if parameter.param_type_name == "option":
+            assert parameter.help, parameter.name
+            assert max(parameter.opts, key=len) in outcome.output
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_line_in_the_list_is_the_first_of_the_command_s_own_help(name):
+    command = load_command(name)
+    assert COMMANDS[name][1] == inspect.cleandoc(command.help).splitlines()[0]
+
+
+def test_root_lists_every_command_with_its_line(run):
+    output = run("--help").output
+    assert output == run().output
+    for name, (_, line) in COMMANDS.items():
+        assert f"  {name:<12}  {line}\n" in output
+
+
+def test_help_and_version_as_real_processes_load_nothing_heavy_and_are_quick(process):
+    begun = time.process_time()
+    outcome = process("--help")
+    assert (outcome.returncode, outcome.stderr) == (0, "")
     assert "Usage: " in outcome.stdout
-    assert "--help" in outcome.stdout
-
-
-def test_help_of_the_root_names_every_command(run):
-    outcome = run("--help")
-    assert outcome.exit_code == 0
-    registered = [command.name or command.callback.__name__ for command in app.registered_commands]
-    assert set(registered) >= set(COMMANDS)
-    for name in registered:
-        assert re.search(rf"^ +{name} +\w", outcome.output, re.MULTILINE)
-
-
-@pytest.mark.parametrize(
-    ("command", "options"),
-    [
-        (
-            "search",
-            "--dof --algorithm --scenario --config --base --points --orientation --weights --particles --iterations "
-            "--seed --out --quiet --overwrite --write-config --holdout --demonstrations --within --enough",
-        ),
-        (
-            "evaluate",
-            "--convention --scenario --config --base --points --orientation --weights --out --overwrite --quiet",
-        ),
-    ],
-)
-def test_help_documents_every_option(run, command, options):
-    outcome = run(command, "--help")
-    assert outcome.exit_code == 0
-    for option in options.split():
-        assert re.search(rf"{option}\b.*\w{{3,}}", outcome.output), option
-
-
-def test_command_without_help_text_does_not_exist():
-    for command in app.registered_commands:
-        assert command.callback.__doc__
-
-
-def test_version_as_a_real_process(process):
     outcome = process("--version")
     assert (outcome.returncode, outcome.stdout, outcome.stderr) == (0, f"armdesign {__version__}\n", "")
-
-
-def test_no_command_shows_the_help(run):
-    assert "Usage:" in run().output
+    code = "from armdesign.cli import app\nimport contextlib, io\nwith contextlib.redirect_stdout(io.StringIO()):\n"
+    for args in (["--version"], ["--help"]):
+        assert not HEAVY & loaded(process, f"{code}    app({args!r}, standalone_mode=False)")
+    assert time.process_time() - begun < 10.0
 
 
 @pytest.mark.parametrize("args", [("serach",), ("search", "--dofs", "3"), ("evaluate",)])
@@ -72,27 +83,18 @@ def test_wrong_words_are_refused_without_a_traceback(run, args):
     assert "Error" in outcome.output
 
 
-HEAVY = {"numpy", "scipy", "numba", "pinocchio", "matplotlib", "yourdfpy", "meshcat", "jinja2"}
-LOADED = "import json, sys; print(json.dumps(sorted({name.split('.')[0] for name in sys.modules})))"
+def test_completion_knows_commands_options_and_choices(process, environment):
+    def completed(words):
+        asked = {"_ARMDESIGN_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
+        outcome = process(env=environment | asked)
+        return outcome.stdout.split()
+
+    assert "search" in completed("armdesign sea")
+    assert "--algorithm" in completed("armdesign search --alg")
+    assert completed("armdesign search --algorithm r") == ["rapso"]
 
 
-def loaded(process, code):
-    outcome = process(code=f"{code}\n{LOADED}")
-    assert outcome.returncode == 0, outcome.stderr
-    return set(json.loads(outcome.stdout.splitlines()[-1]))
-
-
-def test_import_of_the_package_and_of_the_commands_is_light(process):
-    assert not HEAVY & loaded(process, "import armdesign, armdesign.cli")
-
-
-def test_version_and_settings_are_printed_without_loading_anything_heavy(process):
-    code = "from armdesign.cli import app\nimport contextlib, io\nwith contextlib.redirect_stdout(io.StringIO()):\n"
-    for args in (["--version"], ["search", "--write-config"], ["search", "--help"]):
-        assert not HEAVY & loaded(process, f"{code}    app({args!r}, standalone_mode=False)")
-
-
-def test_public_names_come_from_where_they_live(process):
+def test_public_names_come_from_where_they_are_defined(process):
     code = "import armdesign\nassert all(getattr(armdesign, name) is not None for name in armdesign.__all__)"
     assert process(code=code).returncode == 0
     with pytest.raises(AttributeError, match="nonsense"):

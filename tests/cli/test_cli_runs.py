@@ -67,10 +67,11 @@ def test_previous_state_serves_where_the_newest_cannot_be_read(begun, line, plac
     assert line(place, "run")[3] == "3/50"
 
 
-def test_search_that_goes_on_names_its_process(begun, line, place):
+def test_search_that_goes_on_names_its_process(run, begun, line, place):
     shutil.copytree(begun, place / "run")
     with locked(place / "run"):
-        assert line(place, "run")[1].startswith(f"running by process {os.getpid()} on ")
+        assert line(place, "run")[1] == "running"
+        assert f"running by process {os.getpid()} on " in run("runs", place).output
     assert line(place, "run")[1] == "stopped"
 
 
@@ -89,7 +90,7 @@ def test_interrupted_search_stands_where_its_state_stands(begun, packaged, line,
 
 def test_search_without_a_find_has_failed(run, packaging, place, line):
     assert (
-        run("search", packaging, "--dof", 2, "--particles", 4, "--iterations", 2, "--out", "runs/none").exit_code == 2
+        run("search", packaging, "--dof", 2, "--particles", 4, "--iterations", 2, "--out", "runs/none").exit_code == 4
     )
     assert line("runs", "none")[1:4] == ["failed", "-", "2/2"]
 

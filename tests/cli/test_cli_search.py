@@ -25,7 +25,7 @@ def settings_of(run, place, packaging, small):
 
 def test_progress_speaks_the_paper_s_terms(packaged):
     _, outcome = packaged
-    pattern = r"iteration 3/3  r 0\.\d{4}  f \d+\.\d\d mm  E \d+\.\d\d mm  valid \d+/10  0:00 left"
+    pattern = r"iteration 3/3  r 0\.\d{4}  f \d+\.\d, E \d+\.\d mm  valid \d+  0:00 left"
     assert re.search(pattern, outcome.output)
 
 

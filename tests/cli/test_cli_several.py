@@ -44,7 +44,7 @@ def test_the_table_at_the_end_tells_of_each(searched):
     names = ("a.csv", "b.csv", "d.csv, held out")
     for name, entry in zip(names, [*result["demonstrations"], *result["holdout"]], strict=True):
         r, f, E = entry["fitness"], 1e3 * entry["path_fitness"], 1e3 * entry["area"]
-        assert re.search(rf"^ +{re.escape(name)} +{r:.4f} +{f:.2f} +{E:.2f} +100  ", output, re.MULTILINE)
+        assert re.search(rf"^{re.escape(name)} +{r:.4f} +{f:.2f} +{E:.2f} +100  ", output, re.MULTILINE)
     assert result["fitness"] == max(entry["fitness"] for entry in result["demonstrations"])
     for name in ("demonstration_2", "holdout_1"):
         assert f"  {folder / name}\n" in output
@@ -155,7 +155,7 @@ def test_a_demonstration_counts_once(refused, takes, place, monkeypatch):
 
 @pytest.mark.parametrize("dof", ["three", "3.5", "", "0", "11", "-2", "auto5"])
 def test_numbers_of_joints_that_are_none(refused, takes, dof):
-    assert "allowed: a whole number from 1 to 10, or auto" in refused("search", takes / "a.csv", "--dof", dof)
+    assert "allowed: a whole number from 1 to 10" in refused("search", takes / "a.csv", "--dof", dof)
 
 
 def test_a_demonstration_without_orientation_is_named(refused, welding, place):
@@ -172,6 +172,8 @@ def test_frames_and_rates_may_differ(run, takes, place):
     write_plain_csv(place / "short.csv", Recording(np.array(recording.time[:60:2]), points))
     outcome = run("search", takes / "a.csv", "short.csv", *FLAGS, "--out", "run")
     assert outcome.exit_code == 0, outcome.output
-    assert "not the same speed in all demonstrations: 500 deg/s in a.csv; 250 deg/s in short.csv" in outcome.output
+    assert "not the same speed in all demonstrations: 500 deg/s in a.csv; 250 deg/s in short.csv" in " ".join(
+        outcome.output.split()
+    )
     frames = [entry["frames"] for entry in json.loads((place / "run" / "result.json").read_text())["demonstrations"]]
     assert frames == [100, 30]

@@ -110,13 +110,13 @@ def test_dry_run_prints_the_runs_and_a_time_and_writes_nothing(run, packaging, p
     assert outcome.exit_code == 0, outcome.output
     assert not list(place.iterdir())
     assert "12 runs in s, 0 of them finished:" in outcome.output
-    lines = re.findall(r"^  (packaging-\S+) +new +about (\d+:\d\d)$", outcome.output, re.MULTILINE)
+    lines = re.findall(r"^(packaging-\S+) +new +about (\d+:\d\d)$", outcome.output, re.MULTILINE)
     assert [name for name, _ in lines] == [
         f"packaging-{kind}-seed{seed}"
         for kind in ("rapso-n4-D2", "rapso-n4-D4", "rapso-n5-D2", "rapso-n5-D4", "pso-n4", "pso-n5")
         for seed in (0, 1)
     ]
-    assert re.search(r"An estimate, .*: about \d+:\d\d with 3 at a time", outcome.output)
+    assert re.search(r"An estimate, .*: about \d+:\d\d with 3 at a time", " ".join(outcome.output.split()))
 
 
 def test_dry_run_of_a_sweep_that_is_there_leaves_it_alone(run, done, packaging, place):
@@ -124,7 +124,8 @@ def test_dry_run_of_a_sweep_that_is_there_leaves_it_alone(run, done, packaging, 
     before = stamps(folder)
     ask = ("sweep", packaging, "--dof", 4, *TINY, "--out", "s", "--dry-run")
     outcome = run(*ask, "--seeds", "7-8")
-    assert "2 runs in s, 1 of them finished:\n  packaging-rapso-n4-D2-seed7  finished\n" in outcome.output
+    assert "2 runs in s, 1 of them finished:\n" in outcome.output
+    assert re.search(r"^packaging-rapso-n4-D2-seed7 +finished +-$", outcome.output, re.MULTILINE)
     assert re.search(r"seed8 +new +about", outcome.output)
     assert "0 of them finished" not in run("sweep", "--resume", "s", "--dry-run").output
     assert run(*ask, "--seeds", 1).exit_code == 2
@@ -150,8 +151,8 @@ def test_dry_run_knows_more_candidates_and_pso_as_longer(packaging):
     assert Estimate((1.0, 5.0, 3.0), ()).total(100) == 5.0
 
 
-def test_line_in_a_terminal_changes_once_a_second_and_is_gone_at_the_end(monkeypatch):
-    from armdesign.cli.sweep_progress import SweepLine  # noqa: PLC0415
+def test_bar_in_a_terminal_is_below_the_runs_that_have_ended(monkeypatch):
+    from armdesign.cli.sweep_progress import SweepBar  # noqa: PLC0415
     from armdesign.experiments.sweep import Outcome, Standing  # noqa: PLC0415
     from armdesign.search.search import Progress  # noqa: PLC0415
 
@@ -159,13 +160,13 @@ def test_line_in_a_terminal_changes_once_a_second_and_is_gone_at_the_end(monkeyp
     monkeypatch.setattr(stream, "isatty", lambda: True)
     monkeypatch.setattr("sys.stderr", stream)
     monkeypatch.setenv("COLUMNS", "60")
-    line = SweepLine()
-    for k in range(5):
-        line(Standing(2, 1, 0, {"a-run": Progress(7 + k, 20, 0.5, 0.1, 0.1, 3, 8, 1.0), "x" * 80: None}, left=61.0))
-    shown = stream.getvalue().removeprefix("\r\x1b[2K")
-    assert shown == ("1/2 runs  1:01 left  a-run 7/20 r 0.5000 | " + "x" * 80)[:59]
-    line(Standing(2, 1, 1, {}, None, "a-run", Outcome("failed", "it was in vain")))
-    assert stream.getvalue().endswith("\r\x1b[2K2/2 runs (1 failed)  a-run  failed: it was in vain\n")
+    monkeypatch.setenv("TERM", "dumb")
+    with SweepBar() as bar:
+        bar(Standing(2, 1, 0, {"a-run": Progress(7, 20, 0.5, 0.1, 0.1, 3, 8, 1.0), "x" * 80: None}, left=61.0))
+        bar(Standing(2, 1, 1, {}, None, "a-run", Outcome("failed", "it was in vain")))
+    lines = stream.getvalue().splitlines()
+    assert "2/2 runs (1 failed)  a-run  failed: it was in vain" in lines
+    assert all(len(line) <= 60 for line in lines)
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.cli.common import ProgressLine
-from armdesign.cli.sweep_progress import SweepLine
-from armdesign.cli.task_flags import TaskFlags
+from armdesign.cli.screen import SearchBar
+from armdesign.cli.setting_flags import flagged
+from armdesign.cli.sweep_progress import SweepBar
 from armdesign.search.search import Progress
 from armdesign.settings.sections import Task as TaskSettings
 
@@ -61,7 +61,7 @@ def test_flags_go_over_the_file(run, place):
 
 
 def test_every_task_setting_but_the_files_has_a_flag():
-    assert set(TaskSettings.names()) - set(TaskFlags.__dataclass_fields__) == {
+    assert set(TaskSettings.names()) - set(flagged(TaskSettings)) == {
         *("recording", "files", "file_rate"),  # which files: arguments, or the settings
         *("more_recordings", "holdouts"),
     }
@@ -78,10 +78,10 @@ def test_every_command_has_all_of_them(run, command):
 @pytest.mark.parametrize(
     ("flags", "message"),
     [
-        (("--low-pass", "often"), "--low-pass is 'often'; allowed: a cut-off in Hz such as 6, or off"),
+        (("--low-pass", "often"), "--low-pass is 'often'; allowed: a number above 0 up to 10000 Hz, or \"off\""),
         (("--low-pass", "-1"), "'task.low_pass' is -1.0; allowed: a number above 0 up to 10000 Hz, or \"off\""),
-        (("--cut", "3"), "--cut is '3'; allowed: two times A:B in seconds such as 2.5:3.1"),
-        (("--cut", "a:b"), "--cut is 'a:b'; allowed: two times A:B"),
+        (("--cut", "3"), "--cut is '3'; allowed: two numbers A:B such as 2.5:3.1"),
+        (("--cut", "a:b"), "--cut is 'a:b'; allowed: two numbers A:B"),
         (("--cut", "2:1"), r"'task.cut\[0\]' is \[2.0, 1.0\]: its bounds are upside down"),
         (("--cut", "0.5:9"), "cut 0.5:9 reaches an end of the recording"),
         (("--cut", "0.5:1.0"), r"cannot be cut out, '\w+' moves by \d+ mm; allowed: at most 5 mm"),
@@ -219,18 +219,16 @@ class Terminal:
         return True
 
 
-def test_what_follows_a_progress_line_begins_on_a_line_of_its_own(monkeypatch):
+def test_what_follows_a_bar_begins_on_a_line_of_its_own(monkeypatch):
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
-    progress = Progress(1, 9, 1.0, 0.1, 0.1, 1, 1, 1.0)
-    with ProgressLine() as line:
-        line(progress)
-    assert terminal.text.endswith("left\n")
-    with ProgressLine() as line:
-        line(Progress(9, 9, 1.0, 0.1, 0.1, 1, 1, 1.0))
-    assert terminal.text.endswith("left\n")
-    assert not terminal.text.endswith("\n\n")
+    for iteration in (1, 9):
+        with SearchBar() as bar:
+            bar(Progress(iteration, 9, 1.0, 0.1, 0.1, 1, 1, 1.0))
+        shown = re.sub(r"\x1b\[[?\d;]*[a-zA-Z]", "", terminal.text)
+        assert shown.splitlines()[-1].endswith("left")
+        assert shown.endswith("\n")
     before = terminal.text
-    with ProgressLine(), SweepLine():
+    with SearchBar(), SweepBar():
         pass
     assert terminal.text == before

@@ -6,7 +6,8 @@ import pytest
 import survival_runs as runs
 
 from armdesign.runs.checkpoint import pack, unpack
-from armdesign.cli.common import seconds
+from armdesign.cli.setting_flags import read_flag
+from armdesign.settings.kinds import Number
 from armdesign.search.backends import InProcess
 from armdesign.errors import SettingsError
 from armdesign.search.search import Search, stalled
@@ -97,16 +98,16 @@ def test_a_killed_search_stops_by_the_same_rule_after_resuming(tmp_path, begin, 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
-    [("90", 90.0), ("90s", 90.0), ("0.5s", 0.5), ("30m", 1800.0), ("2h", 7200.0), ("1.5d", 129600.0), (None, None)],
+    [("90", 90.0), ("90s", 90.0), ("0.5s", 0.5), ("30m", 1800.0), ("2h", 7200.0), ("1.5d", 129600.0)],
 )
 def test_durations(text, expected):
-    assert seconds(text) == expected
+    assert read_flag(Number(unit="s"), text, "--time-limit") == expected
 
 
 @pytest.mark.parametrize("text", ["", "m", "abc", "5w", "1h30m", "1:30", "3 0m", "--"])
 def test_what_is_no_duration_is_refused_with_an_example(text):
     with pytest.raises(SettingsError, match="30m"):
-        seconds(text)
+        read_flag(Number(unit="s"), text, "--time-limit")
 
 
 @pytest.mark.parametrize(

@@ -1,25 +1,24 @@
-"""How the commands come to their demonstrations: files named on the command line or in the settings, read."""
+"""The recordings that a command works on: named on the command line or in the settings, and read."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from armdesign.cli.common import with_weights
+from armdesign.cli.command_options import with_weights
+from armdesign.demonstration import Recording, read_recording, read_recordings
 from armdesign.errors import SettingsError
+from armdesign.search.demonstrations import alone, prepare_several
+from armdesign.search.prepare import ORIGIN, Prepared, choose
 from armdesign.settings.kinds import is_unicode
-
-if TYPE_CHECKING:
-    from armdesign.demonstration import Recording
-    from armdesign.search.prepare import Prepared
-    from armdesign.settings.sections import Settings
+from armdesign.settings.sections import Settings
 
 
 @dataclass(frozen=True)
-class Asked:
-    """The demonstrations that were asked for, read.
+class Demonstrations:
+    """The demonstrations of a command, read.
 
     Attributes:
         source: What runs are named after.
@@ -35,8 +34,6 @@ class Asked:
 
     def prepared(self, dof: int | None = None, *, longest: float | None = None) -> Prepared:
         """Task and settings, for another number of joints than that of the settings where one is given."""
-        from armdesign.search.demonstrations import prepare_several  # noqa: PLC0415
-
         settings = self.settings if dof is None else self.settings.replace({"design": {"dof": dof}})
         return prepare_several(self.seen, settings, holdouts=self.unseen, longest=longest)
 
@@ -45,20 +42,18 @@ def open_demonstrations(
     recordings: Sequence[Path] | None,
     settings: Settings,
     scenario: str | None,
-    weights: str | None,
+    weights: list[float] | None,
     command: str = "search",
-) -> Asked:
+) -> Demonstrations:
     """Read all demonstrations, and settle the settings that depend on the first's points.
 
     Args:
-        recordings: Those on the command line; they stand in place of those in the settings.
+        recordings: Those on the command line, which replace those in the settings.
         settings: The settings.
         scenario: What --scenario says.
         weights: What --weights says.
         command: How to write the command.
     """
-    from armdesign.search.demonstrations import alone  # noqa: PLC0415
-
     first = recordings[0] if recordings else None
     others = [str(path) for path in recordings[1:]] if recordings else list(settings.task.more_recordings or ())
     unseen = list(settings.task.holdouts or ())
@@ -76,7 +71,7 @@ def open_demonstrations(
     held = tuple(map(read, unseen))
     paths = {"more_recordings": resolved(others), "holdouts": resolved(unseen)}
     counted_how = {"demonstrations": settings.fitness.demonstrations}
-    return Asked(source, seen, held, single.replace({"task": paths, "fitness": counted_how}))
+    return Demonstrations(source, seen, held, single.replace({"task": paths, "fitness": counted_how}))
 
 
 def resolved(paths: Sequence[str]) -> list[str] | None:
@@ -113,15 +108,24 @@ def check_name(path: str) -> None:
 
 
 def open_recording(
-    recording: Path | None, settings: Settings, scenario: str | None, weights: str | None, command: str = "search"
+    recording: Path | None,
+    settings: Settings,
+    scenario: str | None,
+    weights: list[float] | None,
+    command: str = "search",
 ) -> tuple[Path, Recording, Settings]:
     """Read the recording, and settle the settings that depend on its points.
+
+    Args:
+        recording: The one on the command line; None for that in the settings.
+        settings: The settings.
+        scenario: What --scenario says.
+        weights: What --weights says.
+        command: How to write the command.
 
     Returns:
         What runs are named after, the recording, and the settings with the paths it was read from.
     """
-    from armdesign.search.prepare import choose  # noqa: PLC0415
-
     task = settings.task
     if recording is not None:
         check_name(str(recording))
@@ -165,9 +169,6 @@ def named_source(settings: Settings, command: str) -> Path:
 
 def read_demonstration(settings: Settings) -> Recording:
     """The recording that the settings name; units and axes do not count where points count from the base already."""
-    from armdesign.demonstration import read_recording, read_recordings  # noqa: PLC0415
-    from armdesign.search.prepare import ORIGIN  # noqa: PLC0415
-
     task = settings.task
     relative = task.base == ORIGIN
     units, up, mirror = (None, None, False) if relative else (task.units, task.up, task.mirror)

@@ -1,0 +1,77 @@
+"""Errors of the commands: one sentence and an exit code; what may not be given together; outputs that are there."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+import typer
+
+from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
+
+Arguments = ParamSpec("Arguments")
+Outcome = TypeVar("Outcome")
+INTERRUPTED = 130
+RESUME_FLAGS = ("resume", "workers", "cluster", "quiet", "dry_run", "report")
+"""What may be given with --resume."""
+
+
+def one_sentence_errors(command: Callable[Arguments, Outcome]) -> Callable[Arguments, Outcome]:
+    """Turn errors for bad input into one sentence on stderr and exit code 2, Ctrl-C into 130."""
+
+    @functools.wraps(command)
+    def wrapped(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Outcome:
+        try:
+            return command(*args, **kwargs)
+        except ArmDesignError as error:
+            typer.echo(f"armdesign: {error}", err=True)
+            raise typer.Exit(error.exit_code) from error
+        except KeyboardInterrupt as error:
+            typer.echo("armdesign: stopped", err=True)
+            raise typer.Exit(INTERRUPTED) from error
+
+    return wrapped
+
+
+def refuse_beside_resume(context: typer.Context, what: str, fix: str, also: tuple[str, ...] = ()) -> None:
+    """See that nothing is given beside --resume that would change what is computed.
+
+    Args:
+        context: The command's context.
+        what: What is resumed, "a search" or "a sweep".
+        fix: What to do instead.
+        also: Further parameters that may be given.
+
+    Raises:
+        SettingsError: Another flag or argument was given.
+    """
+    given = [
+        max(parameter.opts, key=len)
+        if str(parameter.opts[0]).startswith("-")
+        else f"the {str(parameter.name).removesuffix('s')}"
+        for parameter in context.command.params
+        if parameter.name not in (*RESUME_FLAGS, *also) and was_given(context, str(parameter.name))
+    ]
+    if given:
+        message = f"--resume goes on with {what} as it was asked for, but {', '.join(given)} is given as well"
+        raise SettingsError(message, value=given, fix=fix)
+
+
+def was_given(context: typer.Context, name: str) -> bool:
+    """Whether a parameter was written on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
+
+
+def refuse_existing(*targets: Path, overwrite: bool) -> None:
+    """Turn away outputs that are there already, before any work is done.
+
+    Raises:
+        RunFolderError: One of them exists and may not be replaced.
+    """
+    for target in targets:
+        if target.exists() and not overwrite:
+            fix = "Use --overwrite to replace it, or give another name"
+            raise RunFolderError(f"{target} is there already", value=str(target), fix=fix)

@@ -1,0 +1,58 @@
+"""Options that several commands share, and the settings that flags and a settings file make together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from armdesign.settings.sections import Settings, read_settings
+
+OUTPUT = "Output"
+"""Panel of the options on what is written and printed."""
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option("--config", metavar="FILE", help="TOML file with any of the settings; flags go over it."),
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no table.", rich_help_panel=OUTPUT)]
+OverwriteOption = Annotated[
+    bool, typer.Option("--overwrite", help="Replace the run in the output folder.", rich_help_panel=OUTPUT)
+]
+
+
+def settings_from_flags(config: Path | None, given: Mapping[str, Mapping[str, Any]]) -> Settings:
+    """Settings of the file, with the flags that were given over them.
+
+    Args:
+        config: The file; None for the published settings.
+        given: Values by section and entry; None where nothing was given.
+    """
+    settings = Settings() if config is None else read_settings(config)
+    changes = {
+        section: {name: value for name, value in entries.items() if value is not None}
+        if isinstance(entries, Mapping)
+        else entries
+        for section, entries in given.items()
+    }
+    return settings.replace(changes)
+
+
+def with_weights(
+    settings: Settings, scenario: str | None, weights: list[float] | None, point_count: Callable[[], int]
+) -> Settings:
+    """Settings with the weights of the flags: --weights as given, --scenario instead of the file's.
+
+    Args:
+        settings: The settings.
+        scenario: What --scenario says.
+        weights: What --weights says.
+        point_count: Gives the number of points; asked only where it decides which weight is the orientation's.
+    """
+    if scenario is not None:
+        settings = settings.replace({"fitness": {"scenario": scenario, "weights": (), "orientation_weight": None}})
+    if weights is None:
+        return settings
+    w_0, w = (weights[0], weights[1:]) if len(weights) == point_count() + 1 else (0.0, weights)
+    return settings.replace({"fitness": {"weights": w, "orientation_weight": w_0}})

@@ -1,0 +1,104 @@
+"""Who evaluates the candidates of a command: this process, worker processes, or a cluster."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from armdesign.cli.screen import say
+from armdesign.errors import SettingsError
+from armdesign.search.backends import Backend, InProcess, WorkerPool
+from armdesign.search.backends.processes import available_cores
+from armdesign.search.prepare import Prepared
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+COMPUTING = "Computing"
+"""Panel of the options below."""
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        "--workers", metavar="N", rich_help_panel=COMPUTING,
+        help="Worker processes on this machine; default: all cores where it pays.",
+    ),
+]  # fmt: skip
+ClusterOption = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster", metavar="ADDRESS", rich_help_panel=COMPUTING,
+        help="Dask scheduler whose workers evaluate instead of this machine's cores, e.g. tcp://host:8786.",
+    ),
+]  # fmt: skip
+PAYS_PER_WORKER = 2000
+"""Candidates a search must have per worker before a further process pays for its start."""
+
+
+def check_workers(workers: int | None, cluster: str | None) -> None:
+    """Refuse workers that cannot be, and a cluster that does not answer, before anything is written.
+
+    Args:
+        workers: What --workers says.
+        cluster: What --cluster says.
+
+    Raises:
+        SettingsError: A number of workers below 1, workers and a cluster at once, or an address that is none.
+        MissingExtraError: Dask distributed is not installed.
+        SearchError: No scheduler answers at the address.
+    """
+    if workers is not None and workers < 1:
+        raise SettingsError(f"--workers is {workers}", value=workers, allowed="a whole number of at least 1")
+    if workers is not None and cluster is not None:
+        raise SettingsError("--workers and --cluster are given", fix="A cluster brings its own workers; leave one out")
+    if cluster is not None:
+        from armdesign.search.backends.dask_connection import check_address  # noqa: PLC0415 (an optional extra)
+
+        check_address(cluster)
+
+
+def open_backend(
+    prepared: Prepared, workers: int | None, cluster: str | None = None
+) -> AbstractContextManager[Backend]:
+    """The backend of a search: a cluster, or as many worker processes as asked for, by default as many as pay.
+
+    Args:
+        prepared: Task and settings.
+        workers: Number of processes; None for as many as pay.
+        cluster: Address of a Dask scheduler.
+    """
+    check_workers(workers, None if workers is None else cluster)
+    if cluster is not None:
+        return open_cluster(prepared, cluster)
+    paying = prepared.settings.search.candidates // PAYS_PER_WORKER
+    count = workers if workers is not None else max(1, min(available_cores(), paying))
+    return InProcess(prepared) if count == 1 else WorkerPool(prepared, count)
+
+
+@contextmanager
+def open_cluster(prepared: Prepared, address: str) -> Iterator[Backend]:
+    """The workers of a Dask scheduler as a backend; see ``cluster_client``."""
+    from armdesign.search.backends.dask_cluster import DaskCluster  # noqa: PLC0415 (an optional extra)
+
+    with cluster_client(address) as client, DaskCluster(client, prepared, say=say) as backend:
+        yield backend
+
+
+@contextmanager
+def cluster_client(address: str) -> Iterator[Client]:
+    """A connection to a Dask scheduler; waits for its first worker and says so.
+
+    Raises:
+        MissingExtraError: Dask distributed is not installed.
+        SettingsError: The address is none.
+        SearchError: No scheduler answers there, or its workers run another version.
+    """
+    from armdesign.search.backends.dask_connection import connect  # noqa: PLC0415 (an optional extra)
+
+    for name in ("distributed", "distributed.client"):  # what goes wrong comes as a sentence
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    with connect(address, say=say) as client:
+        yield client
