@@ -1,10 +1,14 @@
 """Many local descents side by side: gradients, quasi-Newton steps in a box and a slab.
 
-Every descent is at its own place; all of them ask at once for one step each, which is taken where it is better.
-Gradients come with the values of the steps, or from probes by forward differences. A step that is not taken teaches
-something, too: the change of the gradient along it, which across a kink is steep, so that the next one goes along the
-kink (Lewis and Overton 2013, Nonsmooth optimization via quasi-Newton methods). What a descent costs beyond its gain
-is cut: after a few rounds the worse ones are given up, later those that hardly move.
+Every descent is at its own place; all of them ask at once, phase by phase:
+
+    SLOPE    where they begin, their gradients are asked for; without an answer they probe from then on
+    PROBE    forward differences around each that has moved (RETRY: in the other direction where there was no value)
+    STEP     one step of each, taken where it is better; with gradients the next phase is STEP again, else PROBE
+
+A step that is not taken teaches something, too: the change of the gradient along it, which across a kink is steep, so
+that the next one goes along the kink (Lewis and Overton 2013, Nonsmooth optimization via quasi-Newton methods). What a
+descent costs beyond its gain is cut: after a few rounds the worse ones are given up, later those that hardly move.
 """
 
 from __future__ import annotations
@@ -14,7 +18,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.swarm import saved
@@ -22,11 +25,13 @@ from armdesign.swarm.checks import Mask
 from armdesign.swarm.quasi_newton import best_steps, updated
 from armdesign.swarm.region import Region
 
-PROBE = 3e-4
+SLOPE, PROBE, RETRY, STEP = "slope", "probe", "retry", "step"
+REACH = 3e-4
 """Length of the probes in unit coordinates: far above the solver's tolerance, far below a basin's width."""
 STEEPEST = 50.0
-"""Largest slope taken seriously, as of a jump within the probe."""
+"""Largest slope taken seriously: beyond it the probe has met a jump."""
 LONGEST, SHORTEST = 0.3, 1e-6
+"""Largest step, and the length below which a descent has ended, in unit coordinates."""
 GROW, SHRINK = 2.0, 0.5
 GOOD, POOR = 0.5, 0.2
 """Shares of the gain which the model promises, from which the next step may be longer, or below which shorter."""
@@ -34,9 +39,11 @@ GOOD, POOR = 0.5, 0.2
 
 @dataclass(frozen=True)
 class Patience:
-    """When a descent is given up.
+    """How descents begin, and when one is given up.
 
     Attributes:
+        reach: Length of the first step in unit coordinates.
+        bar: A fitness that is good enough to be among the best: not given up at ``halve_at``.
         halve_at: Round after which only the better ones go on.
         keep: Share of them.
         window: Rounds over which it has to gain ...
@@ -45,6 +52,8 @@ class Patience:
         rounds: Most rounds.
     """
 
+    reach: float = 0.1
+    bar: float = -np.inf
     halve_at: int = 8
     keep: float = 0.5
     window: int = 8
@@ -54,9 +63,11 @@ class Patience:
 
 
 class Descents:
-    """M descents in lockstep: ask for ``probes`` or ``steps``, then tell the values of what was asked.
+    """M descents in lockstep, asked and told like a search; L of them are live.
 
     Attributes:
+        phase: What they ask for next.
+        sloped: Whether gradients come with the values; found out in the phase SLOPE.
         U: Where they are, unit coordinates, shape (M, K).
         value: Fitness there, shape (M,).
         hint: The hint of that value, handed on with every probe, shape (M, H).
@@ -65,7 +76,7 @@ class Descents:
     """
 
     def __init__(
-        self, region: Region, U: Array, value: Array, hint: Array, reach: float, patience: Patience, bar: float
+        self, region: Region, U: Array, value: Array, hint: Array, patience: Patience, *, sloped: bool = False
     ) -> None:
         """Begin.
 
@@ -74,72 +85,109 @@ class Descents:
             U: Where to begin, shape (M, K).
             value: Fitness there, shape (M,).
             hint: Hints, shape (M, H).
-            reach: Length of the first step in unit coordinates.
-            patience: When to give up.
-            bar: A fitness that is good enough to be among the best: not given up at ``halve_at``.
+            patience: How to begin and when to give up.
+            sloped: Whether gradients may come with the values.
         """
         count, size = U.shape
-        self.region, self.patience, self.bar = region, patience, bar
+        self.region, self.patience, self.sloped = region, patience, sloped
         self.U, self.value, self.hint = U.copy(), value.copy(), hint.copy()
-        self.B = np.tile(np.eye(size), (count, 1, 1))
-        self.gradient, self.last = np.zeros((count, size)), np.zeros((count, size))
-        self.reach = np.full(count, reach)
+        self.B = np.tile(np.eye(size), (count, 1, 1))  # (M, K, K), curvatures
+        self.gradient = np.zeros((count, size))
+        self.last = np.zeros((count, size))  # the last step, 0 where it was not taken
+        self.reach = np.full(count, patience.reach)
         self.live: Mask = np.ones(count, dtype=bool)
         self.curved: Mask = np.zeros(count, dtype=bool)  # whether B has seen a change of gradient
         self.trace = value[None].copy()  # values of the last rounds, newest last
         self.round = 0
+        self.phase = SLOPE
+        self.signs = self.slopes = np.zeros((0, size))  # (L, K): directions of the probes; gradients known so far
+        if not sloped:
+            self._begin_probes()
+
+    # ------------------------------------------------------------------ ask and tell
+
+    def ask(self) -> tuple[Array, Array]:
+        """What the present phase wants to know.
+
+        Returns:
+            Unit coordinates, shape (N, K), and hints, shape (N, H).
+        """
+        live, (rows, entries) = self.live, np.nonzero(self.signs)
+        if self.phase == SLOPE:
+            return self.U[live], self.hint[live]
+        if self.phase == STEP:
+            # so far inside the slab that no probe leaves it
+            margin = REACH * float(self.region.weights.max(initial=0.0)) + 1e-9
+            moves = best_steps(self.region, self.U[live], self.gradient[live], self.B[live], self.reach[live], margin)
+            return np.clip(self.U[live] + moves, 0.0, 1.0), self.hint[live]
+        owners = np.flatnonzero(live)[rows]
+        U = self.U[owners]
+        U[np.arange(len(rows)), entries] += self.signs[rows, entries] * REACH
+        return np.clip(U, 0.0, 1.0), self.hint[owners]
+
+    def tell(self, U: Array, values: Array, hints: Array, slopes: Array | None = None) -> None:
+        """Learn from the answers, and go to the next phase.
+
+        Args:
+            U: What was asked, shape (N, K).
+            values: Fitness, +inf for none, shape (N,).
+            hints: Hints, shape (N, H).
+            slopes: Gradients, shape (N, K), an unknown entry is NaN; they count in the phases SLOPE and STEP.
+        """
+        known = None if slopes is None or not self.sloped else np.clip(slopes, -STEEPEST, STEEPEST)
+        if self.phase == STEP:
+            self._move(U, values, hints, known)
+            if self.sloped or not self._moved().any():
+                return  # at the same places the gradients are known: other steps from there
+            self._begin_probes()
+        elif self.phase != SLOPE:
+            self._take_probes(values)
+        elif known is None:
+            self.sloped = False
+            self._begin_probes()
+        else:
+            self._learn(known)
 
     @property
-    def margin(self) -> float:
-        """How far inside the slab the descents stay, so that no probe leaves it."""
-        return PROBE * float(self.region.weights.max(initial=0.0)) + 1e-9
+    def next_size(self) -> int:
+        """Number of candidates until the end of the next step, or a few more."""
+        live, size = int(self.live.sum()), int(self.U.shape[1])
+        if self.sloped:
+            return 2 * live + 1
+        return live * (size + 3) if self.phase == PROBE else live * size
 
-    def going(self) -> NDArray[np.intp]:
-        """Indices of the live ones."""
-        return np.flatnonzero(self.live)
+    # ------------------------------------------------------------------ gradients
 
-    def moved(self) -> Mask:
+    def _moved(self) -> Mask:
         """Which of the live ones are at a new place, shape (L,)."""
         return np.asarray((self.last[self.live] != 0.0).any(axis=1) | (self.round == 0))
 
-    def signs(self) -> Array:
-        """Directions of the probes of the live ones, shape (L, K): forward, but backward at an upper bound.
+    def _begin_probes(self) -> None:
+        """Probe forward, but backward at an upper bound; not where a descent has not moved: its gradient is known."""
+        self.signs = np.where(self.U[self.live] + REACH > 1.0, -1.0, 1.0) * self._moved()[:, None]
+        self.phase = PROBE
 
-        Where a descent has not moved, its gradient is known: 0, for no probe.
-        """
-        return np.where(self.U[self.live] + PROBE > 1.0, -1.0, 1.0) * self.moved()[:, None]
-
-    def places(self) -> tuple[Array, Array]:
-        """Where the live ones are, shape (L, K), and their hints, shape (L, H)."""
-        return self.U[self.live], self.hint[self.live]
-
-    def probes(self, signs: Array) -> tuple[Array, Array]:
-        """Probes of the live ones in these directions; a direction of 0 is left out.
-
-        Returns:
-            Unit coordinates, shape (P, K), and hints, shape (P, H).
-        """
-        rows, entries = np.nonzero(signs)
-        owners = self.going()[rows]
-        U = self.U[owners]
-        U[np.arange(len(rows)), entries] += signs[rows, entries] * PROBE
-        return np.clip(U, 0.0, 1.0), self.hint[owners]
-
-    def slopes(self, signs: Array, values: Array) -> Array:
-        """Forward differences out of the probes' values, shape (L, K); NaN where a probe has none."""
-        rows, entries = np.nonzero(signs)
-        slopes = np.full(signs.shape, np.nan)
-        change = (values - self.value[self.going()[rows]]) / (signs[rows, entries] * PROBE)
+    def _take_probes(self, values: Array) -> None:
+        """Forward differences out of the probes' values; the other direction is tried where a probe has none."""
+        rows, entries = np.nonzero(self.signs)
+        change = (values - self.value[np.flatnonzero(self.live)[rows]]) / (self.signs[rows, entries] * REACH)
+        slopes = np.full(self.signs.shape, np.nan) if self.phase == PROBE else self.slopes.copy()
         slopes[rows, entries] = np.where(np.isfinite(change), np.clip(change, -STEEPEST, STEEPEST), np.nan)
-        return slopes
+        self.slopes = slopes
+        unknown = np.isnan(slopes) & (self.signs != 0.0)
+        if self.phase == PROBE and unknown.any():
+            self.signs, self.phase = np.where(unknown, -self.signs, 0.0), RETRY
+            return
+        self._learn(slopes)
 
-    def learn(self, slopes: Array) -> None:
+    def _learn(self, slopes: Array) -> None:
         """Take the gradients of the live ones that have moved, shape (L, K); an unknown entry counts as flat."""
         gradients = np.where(np.isnan(slopes), 0.0, slopes)
-        for gradient, i, moved in zip(gradients, self.going(), self.moved(), strict=True):
+        for gradient, i, moved in zip(gradients, np.flatnonzero(self.live), self._moved(), strict=True):
             if moved:
                 self._bend(int(i), self.last[i], gradient)
                 self.gradient[i] = gradient
+        self.phase = STEP
 
     def _bend(self, i: int, step: Array, gradient: Array) -> None:
         """Take the curvature that a gradient at the end of a step shows, beside the one known where it began."""
@@ -149,27 +197,11 @@ class Descents:
             self.B[i] = updated(self.B[i], step, change, first=first)
             self.curved[i] |= first and float(step @ change) > 0.0
 
-    def steps(self) -> tuple[Array, Array]:
-        """One step of each of the live ones.
+    # ------------------------------------------------------------------ steps
 
-        Returns:
-            Unit coordinates, shape (L, K), and hints, shape (L, H).
-        """
-        live = self.live
-        U, reach = self.U[live], self.reach[live]
-        moves = best_steps(self.region, U, self.gradient[live], self.B[live], reach, self.margin)
-        return np.clip(U + moves, 0.0, 1.0), self.hint[live]
-
-    def move(self, tried: Array, values: Array, hints: Array, slopes: Array | None = None) -> None:
-        """Take the steps that are better, learn from the others, and give up whoever is out of patience.
-
-        Args:
-            tried: What ``steps`` gave, shape (L, K).
-            values: Their fitness, shape (L,).
-            hints: Their hints, shape (L, H).
-            slopes: Their gradients, shape (L, K), where they come with the values; an unknown entry is NaN.
-        """
-        for k, i in enumerate(self.going()):
+    def _move(self, tried: Array, values: Array, hints: Array, slopes: Array | None) -> None:
+        """Take the steps that are better, learn from the others, and give up whoever is out of patience."""
+        for k, i in enumerate(np.flatnonzero(self.live)):
             step = tried[k] - self.U[i]
             if values[k] < self.value[i]:
                 self.reach[i] = self._next_reach(int(i), step, float(self.value[i] - values[k]))
@@ -200,33 +232,46 @@ class Descents:
         """Stop whoever has no prospects."""
         patience = self.patience
         if self.round == patience.halve_at and len(self.value) > 3:
-            self.live &= self.value <= max(float(np.quantile(self.value, patience.keep)), self.bar)
+            self.live &= self.value <= max(float(np.quantile(self.value, patience.keep)), patience.bar)
         if len(self.trace) > patience.window:
-            wanted = np.where(self.value <= self.bar, patience.leading_gain, patience.gain)
+            wanted = np.where(self.value <= patience.bar, patience.leading_gain, patience.gain)
             self.live &= self.value <= self.trace[0] * (1.0 - wanted)
         if self.round >= patience.rounds:
             self.live[:] = False
 
+    # ------------------------------------------------------------------ the state
+
     def state(self) -> dict[str, Any]:
-        """Arrays and numbers to carry on from; the region and the patience are the owner's."""
-        names = ("U", "value", "hint", "B", "gradient", "last", "reach", "live", "curved", "trace")
+        """Arrays and numbers to carry on from; the region is the owner's."""
+        names = ("U", "value", "hint", "B", "gradient", "last", "reach", "live", "curved", "trace", "signs", "slopes")
         return {f"descents_{name}": getattr(self, name).copy() for name in names} | {
             "descents_round": self.round,
-            "descents_bar": repr(float(self.bar)),
+            "descents_phase": self.phase,
+            "descents_bar": repr(float(self.patience.bar)),
         }
 
     @classmethod
-    def from_state(cls, state: Mapping[str, Any], region: Region, patience: Patience) -> Descents:
-        """The descents that :meth:`state` described."""
+    def from_state(cls, state: Mapping[str, Any], region: Region, *, sloped: bool) -> Descents:
+        """The descents that :meth:`state` described.
+
+        Args:
+            state: The saved state.
+            region: Box and slab.
+            sloped: Whether gradients come with the values.
+        """
         K = region.dimension
         U = saved.array(state, "descents_U", (None, K))
         M = len(U)
         value, hint = saved.array(state, "descents_value", (M,)), saved.hints(state, "descents_hint", M)
-        descents = cls(region, U, value, hint, 1.0, patience, float(saved.entry(state, "descents_bar")))
+        patience = Patience(bar=float(saved.entry(state, "descents_bar")))
+        descents = cls(region, U, value, hint, patience, sloped=sloped)
         descents.B = saved.array(state, "descents_B", (M, K, K))
         for name, shape in (("gradient", (M, K)), ("last", (M, K)), ("reach", (M,)), ("trace", (None, M))):
             setattr(descents, name, saved.array(state, f"descents_{name}", shape))
         for name in ("live", "curved"):
             setattr(descents, name, saved.flags(state, f"descents_{name}", (M,)))
+        descents.signs = saved.array(state, "descents_signs", (None, K))
+        descents.slopes = saved.numbers(state, "descents_slopes", (None, K))
         descents.round = int(saved.entry(state, "descents_round"))
+        descents.phase = str(saved.entry(state, "descents_phase"))
         return descents

@@ -3,11 +3,9 @@
 Its stages, what each asks for, what it makes of the answers, and which one comes next:
 
     SAMPLE   candidates of the first sample; descents begin at the best ones that lie apart
-    SLOPE    where every descent begins, its gradient is asked for
-    PROBE    without gradients: forward differences around it (RETRY: in the other direction where there was no value)
-    STEP     a step of every descent, taken where it is better, with its gradient
+    DESCEND  steps of every descent, with gradients or probes around it (`descents.py` has the phases)
     CHECK    where the descents have ended, evaluated afresh, goes into the archive of basins
-    SCREEN   children of the best basins; of every few the best begins a descent, and so on from SLOPE or PROBE
+    SCREEN   children of the best basins; of every few the best begins a descent, and so on from DESCEND
              where the best of them has not gained for long, all begins anew, from SAMPLE with an empty archive; when
              the budget does not allow that any more, the archives are put together
     EVOLVE   CMA-ES around the best basins, where kinks stop the gradients, with the last share of the budget
@@ -31,14 +29,12 @@ from armdesign.swarm.algorithm import Algorithm, State
 from armdesign.swarm.archive import Archive, apart
 from armdesign.swarm.checks import Mask
 from armdesign.swarm.children import children
-from armdesign.swarm.descents import STEEPEST, Descents, Patience
+from armdesign.swarm.descents import PROBE, SLOPE, STEP, Descents, Patience
 from armdesign.swarm.evolution import Evolution
 from armdesign.swarm.region import Region
 from armdesign.swarm.space import SearchSpace
 
-SAMPLE, SLOPE, PROBE, RETRY, STEP, CHECK, SCREEN, EVOLVE, OVER = (
-    "sample", "slope", "probe", "retry", "step", "check", "screen", "evolve", "over",
-)  # fmt: skip
+SAMPLE, DESCEND, CHECK, SCREEN, EVOLVE, OVER = "sample", "descend", "check", "screen", "evolve", "over"
 CHUNK, LEAST = 400, 100
 """Most candidates of the sample in one batch, and the smallest sample."""
 GAIN = 5e-3
@@ -121,9 +117,8 @@ class MultiBasin(Algorithm):
         self._mark, self._mark_at = np.inf, 0  # the best basin when it last gained, and the candidates told by then
         self._sample, self._sample_value, self._sample_hint = np.zeros((0, D)), np.zeros(0), np.zeros((0, 0))
         self._descents: Descents | None = None
-        self._sloped = True  # whether gradients come with the fitness; found out at the first SLOPE
+        self._sloped = True  # whether gradients come with the fitness; found out by the first descents
         self._extra = 0  # rows at the end of the batch that check the descent in the lead
-        self._signs = self._slopes = np.zeros((0, K))
         self._evolutions: list[Evolution] = []
         self._leg_end = 0
 
@@ -141,16 +136,22 @@ class MultiBasin(Algorithm):
         return self._hints.copy() if self._hints.shape[1] and not np.isnan(self._hints).all() else None
 
     @property
+    def _phase(self) -> str:
+        """What the descents ask for, empty in the other stages."""
+        return self._at_hand().phase if self._stage == DESCEND else ""
+
+    @property
     def wants_slopes(self) -> bool:
         """Whether gradients of the fitness at the positions last asked for would help."""
-        return self._stage in (SLOPE, STEP) and self._sloped
+        return self._sloped and self._phase in (SLOPE, STEP)
 
     @property
     def cutoff(self) -> Array:
         """Where steps come without gradients, the fitness that each has to fall below; else +inf, shape (N,)."""
         limits = np.full(len(self._X), np.inf)
-        if self._stage == STEP and self._descents is not None and not self._sloped:
-            limits[: len(limits) - self._extra] = self._descents.value[self._descents.live]
+        if self._phase == STEP and not self._sloped:
+            descents = self._at_hand()
+            limits[: len(limits) - self._extra] = descents.value[descents.live]
         return limits
 
     @property
@@ -211,14 +212,7 @@ class MultiBasin(Algorithm):
             return self._unhinted(self.region.positions(U))
         if self._stage == CHECK:
             return self._unhinted(self.region.positions(self._at_hand().U))
-        if self._stage == STEP:
-            U, hints = self._at_hand().steps()
-            batch = self.region.positions(U), hints
-            return self._with_leader(*batch) if self._sloped else (*batch, 0)
-        if self._stage == SLOPE:
-            U, hints = self._at_hand().places()
-            return self.region.positions(U), hints, 0
-        U, hints = self._at_hand().probes(self._signs)
+        U, hints = self._at_hand().ask()
         return self._with_leader(self.region.positions(U), hints)
 
     def _unhinted(self, X: Array) -> tuple[Array, Array, int]:
@@ -230,7 +224,8 @@ class MultiBasin(Algorithm):
         descents = self._at_hand()
         k = int(np.argmin(descents.value))
         ahead = descents.value[k] < self._best_value * (1.0 - AHEAD)
-        if not ahead or self._stage not in (PROBE, STEP) or not np.any(descents.last[k]):
+        soon = self._phase == PROBE or (self._phase == STEP and self._sloped)
+        if not ahead or not soon or not np.any(descents.last[k]):
             return X, hints, 0
         place = self.region.positions(descents.U[k : k + 1])
         return np.vstack([X, place]), np.vstack([hints, np.full((1, hints.shape[1]), np.nan)]), 1
@@ -251,35 +246,27 @@ class MultiBasin(Algorithm):
 
     def _learn(self, values: Array, hints: Array, slopes: Array | None, told: int) -> None:
         """Pass the answers on to the present stage, which says what comes next."""
-        if self._stage in (SLOPE, STEP):
-            self._take_slopes(values, hints, slopes)
-            return
-        if self._extra:
-            place = self.region.units(self._X[-1:])
-            self._archive.add(place, values[-1:], hints[-1:])
-            values, hints = values[:-1], hints[:-1]
-        {
-            SAMPLE: self._sampled, SCREEN: self._screened, EVOLVE: self._evolved, CHECK: self._checked,
-            PROBE: self._probed, RETRY: self._retried,
-        }[self._stage](values, hints, told)  # fmt: skip
-
-    def _take_slopes(self, values: Array, hints: Array, slopes: Array | None) -> None:
-        """Pass on values that may have gradients; without any, probe from now on."""
         count = len(values) - self._extra
-        if self._extra:
-            self._archive.add(self.region.units(self._X[count:]), values[count:], hints[count:])
-        descents = self._at_hand()
-        known = None if slopes is None else self.region.unit_slopes(slopes[:count])
-        if self._stage == STEP:
-            self._stepped(values[:count], hints[:count], known if self._sloped else None)
-        elif known is None:
-            self._sloped = False
-            self._signs, self._stage = descents.signs(), PROBE
+        U = self.region.units(self._X)
+        if self._stage in (CHECK, EVOLVE) or self._extra:  # evaluated without a hint, near a minimum
+            first = count if self._extra else 0
+            self._archive.add(U[first:], values[first:], hints[first:])
+        if self._stage == DESCEND:
+            self._descended(U[:count], values[:count], hints[:count], None if slopes is None else slopes[:count])
+        elif self._stage == SAMPLE:
+            self._sampled(values, hints)
+        elif self._stage == SCREEN:
+            self._screened(U, values, hints)
+        elif self._stage == CHECK:
+            self._checked(told)
         else:
-            descents.learn(np.clip(known, -STEEPEST, STEEPEST))
-            self._stage = STEP
+            first = 0
+            for evolution in self._evolutions:
+                group = slice(first, first + evolution.population)
+                evolution.tell(U[group], values[group])
+                first = group.stop
 
-    def _sampled(self, values: Array, hints: Array, told: int) -> None:
+    def _sampled(self, values: Array, hints: Array) -> None:
         """Collect the first sample; when it is complete, begin descents."""
         known = self._sample_hint if len(self._sample_value) else np.zeros((0, hints.shape[1]))
         self._sample_value, self._sample_hint = np.r_[self._sample_value, values], np.vstack([known, hints])
@@ -300,13 +287,13 @@ class MultiBasin(Algorithm):
         self._sample = np.zeros((0, self.box.dimension))
         self._sample_value, self._sample_hint = np.zeros(0), np.zeros((0, 0))
 
-    def _screened(self, values: Array, hints: Array, told: int) -> None:
+    def _screened(self, U: Array, values: Array, hints: Array) -> None:
         """Begin a descent from the best child of every group."""
         table = values.reshape(-1, self.parameters.screened)
         best = np.arange(len(table)) * self.parameters.screened + np.argmin(table, axis=1)
         best = best[np.isfinite(values[best])]
         if len(best):
-            self._begin(self.region.units(self._X[best]), values[best], hints[best], self.parameters.reach)
+            self._begin(U[best], values[best], hints[best], self.parameters.reach)
 
     def _at_hand(self) -> Descents:
         """The descents under way.
@@ -321,40 +308,19 @@ class MultiBasin(Algorithm):
     def _begin(self, U: Array, values: Array, hints: Array, reach: float) -> None:
         """Begin descents."""
         bar = self._archive.rank_value(self.parameters.bar) if len(self._archive) else -np.inf
-        self._descents = Descents(self.region, U, values, hints, reach, Patience(), bar)
-        self._signs, self._stage = self._descents.signs(), SLOPE if self._sloped else PROBE
+        self._descents = Descents(self.region, U, values, hints, Patience(reach, bar), sloped=self._sloped)
+        self._stage = DESCEND
 
-    def _probed(self, values: Array, hints: Array, told: int) -> None:
-        """Take the gradients, or try the other direction where a probe had no value."""
-        self._slopes = self._at_hand().slopes(self._signs, values)
-        unknown = np.isnan(self._slopes) & (self._signs != 0.0)
-        if unknown.any():
-            self._signs, self._stage = np.where(unknown, -self._signs, 0.0), RETRY
-            return
-        self._at_hand().learn(self._slopes)
-        self._stage = STEP
-
-    def _retried(self, values: Array, hints: Array, told: int) -> None:
-        """Complete the gradients."""
-        others = self._at_hand().slopes(self._signs, values)
-        self._at_hand().learn(np.where(np.isnan(self._slopes), others, self._slopes))
-        self._stage = STEP
-
-    def _stepped(self, values: Array, hints: Array, slopes: Array | None) -> None:
-        """Move the descents."""
+    def _descended(self, U: Array, values: Array, hints: Array, slopes: Array | None) -> None:
+        """Let the descents go on, until all have ended."""
         descents = self._at_hand()
-        gradients = None if slopes is None else np.clip(slopes, -STEEPEST, STEEPEST)
-        descents.move(self.region.units(self._X[: len(values)]), values, hints, gradients)
+        descents.tell(U, values, hints, None if slopes is None else self.region.unit_slopes(slopes))
+        self._sloped = descents.sloped
         if not descents.live.any():
             self._stage = CHECK
-        elif not self._sloped and descents.moved().any():
-            self._signs, self._stage = descents.signs(), PROBE
-        else:
-            self._stage = STEP
 
-    def _checked(self, values: Array, hints: Array, told: int) -> None:
-        """Put the ends of the descents into the archive."""
-        self._archive.add(self.region.units(self._X), values, hints)
+    def _checked(self, told: int) -> None:
+        """Go on from the archive, which holds the ends of the descents now, unless it has not gained for long."""
         self._descents, self._stage = None, SCREEN
         if self._archive.best < self._mark * (1.0 - GAIN):
             self._mark, self._mark_at = self._archive.best, told
@@ -373,15 +339,6 @@ class MultiBasin(Algorithm):
         self._mark, self._mark_at = np.inf, told
         self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
 
-    def _evolved(self, values: Array, hints: Array, told: int) -> None:
-        """Let the evolutions go on."""
-        U, first = self.region.units(self._X), 0
-        self._archive.add(U, values, hints)
-        for evolution in self._evolutions:
-            group = slice(first, first + evolution.population)
-            evolution.tell(U[group], values[group])
-            first = group.stop
-
     # ------------------------------------------------------------------ the budget
 
     @property
@@ -392,7 +349,9 @@ class MultiBasin(Algorithm):
     def _settle(self, told: int) -> None:
         """Leave a stage that the budget does not allow any more."""
         last = self.budget - round(self.parameters.finish * self.budget)
-        if self._stage in (SLOPE, PROBE, RETRY, STEP, SCREEN) and told + self._next_size() > last:
+        screened = self.parameters.descents * self.parameters.screened
+        size = screened if self._descents is None else self._descents.next_size
+        if self._stage in (DESCEND, SCREEN) and told + size > last:
             self._stage = CHECK if self._descents is not None else EVOLVE
         if self._stage == CHECK and self._descents is not None and told + len(self._descents.U) > self.budget:
             self._stage = OVER
@@ -404,15 +363,6 @@ class MultiBasin(Algorithm):
             self._sample = self._sample[: len(self._sample_value) + self.budget - told]
             if told >= self.budget:
                 self._stage = OVER
-
-    def _next_size(self) -> int:
-        """Number of candidates of the next batch, or a few more."""
-        if self._stage == SCREEN or self._descents is None:
-            return self.parameters.descents * self.parameters.screened
-        live = int(self._descents.live.sum())
-        if self._sloped:
-            return 2 * live + 1
-        return live * (self.region.dimension + 3) if self._stage == PROBE else live * self.region.dimension
 
     def _next_leg(self, told: int) -> None:
         """Begin the evolutions: of the two best basins with two thirds of what is left, then of the winner."""
@@ -432,7 +382,7 @@ class MultiBasin(Algorithm):
         """The stage with all that it works on."""
         content: State = {
             "stage": self._stage, "extra": self._extra, "sloped": self._sloped, "leg_end": self._leg_end,
-            "hints": self._hints.copy(), "signs": self._signs.copy(), "slopes": self._slopes.copy(),
+            "hints": self._hints.copy(),
             "sample": self._sample.copy(), "sample_value": self._sample_value.copy(),
             "sample_hint": self._sample_hint.copy(),
             "best": self._best.copy(), "best_value": np.array([self._best_value]),
@@ -448,13 +398,11 @@ class MultiBasin(Algorithm):
 
     def _restore(self, state: Mapping[str, Any]) -> None:
         """Set what `_memory` described."""
-        D, K = self.box.dimension, self.region.dimension
+        D = self.box.dimension
         self._stage = str(saved.entry(state, "stage"))
         self._extra, self._leg_end = int(saved.entry(state, "extra")), int(saved.entry(state, "leg_end"))
         self._sloped = bool(saved.entry(state, "sloped"))
         self._hints = saved.hints(state, "hints", len(self._X))
-        self._signs = saved.array(state, "signs", (None, K))
-        self._slopes = saved.numbers(state, "slopes", (None, K))
         self._sample = saved.array(state, "sample", (None, D))
         self._sample_value = saved.array(state, "sample_value", (None,), infinite=True)
         self._sample_hint = saved.hints(state, "sample_hint", len(self._sample_value))
@@ -467,4 +415,4 @@ class MultiBasin(Algorithm):
         count = int(saved.entry(state, "evolutions"))
         self._evolutions = [Evolution.from_state(state, f"evolution_{k}") for k in range(count)]
         if saved.entry(state, "descending"):
-            self._descents = Descents.from_state(state, self.region, Patience())
+            self._descents = Descents.from_state(state, self.region, sloped=self._sloped)

@@ -91,18 +91,18 @@ def test_curvature_meets_the_last_change_and_stays_definite():
     assert np.linalg.eigvalsh(bent)[0] > 0.0
 
 
-def descend(space, objective, U, reach=0.1):
-    """Descents to their end; their places and the number of values they took."""
-    descents = Descents(space, U, objective(U), np.zeros((len(U), 0)), reach, PATIENT, -np.inf)
-    asked = 0
+def begun(space, objective, U, patience=PATIENT, **options):
+    """Descents at places U, without hints."""
+    return Descents(space, U, objective(U), np.zeros((len(U), 0)), patience, **options)
+
+
+def descend(space, objective, U, gradient=None):
+    """Descents to their end, with gradients or probes."""
+    descents = begun(space, objective, U, sloped=gradient is not None)
     while descents.live.any():
-        signs = descents.signs()
-        probes, _ = descents.probes(signs)
-        descents.learn(descents.slopes(signs, objective(probes)))
-        steps, _ = descents.steps()
-        descents.move(steps, objective(steps), np.zeros((len(steps), 0)))
-        asked += len(probes) + len(steps)
-    return descents, asked
+        asked, hints = descents.ask()
+        descents.tell(asked, objective(asked), hints, None if gradient is None else gradient(asked))
+    return descents
 
 
 def test_descents_end_at_the_constrained_minimum():
@@ -114,7 +114,7 @@ def test_descents_end_at_the_constrained_minimum():
         def objective(U, H=H, centre=centre):
             return 0.5 * np.einsum("ij,jk,ik->i", U - centre, H, U - centre)
 
-        descents, _ = descend(space, objective, space.pulled_in(rng.random((6, K)), 0.05))
+        descents = descend(space, objective, space.pulled_in(rng.random((6, K)), 0.05))
         exact = best_feasible(H, centre, space)
         assert np.all(descents.value <= exact.fun + 2e-3 * max(exact.fun, 0.1))
         assert np.all(descents.U @ space.weights <= high)
@@ -132,13 +132,12 @@ def along_a_kink(starts, *, learn: bool):
         side = np.sign(U[:, 1] - 0.3 - 0.5 * U[:, 0] ** 2)
         return np.stack([-2.0 * side * U[:, 0] - 0.5, 2.0 * side], axis=1)
 
-    descents = Descents(space, starts, objective(starts), np.zeros((len(starts), 0)), 0.1, PATIENT, -np.inf)
-    descents.learn(gradient(starts))
+    descents = begun(space, objective, starts, sloped=True)
     while descents.live.any():
-        steps, hints = descents.steps()
-        values, slopes = objective(steps), gradient(steps)
-        failed = values >= descents.value[descents.live]
-        descents.move(steps, values, hints, slopes if learn else np.where(failed[:, None], np.nan, slopes))
+        asked, hints = descents.ask()
+        values, slopes = objective(asked), gradient(asked)
+        failed = (values >= descents.value[descents.live]) & (descents.phase == "step")
+        descents.tell(asked, values, hints, slopes if learn else np.where(failed[:, None], np.nan, slopes))
     return descents.value
 
 
@@ -170,9 +169,9 @@ def test_descents_do_not_depend_on_their_neighbours():
         return 0.5 * np.einsum("ij,jk,ik->i", U - centre, H, U - centre) + 0.01 * np.sin(20 * U).sum(axis=1)
 
     U = space.pulled_in(rng.random((4, K)), 0.05)
-    together, _ = descend(space, objective, U)
+    together = descend(space, objective, U)
     for k in range(4):
-        alone, _ = descend(space, objective, U[k : k + 1])
+        alone = descend(space, objective, U[k : k + 1])
         assert np.allclose(alone.U[0], together.U[k], atol=1e-6)
 
 
@@ -182,14 +181,40 @@ def test_a_probe_without_value_is_taken_from_the_other_side():
     def objective(U):
         return np.where(U[:, 0] > 0.4, np.inf, (U[:, 0] - 0.1) ** 2 + U[:, 1])
 
-    U = np.array([[0.4, 0.2, 0.2, 0.5, 0.2]])
-    descents = Descents(space, U, objective(U), np.zeros((1, 0)), 0.1, PATIENT, -np.inf)
-    slopes = descents.slopes(descents.signs(), objective(descents.probes(descents.signs())[0]))
-    assert np.isnan(slopes[0, 0])
-    assert not np.isnan(slopes[0, 1:]).any()
-    again = np.where(np.isnan(slopes), -descents.signs(), 0.0)
-    value = objective(descents.probes(again)[0])
-    assert descents.slopes(again, value)[0, 0] == pytest.approx(0.6, abs=1e-3)
+    descents = begun(space, objective, np.array([[0.4, 0.2, 0.2, 0.5, 0.2]]))
+    first, hints = descents.ask()
+    assert np.allclose(first - descents.U, 3e-4 * np.eye(K))  # forward in every entry
+    descents.tell(first, objective(first), hints)
+    again, hints = descents.ask()
+    assert np.allclose(again - descents.U, [[-3e-4, 0.0, 0.0, 0.0, 0.0]])  # backward where there was no value
+    descents.tell(again, objective(again), hints)
+    assert descents.gradient[0] == pytest.approx([0.6, 1.0, 0.0, 0.0, 0.0], abs=1e-3)
+
+
+@pytest.mark.parametrize("slopes", [True, False])
+def test_descents_go_on_from_their_state(slopes):
+    """Every phase of descents with kinks, jumps and walls, put down and taken up after each answer."""
+    space, rng = region(), np.random.default_rng(9)
+
+    def objective(U):
+        return np.where(U[:, 0] > 0.7, np.inf, np.abs(U - 0.5).sum(axis=1) + (U[:, 1] - 0.2) ** 2)
+
+    def gradient(U):
+        return np.sign(U - 0.5) + 2.0 * (U - 0.2) * (np.arange(K) == 1)
+
+    U = space.pulled_in(rng.random((5, K)) * [0.69, 1.0, 1.0, 1.0, 1.0], 0.01)
+    U[0, 0] = 0.6999  # just before the jump
+    whole, parts = (begun(space, objective, U, Patience(), sloped=slopes) for _ in range(2))
+    phases = set()
+    while whole.live.any():
+        phases.add(whole.phase)
+        parts = Descents.from_state(parts.state(), space, sloped=parts.sloped)
+        for each in (whole, parts):
+            asked, hints = each.ask()
+            each.tell(asked, objective(asked), hints, gradient(asked) if slopes else None)
+        assert np.array_equal(whole.U, parts.U)
+        assert np.array_equal(whole.B, parts.B)
+    assert phases == ({"slope", "step"} if slopes else {"probe", "retry", "step"})
 
 
 @pytest.mark.parametrize("corner", [False, True])
