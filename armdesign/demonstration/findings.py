@@ -75,7 +75,12 @@ def base_steps(path: Array, base: str, base_mode: str) -> tuple[Step, ...]:
 
 
 def task_step(recording: Recording, length: float) -> Step:
-    """The task that came out; ``length`` is that of the arm [m]."""
+    """The task that came out.
+
+    Args:
+        recording: The cleaned points.
+        length: Of the demonstrator's arm [m].
+    """
     duration = float(recording.time[-1] - recording.time[0])
     sentence = (
         f"The task has {recording.frames} frames over {seconds(duration)};"

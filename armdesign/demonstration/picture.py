@@ -12,7 +12,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import find_gaps
-from armdesign.demonstration.points.definitions import Defined, define
+from armdesign.demonstration.points.definitions import Point, define
 from armdesign.demonstration.points.expressions import parse
 from armdesign.demonstration.points.guess import guess_arm
 from armdesign.demonstration.points.standard import is_mirrored
@@ -116,7 +116,7 @@ def _shown(recording: Recording) -> Mapping[str, Array]:
     if guess.arm is None:
         return recording.points if _by_colour(recording) else {}
     known = list(recording.points)
-    found: list[Defined] = [
+    found: list[Point] = [
         define(parse(text, known, recording.source), recording, {}) for text in (guess.arm.base, *guess.arm.points)
     ]
     return {point.expression.name: point.positions for point in found if point.positions is not None}

@@ -23,7 +23,7 @@ class Step:
 
     Attributes:
         name: Short name of the step, such as ``units`` or ``gaps``.
-        sentence: The same for people, one or two whole sentences.
+        sentence: What was found or done, in one or two whole sentences.
         details: The figures behind the sentence, as plain JSON values.
     """
 
@@ -103,7 +103,7 @@ class Recording:
         return 1.0 / self.step
 
     def changed(self, time: Array, positions: Change, quaternions: Change) -> Recording:
-        """The same points and orientations with other values.
+        """A recording of the same points and orientations with other values.
 
         Args:
             time: The new times, shape (T',) [s].
@@ -162,7 +162,12 @@ def first_bad_step(time: Array) -> int | None:
 
 
 def describe_bad_step(time: Array, index: int) -> str:
-    """What is wrong with the time at an index that ``first_bad_step`` gave."""
+    """What is wrong with a time.
+
+    Args:
+        time: Frame times, shape (T,) [s].
+        index: Of the bad one, from ``first_bad_step``.
+    """
     if not np.isfinite(time[index]):
         return "the time is missing" if np.isnan(time[index]) else "the time is infinite"
     return f"the time does not increase, {time[index]:.12g} s comes after {time[index - 1]:.12g} s"

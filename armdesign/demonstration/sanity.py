@@ -69,7 +69,12 @@ def side_steps(expressions: Iterable[str], mirrored: bool) -> tuple[Step, ...]:
 
 
 def warning(what: str, details: dict[str, object]) -> Step:
-    """A doubt."""
+    """A doubt.
+
+    Args:
+        what: In words, without the full stop.
+        details: The figures behind it.
+    """
     return Step("warning", f"Warning: {what}.", details)
 
 

@@ -26,7 +26,7 @@ _HOLE = 1.5  # a step in time this many times the median is told
 
 
 @dataclass(frozen=True)
-class Seen:
+class Coverage:
     """How much of a point, or of an orientation, is there.
 
     Attributes:
@@ -60,7 +60,7 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class ArmFound:
+class ArmSummary:
     """An arm that the names tell of.
 
     Attributes:
@@ -95,7 +95,7 @@ class Summary:
         longest_step: Longest time from one frame to the next [s].
         repeated: Number of frames that are equal to the one before.
         points: How much of each point is there.
-        orientations: The same for the orientations.
+        orientations: How much of each orientation is there.
         bodies: Rigid bodies to the markers on them.
         arms: The arms that the names tell of.
         guess: What a search would take, in words.
@@ -111,10 +111,10 @@ class Summary:
     rate_measured: float
     longest_step: float
     repeated: int
-    points: tuple[Seen, ...]
-    orientations: tuple[Seen, ...]
+    points: tuple[Coverage, ...]
+    orientations: tuple[Coverage, ...]
     bodies: Mapping[str, tuple[str, ...]]
-    arms: tuple[ArmFound, ...]
+    arms: tuple[ArmSummary, ...]
     guess: str
     steps: tuple[str, ...]
 
@@ -141,8 +141,8 @@ def summarise(recording: Recording) -> Summary:
         rate_measured=recording.rate,
         longest_step=float(np.diff(time).max()),
         repeated=sum(gap.stop - gap.first for gap in find_repeats(recording)),
-        points=tuple(_seen(name, values, time) for name, values in recording.points.items()),
-        orientations=tuple(_seen(name, values, time) for name, values in recording.orientations.items()),
+        points=tuple(_coverage(name, values, time) for name, values in recording.points.items()),
+        orientations=tuple(_coverage(name, values, time) for name, values in recording.orientations.items()),
         bodies=dict(about.bodies),
         arms=tuple(_arm(arm, recording, about.captured and arm is guess.arm) for arm in guess.arms),
         guess=_taken(guess, recording),
@@ -169,17 +169,17 @@ def summary_text(summary: Summary) -> str:
     return "\n\n".join(block for block in blocks if block)
 
 
-def _seen(name: str, values: Array, time: Array) -> Seen:
+def _coverage(name: str, values: Array, time: Array) -> Coverage:
     """How much of a series is there."""
     gaps = find_gaps(name, values, time)
     longest = max(gaps, key=lambda gap: gap.length, default=None)
     share = 1.0 - sum(gap.stop - gap.first for gap in gaps) / len(time)
     if longest is None:
-        return Seen(name, share, 0, 0.0, None)
-    return Seen(name, share, len(gaps), longest.length, longest.begins)
+        return Coverage(name, share, 0, 0.0, None)
+    return Coverage(name, share, len(gaps), longest.length, longest.begins)
 
 
-def _arm(arm: Arm, recording: Recording, chosen: bool) -> ArmFound:
+def _arm(arm: Arm, recording: Recording, chosen: bool) -> ArmSummary:
     """An arm with the lengths of its segments."""
     texts = (arm.base, *arm.points)
     found = [define(parse(text, list(recording.points), recording.source), recording, {}) for text in texts]
@@ -190,7 +190,7 @@ def _arm(arm: Arm, recording: Recording, chosen: bool) -> ArmFound:
         length = length[np.isfinite(length)]
         if len(length):
             segments.append(Segment(f"{name} to {following}", float(length.mean()), float(length.std())))
-    return ArmFound(str(arm), arm.base, arm.points, arm.orientation(recording.orientations), tuple(segments), chosen)
+    return ArmSummary(str(arm), arm.base, arm.points, arm.orientation(recording.orientations), tuple(segments), chosen)
 
 
 def _taken(guess: Guess, recording: Recording) -> str:
@@ -222,7 +222,7 @@ def _wrapped(text: str, first: str, following: str | None = None) -> str:
     return textwrap.fill(text, _WIDTH, initial_indent=first, subsequent_indent=rest, break_on_hyphens=False)
 
 
-def _series_text(what: str, series: tuple[Seen, ...]) -> str:
+def _series_text(what: str, series: tuple[Coverage, ...]) -> str:
     """Points with gaps as a table, those without as a list."""
     if not series:
         return ""

@@ -63,7 +63,13 @@ def cut_out(recording: Recording, stretches: Sequence[Stretch]) -> tuple[Recordi
 
 
 def moved_up(recording: Recording, stretches: Sequence[Stretch], time: float | None) -> float | None:
-    """Where a time of the recording lies after the cuts [s]; within a stretch, at the joint."""
+    """Where a time of the recording lies after the cuts [s]; within a stretch, at the joint.
+
+    Args:
+        recording: The recording before the cuts.
+        stretches: Pairs of times in the recording [s].
+        time: The time; None for none.
+    """
     if time is None:
         return None
     moved = time
@@ -78,6 +84,10 @@ def moved_up(recording: Recording, stretches: Sequence[Stretch], time: float | N
 
 def plan_cuts(recording: Recording, stretches: Sequence[Stretch]) -> list[Cut]:
     """The cuts in order of time.
+
+    Args:
+        recording: Any recording.
+        stretches: Pairs of times in the recording [s].
 
     Raises:
         SettingsError: A stretch has no frames, overlaps another or reaches an end of the recording.
@@ -106,19 +116,19 @@ def _check_still(recording: Recording, cut: Cut) -> float:
     Raises:
         RecordingError: It is too far, or the hand does not rest at the ends.
     """
-    moved = {name: _moved(values, cut.last, cut.next) for name, values in recording.points.items()}
+    moved = {name: _jump(values, cut) for name, values in recording.points.items()}
     limit = min(STILL, STILL_SPEED * recording.step)
     name = max(moved, key=lambda name: moved[name])
     if moved[name] > limit:
         message = f"'{name}' moves by {1e3 * moved[name]:.0f} mm"
         raise _refused(recording, cut, message, f"at most {1e3 * limit:.2g} mm", moved[name])
     for name, values in recording.orientations.items():
-        turned = _turned(values, cut.last, cut.next)
+        turned = _jump(values, cut)
         if turned > STILL_TURN:
             message = f"'{name}' turns by {math.degrees(turned):.0f} deg"
             raise _refused(recording, cut, message, f"at most {math.degrees(STILL_TURN):.2g} deg", turned)
     hand = list(recording.points)[-1]
-    for name, path in _rests(recording, hand, cut).items():
+    for name, path in _paths_of_rest(recording, hand, cut).items():
         if path > STILL:
             message = f"'{hand}' still moves {name}, by {1e3 * path:.0f} mm in {seconds(REST)}"
             raise _refused(recording, cut, message, f"at most {1e3 * STILL:.2g} mm", path)
@@ -133,41 +143,32 @@ def _refused(recording: Recording, cut: Cut, what: str, allowed: str, value: flo
     return RecordingError(message, value=value, allowed=allowed, fix=fix)
 
 
-def _moved(values: Array, last: int, next_: int) -> float:
-    """Distance between where a point was seen last before a cut and first behind it [m]; 0 where it was not."""
-    before, after = _ends(values, last, next_)
-    return 0.0 if before is None or after is None else float(np.linalg.norm(after - before))
+def _jump(values: Array, cut: Cut) -> float:
+    """How far a series is from one end of a cut to the other; 0 where it was not seen at both.
 
-
-def _turned(values: Array, last: int, next_: int) -> float:
-    """The same for quaternions: the angle between them [rad]."""
-    before, after = _ends(values, last, next_)
-    if before is None or after is None:
+    Of positions, shape (T, 3), the distance [m]; of quaternions, shape (T, 4), the angle between them [rad].
+    """
+    seen = np.flatnonzero(~np.isnan(values[:, 0]))
+    before, after = seen[seen <= cut.last], seen[seen >= cut.next]
+    if not len(before) or not len(after):
         return 0.0
-    a, b = before / np.linalg.norm(before), after / np.linalg.norm(after)
+    a, b = values[before[-1]], values[after[0]]
+    if values.shape[1] == 3:
+        return float(np.linalg.norm(b - a))
+    a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
     return float(2.0 * np.arccos(min(1.0, abs(float(a @ b)))))
 
 
-def _ends(values: Array, last: int, next_: int) -> tuple[Array | None, Array | None]:
-    """Values seen last before a cut and first behind it."""
-    seen = np.flatnonzero(~np.isnan(values[:, 0]))
-    before, after = seen[seen <= last], seen[seen >= next_]
-    return (values[before[-1]] if len(before) else None), (values[after[0]] if len(after) else None)
-
-
-def _rests(recording: Recording, hand: str, cut: Cut) -> dict[str, float]:
+def _paths_of_rest(recording: Recording, hand: str, cut: Cut) -> dict[str, float]:
     """How far the hand moves shortly before and shortly behind a cut [m]."""
     time, values = recording.time, recording.points[hand]
     last, next_ = time[cut.last], time[cut.next]
-    before = values[(time >= last - REST - TIME_TOLERANCE) & (time <= last)]
-    after = values[(time >= next_) & (time <= next_ + REST + TIME_TOLERANCE)]
-    return {"before it": _span(before), "behind it": _span(after)}
-
-
-def _span(values: Array) -> float:
-    """Distance from the first place seen to the last [m]."""
-    seen = values[~np.isnan(values[:, 0])]
-    return float(np.linalg.norm(seen[-1] - seen[0])) if len(seen) else 0.0
+    spans = {
+        "before it": values[(time >= last - REST - TIME_TOLERANCE) & (time <= last)],
+        "behind it": values[(time >= next_) & (time <= next_ + REST + TIME_TOLERANCE)],
+    }
+    seen = {name: span[~np.isnan(span[:, 0])] for name, span in spans.items()}
+    return {name: float(np.linalg.norm(span[-1] - span[0])) if len(span) else 0.0 for name, span in seen.items()}
 
 
 def _step(recording: Recording, cut: Cut, moved: float) -> Step:

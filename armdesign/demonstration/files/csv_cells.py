@@ -169,7 +169,12 @@ def read_lines(stream: Lines, place: Place, size: int = _BLOCK) -> list[str]:
 
 
 def read_line(stream: Lines, place: Place, below: int = 0) -> str:
-    """The next line with its end, so many lines below a place; empty at the end of the file.
+    """The next line with its end; empty at the end of the file.
+
+    Args:
+        stream: The file.
+        place: A line of it, for messages.
+        below: How many lines further down the next one stands.
 
     Raises:
         RecordingError: The line is longer than any of a recording.
@@ -184,6 +189,10 @@ def read_line(stream: Lines, place: Place, below: int = 0) -> str:
 def check_columns(count: int, place: Place) -> None:
     """Turn away a table with more columns than any recording has.
 
+    Args:
+        count: Number of columns.
+        place: Its header.
+
     Raises:
         RecordingError: There are more than ``MAX_COLUMNS``.
     """
@@ -197,6 +206,10 @@ def check_columns(count: int, place: Place) -> None:
 def check_size(numbers: int, place: Place) -> None:
     """Turn away what would not fit into memory.
 
+    Args:
+        numbers: How many numbers there are so far.
+        place: The last line so far.
+
     Raises:
         RecordingError: There are more than ``MAX_NUMBERS`` numbers or ``MAX_LINES`` lines.
     """
@@ -209,6 +222,10 @@ def check_size(numbers: int, place: Place) -> None:
 def check_names(names: Sequence[str], place: Place) -> None:
     """Turn away names that are longer than any of a recording.
 
+    Args:
+        names: The names.
+        place: Where they stand.
+
     Raises:
         RecordingError: One is longer than ``MAX_NAME``.
     """
@@ -219,13 +236,23 @@ def check_names(names: Sequence[str], place: Place) -> None:
 
 
 def shown(text: str, most: int = 40) -> str:
-    """The beginning of a text for a message, with a question mark for each letter that cannot be seen."""
+    """The beginning of a text for a message, with a question mark for each letter that cannot be seen.
+
+    Args:
+        text: Any text.
+        most: Number of letters.
+    """
     seen = "".join(letter if letter.isprintable() else "?" for letter in text[:most])
     return seen if len(text) <= most else seen + "..."
 
 
 def read_cells(text: str, delimiter: str = ",") -> list[str]:
-    """Cells of one line; those in quotation marks may hold delimiters."""
+    """Cells of one line; those in quotation marks may hold delimiters.
+
+    Args:
+        text: The line, with its end or without.
+        delimiter: Stands between the cells.
+    """
     text = text.strip("\r\n")
     if '"' not in text or text.count('"') % 2:
         return text.split(delimiter)

@@ -80,7 +80,7 @@ def read(path: Path) -> Take:
         path: The file.
 
     Raises:
-        RecordingError: As by ``read_plain_csv``.
+        RecordingError: The file cannot be read or a line, column or value is wrong; the message says which.
     """
     plain = read_plain_csv(path)
     return Take(

@@ -80,9 +80,9 @@ def read_recordings(
     Args:
         files: Name of the point to its file.
         rate: Frames per second, for files without times [1/s]; None where the files have times.
-        units: As for ``read_recording``.
-        up: As for ``read_recording``.
-        mirror: As for ``read_recording``.
+        units: Unit of length of all files, ``m``, ``cm``, ``mm``, ``in`` or metres per unit; None for what they say.
+        up: Axis that points up in all files, ``x``, ``y`` or ``z``; None for what they say.
+        mirror: Whether to exchange left and right.
 
     Raises:
         RecordingError: A file cannot be read or does not hold exactly one body, or the files differ in their length,

@@ -57,7 +57,12 @@ def _check_size(path: Path) -> None:
 
 
 def unreadable(path: Path, error: Exception) -> RecordingError:
-    """The error for a file that the system refuses to read."""
+    """The error for a file that the system refuses to read.
+
+    Args:
+        path: The file.
+        error: What the system says.
+    """
     why = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return RecordingError(f"cannot read {path}: {why}", value=str(path), fix="Check the path and its permissions")
 
@@ -84,7 +89,7 @@ def open_text(path: Path) -> Iterator[TextIO]:
 
 
 def text_head(head: bytes) -> str:
-    """The same for the first bytes of a file: the text in them, with plain line feeds; empty if they are not text."""
+    """The text in the first bytes of a file, in whatever encoding, with plain line feeds; empty if it is no text."""
     if not (is_text(head) or head.startswith(_UTF16_MARKS)):
         return ""
     text = codecs.getincrementaldecoder(_encoding(head))("replace").decode(head)

@@ -19,7 +19,7 @@ RIGID = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Defined:
+class Point:
     """A point that an expression defines.
 
     Attributes:
@@ -37,7 +37,7 @@ class Defined:
     steps: tuple[Step, ...] = ()
 
 
-def define(expression: Expression, recording: Recording, earlier: Mapping[str, Defined]) -> Defined:
+def define(expression: Expression, recording: Recording, earlier: Mapping[str, Point]) -> Point:
     """Work out an expression.
 
     A mean of three or more markers of one rigid body is also known where some of them are hidden: their places follow
@@ -54,7 +54,7 @@ def define(expression: Expression, recording: Recording, earlier: Mapping[str, D
     if expression.single is not None:
         known = _one(expression.single, recording, earlier)
         steps = () if expression.single in earlier else known.steps  # what was told before is not told again
-        return Defined(expression, known.positions, known.quaternions, known.markers, steps)
+        return Point(expression, known.positions, known.quaternions, known.markers, steps)
     names = tuple(term.name for term in expression.terms)
     markers = all(name in recording.points and name not in earlier for name in names) and not expression.weighted
     if markers and len(set(names)) == len(names) >= MARKERS:
@@ -62,10 +62,10 @@ def define(expression: Expression, recording: Recording, earlier: Mapping[str, D
     total = np.zeros((recording.frames, 3))
     for term in expression.terms:
         total = total + term.weight * _position(term.name, recording, earlier)
-    return Defined(expression, total)
+    return Point(expression, total)
 
 
-def orientation_of(point: Defined, recording: Recording) -> tuple[Array, tuple[Step, ...]]:
+def orientation_of(point: Point, recording: Recording) -> tuple[Array, tuple[Step, ...]]:
     """The orientation of a point: that of the body it is, or of the markers it is the mean of.
 
     Args:
@@ -99,7 +99,7 @@ def _no_orientation(name: str, expression: Expression, recording: Recording) -> 
     return TaskError(message, value=name, allowed=list(recording.orientations), fix=fix)
 
 
-def _one(name: str, recording: Recording, earlier: Mapping[str, Defined]) -> Defined:
+def _one(name: str, recording: Recording, earlier: Mapping[str, Point]) -> Point:
     """A point that is there already."""
     if name in earlier:
         return earlier[name]
@@ -107,7 +107,7 @@ def _one(name: str, recording: Recording, earlier: Mapping[str, Defined]) -> Def
     if name in recording.points or name in recording.orientations:
         positions, turns = recording.points.get(name), recording.orientations.get(name)
         own = () if turns is not None else _known_markers(name, recording)
-        return Defined(plain, positions, turns, own)
+        return Point(plain, positions, turns, own)
     return _mean_of_markers(plain, _known_markers(name, recording), recording)
 
 
@@ -117,7 +117,7 @@ def _known_markers(name: str, recording: Recording) -> tuple[str, ...]:
     return markers if len(markers) >= MARKERS else ()
 
 
-def _position(name: str, recording: Recording, earlier: Mapping[str, Defined]) -> Array:
+def _position(name: str, recording: Recording, earlier: Mapping[str, Point]) -> Array:
     """Positions of a point that is there already."""
     positions = _one(name, recording, earlier).positions
     if positions is None:
@@ -131,7 +131,7 @@ def _stack(markers: tuple[str, ...], recording: Recording) -> Array:
     return np.stack([recording.points[name] for name in markers], axis=1)
 
 
-def _mean_of_markers(expression: Expression, markers: tuple[str, ...], recording: Recording) -> Defined:
+def _mean_of_markers(expression: Expression, markers: tuple[str, ...], recording: Recording) -> Point:
     """The mean of markers, also in frames in which some are hidden if they are those of a rigid body."""
     places = _stack(markers, recording)
     hidden = np.isnan(places[:, :, 0])
@@ -139,17 +139,17 @@ def _mean_of_markers(expression: Expression, markers: tuple[str, ...], recording
     some = np.asarray(hidden.any(axis=1))
     partly = some & (np.count_nonzero(hidden, axis=1) <= len(markers) - MARKERS)
     if not partly.any():
-        return Defined(expression, mean, None, markers)
+        return Point(expression, mean, None, markers)
     try:
         fit = fit_rigid(places, markers, recording.source)
     except TaskError:  # nothing rigid to be had: the mean needs all of them
-        return Defined(expression, mean, None, markers)
+        return Point(expression, mean, None, markers)
     if fit.rms > RIGID:
-        return Defined(expression, mean, None, markers)
+        return Point(expression, mean, None, markers)
     filled = np.where(some[:, None], fit.markers.mean(axis=1), mean)
     count = int(np.count_nonzero(some & fit.known))
     steps = (_hidden_step(expression.name, count, fit, recording),) if count else ()
-    return Defined(expression, filled, None, markers, steps)
+    return Point(expression, filled, None, markers, steps)
 
 
 def _hidden_step(name: str, count: int, fit: RigidFit, recording: Recording) -> Step:

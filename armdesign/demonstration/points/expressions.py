@@ -133,7 +133,12 @@ def find_name(text: str, known: Collection[str], source: str, purpose: str = "")
 
 
 def nearest(name: str, known: Iterable[str]) -> list[str]:
-    """Names for a message: those like the one that was asked for first, no more than fit into a sentence."""
+    """Names for a message: those like the one that was asked for first, no more than fit into a sentence.
+
+    Args:
+        name: What was asked for.
+        known: The names there are.
+    """
     known = list(known)
     if len(known) > 3:
         by_local: dict[str, list[str]] = {}

@@ -176,7 +176,7 @@ class Guess:
     Attributes:
         arm: The arm; None where there is none, or where several subjects have one.
         arms: All that come into question.
-        sentence: The same in words.
+        sentence: What was guessed, in words.
     """
 
     arm: Arm | None

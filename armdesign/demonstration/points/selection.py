@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.points.definitions import Defined, define, orientation_of
+from armdesign.demonstration.points.definitions import Point, define, orientation_of
 from armdesign.demonstration.points.expressions import nearest, parse, quoted
 from armdesign.demonstration.points.guess import guess_arm
 from armdesign.demonstration.points.standard import is_mirrored
@@ -65,7 +65,7 @@ def resolve(
     if not recording.points and not recording.about.bodies:
         raise TaskError(f"{recording.source}: there are no points, only orientations")
     base, points, guessed, steps = _completed(recording, base, tuple(points))
-    defined: dict[str, Defined] = {}
+    defined: dict[str, Point] = {}
     first = _add(defined, base, recording, " for the base")
     parts = {term.name for term in defined[first].expression.terms}
     for text in points or [quoted(name) for name in recording.points if name not in parts]:
@@ -117,12 +117,12 @@ def _completed(
     return base or guess.arm.base, points or guess.arm.points, own, (step,)
 
 
-def _known(recording: Recording, defined: Mapping[str, Defined]) -> list[str]:
+def _known(recording: Recording, defined: Mapping[str, Point]) -> list[str]:
     """Names that may stand in an expression for a position."""
     return list(dict.fromkeys([*defined, *recording.points, *recording.about.bodies]))
 
 
-def _add(defined: dict[str, Defined], text: str, recording: Recording, purpose: str = "") -> str:
+def _add(defined: dict[str, Point], text: str, recording: Recording, purpose: str = "") -> str:
     """Define one more point, and give its name."""
     expression = parse(text, _known(recording, defined), recording.source, purpose)
     name = expression.name
@@ -135,7 +135,7 @@ def _add(defined: dict[str, Defined], text: str, recording: Recording, purpose: 
     return name
 
 
-def _turn(text: str, recording: Recording, defined: Mapping[str, Defined]) -> _Turn:
+def _turn(text: str, recording: Recording, defined: Mapping[str, Point]) -> _Turn:
     """The orientation that an expression means."""
     known = list(dict.fromkeys([*_known(recording, defined), *recording.orientations]))
     source = f"{recording.source}, orientation"

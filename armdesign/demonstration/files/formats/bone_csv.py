@@ -41,7 +41,7 @@ def read(path: Path) -> Take:
         path: The file.
 
     Raises:
-        RecordingError: As by ``read_bone_csv``; also if the file has no times.
+        RecordingError: The file cannot be read, something in it is wrong, or it has no times.
     """
     return read_bone_csv(path)
 

@@ -20,12 +20,12 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.files.formats.c3d_numbers import MIPS, ORDERS, ROTATION_NUMBERS, floats_of
+from armdesign.demonstration.files.formats.frame_clock import MAX_RATE, MIN_RATE
 from armdesign.demonstration.files.sniff import unreadable
 from armdesign.errors import RecordingError
 
 BLOCK = 512
 MAX_POINTS = 10_000
-MIN_RATE, MAX_RATE = 0.01, 100_000.0  # [1/s]
 MAGIC = 0x50
 _SIZES = {-1: 1, 1: 1, 2: 2, 4: 4}  # parameter types: text, byte, 16 bit integer, float
 _MAX_DIMENSIONS = 7
@@ -97,7 +97,12 @@ class C3DLayout:
     notes: tuple[str, ...] = ()
 
     def texts(self, group: str, name: str) -> list[str]:
-        """The strings of a parameter and of its continuations (``LABELS``, ``LABELS2``, ...); none if it is absent."""
+        """The strings of a parameter and of its continuations (``LABELS``, ``LABELS2``, ...); none if it is absent.
+
+        Args:
+            group: The group, such as ``POINT``.
+            name: The parameter, such as ``LABELS``.
+        """
         parameters = self.parameters.get(group, {})
         found: list[str] = []
         part, number = name, 1
