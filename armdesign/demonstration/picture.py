@@ -62,7 +62,14 @@ def draw_recording(recording: Recording, kind: str = "png") -> bytes:
     with style, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a letter that the font lacks is drawn as a box
         content = io.BytesIO()
-        _figure(recording).savefig(content, format=kind, dpi=130, metadata=metadata)
+        figure = _figure(recording)
+        # The solver of the layout goes through its unknowns in the order of their addresses, so that its last bits
+        # differ from run to run. Rounded places make the same picture the same file.
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+        for axis in figure.axes:
+            axis.set_position(np.round(axis.get_position(original=True).bounds, 6).tolist())
+        figure.savefig(content, format=kind, dpi=130, metadata=metadata)
     return content.getvalue()
 
 

@@ -210,11 +210,11 @@ class TestRealRecordings:
             build_task(given)
         assert np.isfinite(build_task(given, max_gap=0.5).P).all()
 
-    def test_ten_minutes_are_cleaned_in_seconds(self):
+    def test_minutes_are_cleaned_in_seconds(self):
         """Not a measurement: a clean-up that is not linear in time would take minutes."""
         given = box_lift("box_lift.c3d")
-        points = {name: np.tile(values, (200, 1)) for name, values in given.points.items()}
-        time = np.arange(200 * given.frames) / 200.0
+        points = {name: np.tile(values, (40, 1)) for name, values in given.points.items()}
+        time = np.arange(40 * given.frames) / 200.0
         bodies = replace(given.about, steps=())
         task = build_task(Recording(time, points, {}, "long.c3d", bodies), **BOX | {"orientation": None})
-        assert len(task.time) > 100_000
+        assert len(task.time) > 20_000

@@ -90,7 +90,7 @@ def test_walking_without_an_arm_lists_the_names():
         resolve(read_recording(FOLDER / "opensim" / "std_walking2_markers.trc"), None, (), None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", [*SEGMENTS, "opensim/std_walking2_markers.trc", "converted/box_lift.csv"])
 def test_every_file_can_be_drawn(file):
-    pytest.importorskip("matplotlib")
     assert draw_recording(read_recording(FOLDER / file)).startswith(b"\x89PNG")

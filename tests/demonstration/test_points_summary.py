@@ -104,18 +104,15 @@ DRAWN = {
 
 
 @pytest.mark.parametrize("kind", ["png", "svg", "pdf"])
-@pytest.mark.parametrize("name", ["gaps", "odd names"])
-def test_pictures_are_of_their_kind_and_the_same_each_time(name, kind):
-    pytest.importorskip("matplotlib")
-    content = draw_recording(DRAWN[name], kind)
+def test_pictures_are_of_their_kind_and_the_same_each_time(kind):
+    content = draw_recording(DRAWN["odd names"], kind)
     assert {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[kind] == content[: 5 if kind == "svg" else 4]
-    assert draw_recording(DRAWN[name], kind) == content
+    assert draw_recording(DRAWN["odd names"], kind) == content
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize("source", DRAWN.values(), ids=DRAWN.keys())
 def test_everything_can_be_drawn(source):
-    pytest.importorskip("matplotlib")
     assert len(draw_recording(source)) > 1000
 
 
