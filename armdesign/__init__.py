@@ -18,7 +18,7 @@ _HOMES = {
     "read_recording": ("armdesign.demonstration", "read_recording"),
     "read_settings": ("armdesign.settings.sections", "read_settings"),
     "search_arm": ("armdesign.search.search", "search"),
-    "write_search": ("armdesign.runs.folder", "write_search"),
+    "write_result": ("armdesign.runs.writing", "write_result"),
 }
 __all__ = [
     "ArmDesignError",
@@ -32,7 +32,7 @@ __all__ = [
     "read_recording",
     "read_settings",
     "search_arm",
-    "write_search",
+    "write_result",
 ]
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from armdesign.kinematics.dh import DHTable
     from armdesign.kinematics.dh_files import read_design
     from armdesign.kinematics.models import arm_model
-    from armdesign.runs.folder import write_search
+    from armdesign.runs.writing import write_result
     from armdesign.search.evaluation import evaluate_design
     from armdesign.search.prepare import prepare
     from armdesign.search.search import search as search_arm

@@ -1,12 +1,15 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and JSON files read with one kind of error."""
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import json
 import os
 import secrets
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from armdesign.errors import RunFolderError
 
@@ -46,6 +49,42 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes) -> None:
     except OSError as error:
         why, fix = _REASONS.get(error.errno or 0, (error.strerror or str(error), "Choose another place"))
         raise RunFolderError(f"cannot write {path}: {why}", value=str(path), fix=fix) from error
+
+
+def read_json(path: Path, fix: str | None = None) -> dict[str, Any]:
+    """The table that a JSON file holds.
+
+    Args:
+        path: The file.
+        fix: What to do where it cannot be used.
+
+    Raises:
+        RunFolderError: It is missing or damaged; the message says which.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise RunFolderError(f"{path} is missing", value=str(path), fix=fix) from error
+    except OSError as error:
+        raise RunFolderError(f"cannot read {path}: {error.strerror}", value=str(path), fix=fix) from error
+    except (ValueError, RecursionError) as error:
+        raise RunFolderError(f"{path} is damaged: {error}", value=str(path), fix=fix) from error
+    if not isinstance(content, dict):
+        raise RunFolderError(f"{path} is damaged: it holds no table", value=str(path), fix=fix)
+    return content
+
+
+def remove_files(paths: Iterable[Path]) -> None:
+    """Remove files where they are there.
+
+    Raises:
+        RunFolderError: A file cannot be removed.
+    """
+    for path in paths:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise RunFolderError(f"cannot remove {path}: {error.strerror}", value=str(path)) from error
 
 
 def _write_and_rename(target: Path, data: bytes) -> None:

@@ -11,20 +11,21 @@ from pathlib import Path
 
 from armdesign.experiments.studies.record import Best, better_of, fingerprint, read_best, write_best
 from armdesign.runs.listing import read_runs
-from armdesign.runs.reading import FinishedRun, read_finished
+from armdesign.runs.reading import read_result
 from armdesign.search.evaluation import evaluate_design
+from armdesign.search.result import Result
 
 
-def entry_of(run: FinishedRun) -> Best:
+def entry_of(run: Result) -> Best:
     """A finished run as an entry."""
-    task, content = run.prepared.settings.task, run.content
+    task, facts = run.problem.settings.task, run.facts
     cut = f" from {task.start:g} s to {task.stop:g} s" if task.start is not None and task.stop is not None else ""
     rate = f" at {task.rate:g} Hz" if task.rate is not None else ""
-    scenario = run.prepared.settings.fitness.scenario
+    scenario = run.problem.settings.fitness.scenario
     name = f"{Path(str(task.recording)).name}{cut}{rate}, {scenario} weights"
-    found = f"{content.get('algorithm')}, {content.get('evaluations')} candidates, seed {content.get('seed')}"
-    fitness = evaluate_design(run.table, run.prepared).fitness
-    phi = tuple(float(x) for x in run.prepared.space().phi(run.table))
+    found = f"{facts.algorithm}, {facts.evaluations} candidates, seed {facts.seed}"
+    fitness = evaluate_design(run.table, run.problem).fitness
+    phi = tuple(float(x) for x in run.problem.space.phi(run.table))
     return Best(name, run.table.dof, fitness, phi, found)
 
 
@@ -35,8 +36,8 @@ def main(folders: list[str]) -> None:
         for status in read_runs(Path(folder)):
             if status.state != "finished":
                 continue
-            run = read_finished(status.folder)
-            key, entry = fingerprint(run.prepared), entry_of(run)
+            run = read_result(status.folder)
+            key, entry = fingerprint(run.problem), entry_of(run)
             if better_of(best.get(key), entry) is entry:
                 print(f"{entry.task}, n = {entry.dof}: {entry.fitness:.6f} ({entry.found})")
                 best[key] = entry

@@ -67,11 +67,11 @@ def tables(plan: Plan) -> Iterator[Table]:
 
 def make_case(plan: Plan, job: Job, dof: int) -> Case:
     """Everything that is not timed."""
-    prepared = job.prepared(dof)
-    problem = prepared.problem()
-    compile_kernels(problem)
-    gauss = job.prepared(dof, solver={"second_order": False}).problem()
-    return Case(job, dof, problem, gauss, *prepared.space().rows(designs(prepared, plan.pick(*DESIGNS[dof]))))
+    problem = job.problem(dof)
+    path_problem = problem.path_problem
+    compile_kernels(path_problem)
+    gauss = job.problem(dof, solver={"second_order": False}).path_problem()
+    return Case(job, dof, path_problem, gauss, *problem.space.rows(designs(problem, plan.pick(*DESIGNS[dof]))))
 
 
 def measure(case: Case) -> Sample:

@@ -11,7 +11,7 @@ from tables import Row, Table
 
 from armdesign.search.backends import WorkerPool
 from armdesign.search.backends.processes import available_cores
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import Search
 
 MEGABYTE = 1e6
@@ -19,8 +19,8 @@ MEGABYTE = 1e6
 
 def tables(plan: Plan) -> Iterator[Table]:
     """A large search and many iterations of the default one."""
-    large = tiled(PACKAGING.prepared(7), 2000)
-    small = PACKAGING.prepared(3)
+    large = tiled(PACKAGING.problem(7), 2000)
+    small = PACKAGING.problem(3)
     title = "Memory of each worker process [MB], N = 400"
     if not sys.platform.startswith("linux"):
         yield Table("memory", f"{title}: not measured, it is read from /proc", [])
@@ -30,10 +30,10 @@ def tables(plan: Plan) -> Iterator[Table]:
                                         "400 MB per worker at most, and flat."])  # fmt: skip
 
 
-def grown(label: str, prepared: Prepared, iterations: int) -> Row:
+def grown(label: str, problem: DesignProblem, iterations: int) -> Row:
     """Search for some iterations on worker processes."""
-    with WorkerPool(prepared, available_cores()) as pool:
-        run = Search(prepared, pool)
+    with WorkerPool(problem, available_cores()) as pool:
+        run = Search(problem, pool)
         run.advance()
         before = [resident(pid) for pid in pool.pids]
         own = resident("self")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armdesign.demonstration import read_recording
-from armdesign.search.prepare import Prepared, prepare
+from armdesign.search.design_problem import DesignProblem, prepare
 from armdesign.settings.sections import Settings
 
 T = TypeVar("T")
@@ -38,7 +38,7 @@ class Job:
         """Whether it is one of the examples, generated without noise."""
         return self.path.parent == EXAMPLES
 
-    def prepared(self, dof: int, **sections: Mapping[str, Any]) -> Prepared:
+    def problem(self, dof: int, **sections: Mapping[str, Any]) -> DesignProblem:
         """The task and settings for n joints, with other settings given by section."""
         changes = {"design": {"dof": dof}, "fitness": {"scenario": self.scenario}}
         for section, entries in sections.items():
@@ -94,20 +94,20 @@ def make_plan(quick: bool, recordings: Path | None) -> Plan:
     return Plan(quick, tuple(jobs), tuple(notes))
 
 
-def tiled(prepared: Prepared, frames: int) -> Prepared:
+def tiled(problem: DesignProblem, frames: int) -> DesignProblem:
     """The task played forth and back until it has so many frames, so that the pace stays that of the recording."""
-    task = prepared.task
+    task = problem.task
     once = len(task.P)
     there_and_back = np.r_[np.arange(once), np.arange(once - 2, 0, -1)]
     order = np.resize(there_and_back, frames)
     turns = None if task.quaternions is None else task.quaternions[order]
     time = np.arange(frames) * task.dt
-    return replace(prepared, task=replace(task, time=time, P=task.P[order], R=None, quaternions=turns))
+    return replace(problem, task=replace(task, time=time, P=task.P[order], R=None, quaternions=turns))
 
 
-def with_points(prepared: Prepared, count: int) -> Prepared:
+def with_points(problem: DesignProblem, count: int) -> DesignProblem:
     """The task with m points at equal shares of the demonstrator's arm, base to hand, weighted as in packaging."""
-    P = prepared.task.P
+    P = problem.task.P
     polyline = np.concatenate([np.zeros_like(P[:, :1]), P], axis=1)
     lengths = np.linalg.norm(np.diff(polyline, axis=1), axis=2)
     arc = np.concatenate([np.zeros((len(P), 1)), np.cumsum(lengths, axis=1)], axis=1)
@@ -118,11 +118,11 @@ def with_points(prepared: Prepared, count: int) -> Prepared:
     )  # fmt: skip
     names = tuple(f"point_{i}" for i in range(1, count + 1))
     weights = tuple(np.arange(1.0, count + 1) / (count * (count + 1) / 2))
-    task = replace(prepared.task, P=points, points=names, R=None, quaternions=None, orientation=None)
-    settings = prepared.settings.replace({"fitness": {"weights": weights, "orientation_weight": 0.0}})
-    return replace(prepared, task=task, settings=settings)
+    task = replace(problem.task, P=points, points=names, R=None, quaternions=None, orientation=None)
+    settings = problem.settings.replace({"fitness": {"weights": weights, "orientation_weight": 0.0}})
+    return replace(problem, task=task, settings=settings)
 
 
-def designs(prepared: Prepared, count: int, seed: int = 0) -> Array:
+def designs(problem: DesignProblem, count: int, seed: int = 0) -> Array:
     """Random designs Phi of Omega_l, shape (N, D)."""
-    return prepared.space().sample(np.random.default_rng(seed), count)
+    return problem.space.sample(np.random.default_rng(seed), count)

@@ -17,8 +17,8 @@ from armdesign.fitness.block import Scores
 from armdesign.fitness.robot import Rejections
 from armdesign.runs.resumable import carry_out
 from armdesign.search.backends import InProcess
-from armdesign.search.prepare import Prepared
-from armdesign.search.search import SearchResult
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.result import Result
 
 Array = NDArray[np.float64]
 DOF = 3
@@ -29,7 +29,7 @@ class TimedBackend(InProcess):
     """Evaluates in this process, by the clock.
 
     Attributes:
-        prepared: Task and settings.
+        problem: Task and settings.
         seconds: Time spent evaluating.
         frames: Frames solved.
         steps: Kernel evaluations.
@@ -37,7 +37,7 @@ class TimedBackend(InProcess):
         last: When the last one ended.
     """
 
-    prepared: Prepared
+    problem: DesignProblem
     seconds: float = 0.0
     frames: int = 0
     steps: int = 0
@@ -46,8 +46,8 @@ class TimedBackend(InProcess):
 
     def __post_init__(self) -> None:
         """Allocate the block, and touch everything once."""
-        super().__init__(self.prepared)
-        self.fitness.evaluate(designs(self.prepared, 8))
+        super().__init__(self.problem)
+        self.fitness.evaluate(designs(self.problem, 8))
 
     def evaluate(
         self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
@@ -67,7 +67,7 @@ class TimedBackend(InProcess):
 class Searched:
     """A search with its times [s]: whole, evaluating, between first and last evaluation; frames solved and steps."""
 
-    result: SearchResult
+    result: Result
     wall: float
     evaluating: float
     iterating: float
@@ -78,7 +78,7 @@ class Searched:
 def tables(plan: Plan) -> Iterator[Table]:
     """Default searches, those of RA-PSO and, on fewer iterations, with and without pruning."""
     (iterations, compared), budget = plan.pick((200, 60), (10, 5)), plan.pick(25_000, 1_000)
-    searched(plan.jobs[0].prepared(DOF, search={"iterations": 1}))  # loads what a first run folder loads
+    searched(plan.jobs[0].problem(DOF, search={"iterations": 1}))  # loads what a first run folder loads
     notes = [
         "glue: part of the batches' time that is not evaluation (the search's own work, saving).",
         "ends: seconds before the first evaluation and behind the last one (settings, best path, URDF, files).",
@@ -106,7 +106,7 @@ def tables(plan: Plan) -> Iterator[Table]:
 
 def search_row(job: Job, search: dict[str, int]) -> Row:
     """A search with these settings."""
-    done = searched(job.prepared(DOF, search=search))
+    done = searched(job.problem(DOF, search=search))
     return {
         "task": job.name,
         "wall s": done.wall,
@@ -121,15 +121,15 @@ def search_row(job: Job, search: dict[str, int]) -> Row:
 def pruning_row(job: Job, iterations: int) -> Row:
     """The same search with and without pruning."""
     plain, pruned = (
-        searched(job.prepared(DOF, search={"iterations": iterations, "prune": prune})) for prune in (False, True)
+        searched(job.problem(DOF, search={"iterations": iterations, "prune": prune})) for prune in (False, True)
     )
-    removed, count = pruned.result.rejections, 400 * iterations
-    walked = count - removed.constraints - removed.reach - removed.start - removed.pruned
+    removed, count = pruned.result.facts.rejected, 400 * iterations
+    walked = count - sum(removed[name] for name in ("constraints", "reach", "start", "pruned"))
     shares = {
-        "constraints": removed.constraints,
-        "reach": removed.reach,
-        "start": removed.start,
-        "pruned": removed.pruned,
+        "constraints": removed["constraints"],
+        "reach": removed["reach"],
+        "start": removed["start"],
+        "pruned": removed["pruned"],
         "walked": walked,
     }
     return {
@@ -144,12 +144,12 @@ def pruning_row(job: Job, iterations: int) -> Row:
     }
 
 
-def searched(prepared: Prepared) -> Searched:
+def searched(problem: DesignProblem) -> Searched:
     """Carry out a search in a temporary run folder."""
-    with tempfile.TemporaryDirectory() as folder, TimedBackend(prepared) as backend:
+    with tempfile.TemporaryDirectory() as folder, TimedBackend(problem) as backend:
         began = time.perf_counter()
-        result, _ = carry_out(Path(folder), prepared, backend, fresh=True)
+        result, _ = carry_out(Path(folder), problem, backend, fresh=True)
         wall = time.perf_counter() - began
-    if result.stopped_by == "interrupted":  # Ctrl-C or SIGTERM: half a search is no measurement
+    if result.facts.interrupted:  # Ctrl-C or SIGTERM: half a search is no measurement
         raise KeyboardInterrupt
     return Searched(result, wall, backend.seconds, backend.last - backend.first, backend.frames, backend.steps)

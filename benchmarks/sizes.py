@@ -14,7 +14,7 @@ from walks import Starts, Walked, pace, quickest, seek_starts, walk_path
 from armdesign.fitness.block import compile_kernels
 from armdesign.fitness.problem import Problem
 from armdesign.search.backends import InProcess
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 Array = NDArray[np.float64]
 DOF, DESIGNS, ARMS = 4, 120, 48
@@ -22,7 +22,7 @@ DOF, DESIGNS, ARMS = 4, 120, 48
 
 def tables(plan: Plan) -> Iterator[Table]:
     """One table per size."""
-    basis = PACKAGING.prepared(DOF)
+    basis = PACKAGING.problem(DOF)
     title = f"packaging, one process, best of {plan.repeats} rounds"
     path = "path phase on valid designs"
     tall = {T: tiled(basis, T) for T in plan.pick((50, 100, 200, 500, 1000, 2000), (50, 500))}
@@ -35,7 +35,7 @@ def tables(plan: Plan) -> Iterator[Table]:
         rows_of(plan, "m", many),
     )  # fmt: skip
     anywhere = {"reach_tolerance": 1.0}
-    joints = {n: PACKAGING.prepared(n, fitness=anywhere) for n in plan.pick((2, 3, 4, 5, 6, 7, 8), (2, 5))}
+    joints = {n: PACKAGING.problem(n, fitness=anywhere) for n in plan.pick((2, 3, 4, 5, 6, 7, 8), (2, 5))}
     note = "Any start counts as reached here (reach_tolerance 1 m): two joints reach no point of space exactly."
     yield Table("n", f"Scaling in n: both phases ({title})", rows_of(plan, "n", joints), [note])
     yield Table(
@@ -44,7 +44,7 @@ def tables(plan: Plan) -> Iterator[Table]:
     )  # fmt: skip
 
 
-def rows_of(plan: Plan, size: str, tasks: dict[int, Prepared]) -> list[Row]:
+def rows_of(plan: Plan, size: str, tasks: dict[int, DesignProblem]) -> list[Row]:
     """A row for every size, start and path apart."""
     cases = [(task.problem(), *task.space().rows(designs(task, DESIGNS))) for task in tasks.values()]
     for problem, _, _ in cases:
@@ -72,9 +72,9 @@ def phases(problem: Problem, rows: Array, yaw: Array) -> tuple[Starts, Walked]:
 
 def generation_rows(plan: Plan, counts: Sequence[int]) -> list[Row]:
     """The first designs of one large sample, as many as in a generation of the search."""
-    prepared = PACKAGING.prepared(3)
-    Phi, never = designs(prepared, max(counts)), np.full(max(counts), np.inf)
-    with InProcess(prepared) as backend:
+    problem = PACKAGING.problem(3)
+    Phi, never = designs(problem, max(counts)), np.full(max(counts), np.inf)
+    with InProcess(problem) as backend:
         compile_kernels(backend.fitness.problem)
 
         def measure(count: int) -> tuple[float, int]:

@@ -20,7 +20,7 @@ from walks import first_frame
 from armdesign.fitness.block import BlockEvaluator, Scores
 from armdesign.fitness.kernels.starts import SAME_POSE
 from armdesign.search.backends.processes import available_cores
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 Array = NDArray[np.float64]
 
@@ -84,11 +84,11 @@ def tables(plan: Plan) -> Iterator[Table]:
 
 def sought(job: Job, dof: int, count: int) -> list[Found]:
     """G_0 with every effort, of so many valid designs; valid: some effort reaches the start."""
-    prepared = job.prepared(dof)
-    default = default_effort(prepared)
+    problem = job.problem(dof)
+    default = default_effort(problem)
     tried = [effort for effort in EFFORTS if effort.descents <= MOST * default.descents]
     efforts = list(dict.fromkeys((*tried, default, *REFERENCES)))
-    Phi = designs(prepared, SAMPLED[dof] * count, seed=1)
+    Phi = designs(problem, SAMPLED[dof] * count, seed=1)
     cheap = first_scores(job, dof, Phi, efforts[0])
     often = np.flatnonzero(np.isfinite(cheap.path_fitness))
     # The strongest effort decides on the others, as many of them as stand among the first valid ones.
@@ -100,23 +100,23 @@ def sought(job: Job, dof: int, count: int) -> list[Found]:
     return [Found(effort, s.path_fitness, s.start_steps.astype(float)) for effort, s in scores]
 
 
-def default_effort(prepared: Prepared) -> Effort:
+def default_effort(problem: DesignProblem) -> Effort:
     """What the settings give."""
-    problem = prepared.problem()
-    record = problem.record[0]
-    return Effort(len(problem.starts), int(record["descents"]), int(record["finalists"]))
+    path_problem = problem.path_problem
+    record = path_problem.record[0]
+    return Effort(len(path_problem.starts), int(record["descents"]), int(record["finalists"]))
 
 
 def first_scores(job: Job, dof: int, Phi: Array, effort: Effort) -> Scores:
     """Scores of designs on the first frame; G_0 is their path fitness, infinite where the start is missed."""
-    prepared = job.prepared(dof, solver=effort._asdict())
-    return BlockEvaluator(first_frame(prepared.problem())).evaluate(*prepared.space().rows(Phi))
+    problem = job.problem(dof, solver=effort._asdict())
+    return BlockEvaluator(first_frame(problem.path_problem)).evaluate(*problem.space.rows(Phi))
 
 
 def share_rows(dof: int, parts: list[list[Found]]) -> list[Row]:
     """A row for every effort, the tasks together."""
     best = [np.min([found.G for found in part], axis=0) for part in parts]
-    default = default_effort(PACKAGING.prepared(dof))
+    default = default_effort(PACKAGING.problem(dof))
     rows: list[Row] = []
     for k, first in enumerate(parts[0]):
         if first.effort in REFERENCES:
@@ -180,12 +180,12 @@ def path_tables(plan: Plan) -> Iterator[Table]:
 
 def compared(job: Job, dof: int, count: int) -> Compared:
     """The first so many valid of random designs, with one path and with several from the same finalists."""
-    finalists = max(PATHS, default_effort(job.prepared(dof)).finalists)
-    Phi = designs(job.prepared(dof), SAMPLED[dof] * count, seed=2)
+    finalists = max(PATHS, default_effort(job.problem(dof)).finalists)
+    Phi = designs(job.problem(dof), SAMPLED[dof] * count, seed=2)
     scores = []
     for paths in (1, PATHS):
-        prepared = job.prepared(dof, solver={"start_paths": paths, "finalists": finalists})
-        scores.append(BlockEvaluator(prepared.problem()).evaluate(*prepared.space().rows(Phi)))
+        problem = job.problem(dof, solver={"start_paths": paths, "finalists": finalists})
+        scores.append(BlockEvaluator(problem.path_problem).evaluate(*problem.space.rows(Phi)))
         Phi = Phi[np.flatnonzero(scores[-1].valid)[:count]]
     one, several = scores
     valid = np.flatnonzero(one.valid)[:count]

@@ -14,7 +14,7 @@ from tables import Row, Table
 
 from armdesign.search.backends import Backend, InProcess, WorkerPool
 from armdesign.search.backends.processes import available_cores
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import Search
 
 DOF = 3
@@ -26,7 +26,7 @@ def tables(plan: Plan) -> Iterator[Table]:
     yield Table(
         "workers",
         f"A search by RA-PSO, packaging, n = {DOF}, N = 400, M = {iterations}, on W workers (best of {rounds})",
-        scaling(PACKAGING.prepared(DOF, search={"iterations": iterations}), rounds),
+        scaling(PACKAGING.problem(DOF, search={"iterations": iterations}), rounds),
         [
             "ceiling: W such searches at once, one process each, over one alone; a shared machine gives less than W.",
             "The aim is 1.85 times one worker with two. Start-up is not counted, see break-even.",
@@ -40,16 +40,16 @@ def tables(plan: Plan) -> Iterator[Table]:
     )
 
 
-def scaling(prepared: Prepared, rounds: int) -> list[Row]:
+def scaling(problem: DesignProblem, rounds: int) -> list[Row]:
     """A row for every number of workers; all measurements in turns, so that noise meets all of them."""
     counts = sorted({2, available_cores()})
     alone, together, shared = [], {w: [] for w in counts}, {w: [] for w in counts}
     for _ in range(rounds):
-        alone.append(at_once(prepared, 1))
+        alone.append(at_once(problem, 1))
         for w in counts:
-            together[w].append(at_once(prepared, w))
-            with WorkerPool(prepared, w) as pool:
-                shared[w].append(timed_search(prepared, pool))
+            together[w].append(at_once(problem, w))
+            with WorkerPool(problem, w) as pool:
+                shared[w].append(timed_search(problem, pool))
     one = min(alone)
     rows: list[Row] = [{"W": 1, "seconds": one, "x one": 1.0, "ceiling": 1.0, "% of ceiling": 100.0}]
     for w in counts:
@@ -59,29 +59,29 @@ def scaling(prepared: Prepared, rounds: int) -> list[Row]:
     return rows
 
 
-def timed_search(prepared: Prepared, backend: Backend) -> float:
+def timed_search(problem: DesignProblem, backend: Backend) -> float:
     """Seconds of a search; everything has run once before."""
-    warm_up(prepared, backend)
-    run = Search(prepared, backend)
+    warm_up(problem, backend)
+    run = Search(problem, backend)
     began = time.perf_counter()
     while run.ended_by() is None:
         run.advance()
     return time.perf_counter() - began
 
 
-def warm_up(prepared: Prepared, backend: Backend, count: int = 128) -> None:
+def warm_up(problem: DesignProblem, backend: Backend, count: int = 128) -> None:
     """Evaluate a few candidates."""
-    Phi = designs(prepared, count)
+    Phi = designs(problem, count)
     backend.evaluate(Phi, np.full(count, np.inf))
 
 
-def at_once(prepared: Prepared, count: int) -> float:
+def at_once(problem: DesignProblem, count: int) -> float:
     """Seconds until so many searches that start at once in processes of their own have all ended."""
     context = multiprocessing.get_context("spawn")
     barrier, pipes, processes = context.Barrier(count), [], []
     for _ in range(count):
         ours, theirs = context.Pipe()
-        process = context.Process(target=search_alone, args=(prepared, barrier, theirs), daemon=True)
+        process = context.Process(target=search_alone, args=(problem, barrier, theirs), daemon=True)
         process.start()
         theirs.close()
         pipes.append(ours)
@@ -92,31 +92,31 @@ def at_once(prepared: Prepared, count: int) -> float:
     return float(seconds)
 
 
-def search_alone(prepared: Prepared, barrier: Barrier, answer: Connection) -> None:
+def search_alone(problem: DesignProblem, barrier: Barrier, answer: Connection) -> None:
     """Body of a process that searches by itself; tells the seconds from the common start on."""
-    with InProcess(prepared) as backend:
-        warm_up(prepared, backend)
+    with InProcess(problem) as backend:
+        warm_up(problem, backend)
         barrier.wait()
-        answer.send(timed_search(prepared, backend))
+        answer.send(timed_search(problem, backend))
 
 
 def break_even(plan: Plan, dof: int, count: int) -> Row:
     """Start-up of two workers against what they save per candidate."""
-    prepared = PACKAGING.prepared(dof)
-    Phi, never = designs(prepared, count), np.full(count, np.inf)
+    problem = PACKAGING.problem(dof)
+    Phi, never = designs(problem, count), np.full(count, np.inf)
 
     def seconds(backend: Backend) -> float:
         began = time.perf_counter()
         backend.evaluate(Phi, never)
         return time.perf_counter() - began
 
-    with InProcess(prepared) as alone:
-        warm_up(prepared, alone)
+    with InProcess(problem) as alone:
+        warm_up(problem, alone)
         one = min(seconds(alone) for _ in range(plan.repeats))
     start_ups, twos = [], []
     for _ in range(plan.repeats):
         began = time.perf_counter()
-        with WorkerPool(prepared, 2) as pool:
+        with WorkerPool(problem, 2) as pool:
             pool.evaluate(Phi[:32], never[:32])
             start_ups.append(time.perf_counter() - began)
             twos.append(seconds(pool))

@@ -20,7 +20,7 @@ from armdesign.fitness.block import compile_kernels
 from armdesign.fitness.pose import PoseSolver
 from armdesign.fitness.problem import Problem
 from armdesign.kinematics.dh import DHTable
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 Array = NDArray[np.float64]
 AGENTS, ITERATIONS, STARTS = 100, 200, 64
@@ -45,20 +45,20 @@ def plain_tables(plan: Plan) -> Iterator[Table]:
 
 def plain_row(plan: Plan, job: Job, dof: int) -> Row:
     """A few valid designs, both ways."""
-    prepared = job.prepared(dof)
-    problem, space = prepared.problem(), prepared.space()
-    compile_kernels(problem)
-    Phi = designs(prepared, DRAWN[dof])
-    starts = seek_starts(problem, *space.rows(Phi))
+    problem = job.problem(dof)
+    path_problem, space = problem.path_problem, problem.space
+    compile_kernels(path_problem)
+    Phi = designs(problem, DRAWN[dof])
+    starts = seek_starts(path_problem, *space.rows(Phi))
     arms = np.flatnonzero(starts.valid)[: plan.pick(10, 4) if job.smooth else 3]
     rows, yaw = space.rows(Phi[arms])
     many = np.resize(np.arange(len(arms)), 96)  # fills the block, as a generation does
-    walker, poses = PathWalker(problem), starts.poses[arms]
+    walker, poses = PathWalker(path_problem), starts.poses[arms]
     speed = pace([walker.walk(rows[many], yaw[many], poses[many]) for _ in range(plan.repeats)])
-    gauss = PathWalker(job.prepared(dof, solver={"second_order": False}).problem())
+    gauss = PathWalker(job.problem(dof, solver={"second_order": False}).path_problem())
     f = gauss.walk(rows, yaw, poses).scores.path_fitness
     began = time.perf_counter()
-    plain = [PlainArm(space.table(Phi[k]), problem).follow(starts.poses[k]) for k in arms]
+    plain = [PlainArm(space.table(Phi[k]), path_problem).follow(starts.poses[k]) for k in arms]
     seconds = time.perf_counter() - began
     steps, frames = sum(path.steps for path in plain), sum(path.frames for path in plain)
     apart = np.abs(np.array([path.f for path in plain]) - f) / f
@@ -106,13 +106,13 @@ def swarm_tables(plan: Plan) -> Iterator[Table]:
 
 def swarm_row(plan: Plan, dof: int) -> Row:
     """Mean G and time of both solvers over a few frames."""
-    prepared = PACKAGING.prepared(dof)
+    problem = PACKAGING.problem(dof)
     frames = [
-        Frame(prepared.space().table(Phi), prepared.task.P[t])
-        for Phi, t in zip(designs(prepared, plan.pick(3, 1)), [0, 50, 99], strict=False)
+        Frame(problem.space.table(Phi), problem.task.P[t])
+        for Phi, t in zip(designs(problem, plan.pick(3, 1)), [0, 50, 99], strict=False)
     ]
-    by_swarm = [solve_by_swarm(prepared, frame, seed) for seed, frame in enumerate(frames)]
-    solver = pose_solver(prepared)
+    by_swarm = [solve_by_swarm(problem, frame, seed) for seed, frame in enumerate(frames)]
+    solver = pose_solver(problem)
     by_squares = []
     for frame in frames:
         G, seconds = plan.best(lambda f=frame: timed_solve(solver, f), lambda outcome: outcome[1])
@@ -131,12 +131,12 @@ def swarm_row(plan: Plan, dof: int) -> Row:
     }
 
 
-def pose_solver(prepared: Prepared) -> PoseSolver:
+def pose_solver(problem: DesignProblem) -> PoseSolver:
     """Damped least squares on single frames."""
-    record = prepared.problem().record[0]
-    n = prepared.settings.design.dof
+    record = problem.path_problem.record[0]
+    n = problem.settings.design.dof
     limits = np.stack([record["lower"][:n], record["upper"][:n]], axis=1)
-    return PoseSolver(limits, prepared.settings.fitness, starts=STARTS)
+    return PoseSolver(limits, problem.settings.fitness, starts=STARTS)
 
 
 def timed_solve(solver: PoseSolver, frame: Frame) -> tuple[float, float]:
@@ -146,7 +146,7 @@ def timed_solve(solver: PoseSolver, frame: Frame) -> tuple[float, float]:
     return pose.g, time.perf_counter() - began
 
 
-def solve_by_swarm(prepared: Prepared, frame: Frame, seed: int) -> tuple[float, float, float]:
+def solve_by_swarm(problem: DesignProblem, frame: Frame, seed: int) -> tuple[float, float, float]:
     """G [m], seconds, and those of them that are opytimizer's own."""
     logging.disable(logging.CRITICAL)  # it logs every iteration to a file in the working folder
     from opytimizer import Opytimizer  # noqa: PLC0415
@@ -154,8 +154,8 @@ def solve_by_swarm(prepared: Prepared, frame: Frame, seed: int) -> tuple[float, 
     from opytimizer.optimizers.swarm import PSO  # noqa: PLC0415
     from opytimizer.spaces import SearchSpace  # noqa: PLC0415
 
-    problem: Problem = prepared.problem()
-    arm, spent = PlainArm(frame.table, problem), [0.0]
+    path_problem: Problem = problem.path_problem
+    arm, spent = PlainArm(frame.table, path_problem), [0.0]
 
     def g(position: Array) -> float:
         began = time.perf_counter()
@@ -164,7 +164,7 @@ def solve_by_swarm(prepared: Prepared, frame: Frame, seed: int) -> tuple[float, 
         return value
 
     np.random.seed(seed)  # noqa: NPY002 (the only way to seed it)
-    space = SearchSpace(AGENTS, problem.dof, arm.lower.tolist(), arm.upper.tolist())
+    space = SearchSpace(AGENTS, path_problem.dof, arm.lower.tolist(), arm.upper.tolist())
     began = time.perf_counter()
     with contextlib.redirect_stderr(io.StringIO()):
         Opytimizer(space, PSO(), Function(g)).start(n_iterations=ITERATIONS)

@@ -53,7 +53,7 @@ def test_shell_blocks_run_in_order(workplace):
         )
         assert outcome.returncode == 0, (line, outcome.stderr)
     assert (workplace / "runs" / "weld" / "arm.urdf").is_file()
-    assert "[design]" in (workplace / "study.toml").read_text(encoding="utf-8")
+    assert "[design]" in (workplace / "settings.toml").read_text(encoding="utf-8")
 
 
 def test_python_blocks_run(workplace):

@@ -12,7 +12,7 @@ from armdesign.cli.command_errors import one_sentence_errors
 from armdesign.cli.screen import announce_compiling, show_table, written_text
 from armdesign.fitness.block import compile_kernels
 from armdesign.runs.alternatives import Alternative, check_options, read_designs, write_alternatives
-from armdesign.runs.resumable import open_run
+from armdesign.runs.reading import read_problem
 
 
 @one_sentence_errors
@@ -33,11 +33,11 @@ def alternatives(
     of them.
     """
     check_options(count, distance)
-    prepared = open_run(run)
-    read_designs(run, prepared.space())
+    problem = read_problem(run)
+    read_designs(run, problem.space)
     with announce_compiling(quiet):
-        compile_kernels(prepared.problem())
-    found = write_alternatives(run, prepared, count=count, distance=distance)
+        compile_kernels(problem.path_problem)
+    found = write_alternatives(run, problem, count=count, distance=distance)
     if quiet:
         return
     show_side_by_side(found)

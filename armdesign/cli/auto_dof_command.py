@@ -17,18 +17,18 @@ from armdesign.experiments.auto_dof.choose_dof import Outcome, Watch, carry_out_
 from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE, Found, chosen, holds_auto
 from armdesign.experiments.auto_dof.dof_rule import JOINTS, rule_of
 from armdesign.fitness.block import compile_kernels
-from armdesign.runs.alternatives import FILE
-from armdesign.runs.folder import TASK_JSON, claim_folder, holds_run
-from armdesign.runs.reading import read_finished
+from armdesign.runs.folder import RESULT_FILES, TASK_FILES, claim_folder, holds_run
+from armdesign.runs.reading import read_result
 from armdesign.search.backends import Backend
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.result import Result
 from armdesign.search.search import Progress
 from armdesign.views import writing as views
 
 
 def search_auto(
     *,
-    prepare_for: Callable[[int], Prepared],
+    prepare_for: Callable[[int], DesignProblem],
     source: Path,
     out: Path | None,
     workers: int | None,
@@ -69,7 +69,7 @@ def resume_auto(folder: Path, *, workers: int | None, cluster: str | None, repor
     carry_on(folder, workers, cluster, report=report, quiet=quiet)
 
 
-def prepared_tasks(prepare_for: Callable[[int], Prepared]) -> dict[int, Prepared]:
+def prepared_tasks(prepare_for: Callable[[int], DesignProblem]) -> dict[int, DesignProblem]:
     """The task for every number of joints to choose from.
 
     Raises:
@@ -80,8 +80,7 @@ def prepared_tasks(prepare_for: Callable[[int], Prepared]) -> dict[int, Prepared
     for n in range(fewest, most + 1):
         tasks[n] = prepare_for(n)
         try:
-            tasks[n].space()
-            tasks[n].problem()
+            tasks[n].space, tasks[n].path_problem
         except SettingsError as error:
             fix = "Settings that name single joints go with a --dof of that number, or with a narrower design.auto_dof"
             raise SettingsError(
@@ -90,9 +89,9 @@ def prepared_tasks(prepare_for: Callable[[int], Prepared]) -> dict[int, Prepared
     return tasks
 
 
-def folder_for(source: Path, prepared: Prepared) -> Path:
+def folder_for(source: Path, problem: DesignProblem) -> Path:
     """A free name under runs/."""
-    search = prepared.settings.search
+    search = problem.settings.search
     name = f"{source.stem}-{search.algorithm}-auto-seed{search.seed}"
     folder, k = Path("runs") / name, 2
     while holds_run(folder) or holds_auto(folder):
@@ -119,8 +118,8 @@ def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: 
     """Search in the folder, saying what is done and why it ends."""
     check_workers(workers, cluster)
 
-    def start_workers(prepared: Prepared) -> AbstractContextManager[Backend]:
-        return open_backend(prepared, workers, cluster)
+    def start_workers(problem: DesignProblem) -> AbstractContextManager[Backend]:
+        return open_backend(problem, workers, cluster)
 
     go_on = f"Go on with: {resume_command('search', folder, cluster)}"
     try:
@@ -133,9 +132,10 @@ def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: 
     if outcome.interrupted:
         typer.echo(f"Interrupted. {go_on}", err=True)
         raise typer.Exit(INTERRUPTED)
-    more = views.write_views(folder) if report else ()
+    result = read_result(folder)
+    more = views.write_views(folder, result) if report else ()
     if not quiet:
-        show_outcome(outcome, more)
+        show_outcome(outcome, result, more)
 
 
 def on_interrupt() -> None:
@@ -160,14 +160,14 @@ class Screen:
         """End a bar that was begun."""
         self.bar.__exit__(*error)
 
-    def begin(self, n: int, prepared: Prepared) -> None:
+    def begin(self, n: int, problem: DesignProblem) -> None:
         """A search begins, or goes on."""
         self.bar.__exit__()
         self.bar = SearchBar()
-        search = prepared.settings.search
+        search = problem.settings.search
         if not self.quiet:
             if not self.noted:
-                for note in prepared.notes:
+                for note in problem.notes:
                     say(note)
             from_smaller = (
                 f", {len(search.first)} to begin with: the best arm so far with a joint more" if search.first else ""
@@ -175,7 +175,7 @@ class Screen:
             say(f"{counted(n, 'joint')} ({search.algorithm}, {search.size}{from_smaller}):")
         self.noted = True
         with announce_compiling(self.quiet):
-            compile_kernels(prepared.problem())
+            compile_kernels(problem.path_problem)
 
     def progress(self, progress: Progress) -> None:
         """An iteration is done."""
@@ -189,15 +189,15 @@ class Screen:
             say(f"No arm of {counted(found.dof, 'joint')}: {found.reason}")
 
 
-def show_outcome(outcome: Outcome, more: tuple[str, ...]) -> None:
+def show_outcome(outcome: Outcome, result: Result, more: tuple[str, ...]) -> None:
     """Print what every number of joints gives, why one was chosen, and its arm.
 
     Args:
         outcome: How the searches ended.
+        result: The chosen arm.
         more: Further files that were written.
     """
-    run = read_finished(outcome.folder)
-    names = ("study.toml", "task.csv", TASK_JSON, "history.csv", FILE, "trajectory.csv", "arm.urdf", "result.json")
+    names = [name for name in (*TASK_FILES, *RESULT_FILES) if name not in more]
     files = [name for name in names if (outcome.folder / name).exists()]
     rows = []
     for found in outcome.found:
@@ -208,6 +208,6 @@ def show_outcome(outcome: Outcome, more: tuple[str, ...]) -> None:
         rows.append((mark, str(found.dof), *shown))
     show_table(("", "joints", "f [mm]", "E [mm]", "r [m]", "hand [mm]", "L [m]", "time"), rows)
     show_text(outcome.explanation)
-    show_evaluation(run.evaluation, run.prepared)
+    show_evaluation(result.evaluation, result.problem)
     typer.echo(f"Written in {outcome.folder}, every search in a folder nN of its own:")
     typer.echo("\n".join(f"  {name}" for name in (AUTO, TABLE, PICTURE, *files, *more)))

@@ -34,8 +34,10 @@ from armdesign.experiments.compare.comparison_table import (
 from armdesign.experiments.compare.ready_made import ready_made_arms
 from armdesign.files import write_whole
 from armdesign.fitness.block import compile_kernels
-from armdesign.runs.resumable import open_run
-from armdesign.search.prepare import Prepared, prepare
+from armdesign.runs.folder import settings_file
+from armdesign.runs.reading import read_problem
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Fitness, Settings, Task
 
 BASE = "Base of ready-made arms"
@@ -95,18 +97,18 @@ def compare(
     if folder is None:
         settings = first_study(arms or []) if config is None else settings_from_flags(config, {})
         entrants = open_entrants(arms or [], settings, tool or ())
-        prepared = task_of_recording(recording, settings.replace(given), scenario, weights, entrants)
+        problem = task_of_recording(recording, settings.replace(given), scenario, weights, entrants)
     else:
         flags = {"--scenario": scenario, "--config": config, "--weights": weights}
         flags |= {f"--{name.replace('_', '-')}": value for name, value in given["task"].items()}
-        prepared = task_of_run(folder, [name for name, value in flags.items() if value is not None])
-        entrants = open_entrants(arms or [], prepared.settings, tool or ())
+        problem = task_of_run(folder, [name for name, value in flags.items() if value is not None])
+        entrants = open_entrants(arms or [], problem.settings, tool or ())
     if not quiet:
-        for note in prepared.notes if folder is None else ():
+        for note in problem.notes if folder is None else ():
             say(note)
-    rows = compared(entrants, prepared, how, payload, quiet=quiet)
-    source = str(recording if recording is not None else folder or prepared.settings.task.recording)
-    write_outputs(json_file, csv_file, rows, prepared, payload, how, source)
+    rows = compared(entrants, problem, how, payload, quiet=quiet)
+    source = str(recording if recording is not None else folder or problem.settings.task.recording)
+    write_outputs(json_file, csv_file, rows, problem, payload, how, source)
     if not quiet:
         show_comparison(rows)
         show_text("\n".join(comparison_notes(rows, payload, how)))
@@ -121,18 +123,18 @@ def catalogue_text() -> str:
 def task_folder(recording: Path | None, arms: Sequence[str]) -> Path | None:
     """The run folder whose own task is meant; None where a recording is."""
     if recording is None:
-        folders = [Path(arm) for arm in arms if (Path(arm) / "study.toml").is_file()]
+        folders = [Path(arm) for arm in arms if settings_file(Path(arm)).is_file()]
         if not folders:
             return None
         return folders[0]
     if recording.is_dir():
         return recording
     beside = recording.parent
-    whole = all((beside / name).is_file() for name in ("study.toml", "task.json"))
+    whole = settings_file(beside).is_file() and (beside / "task.json").is_file()
     return beside if recording.name == "task.csv" and whole else None
 
 
-def task_of_run(folder: Path, given: Sequence[str]) -> Prepared:
+def task_of_run(folder: Path, given: Sequence[str]) -> DesignProblem:
     """A run's own task with its own settings.
 
     Raises:
@@ -144,7 +146,7 @@ def task_of_run(folder: Path, given: Sequence[str]) -> Prepared:
             f"the task is that of the run {folder}, with its settings; {', '.join(given)} would not be used",
             value=list(given), fix="Leave them out, or give a recording with --task",
         )  # fmt: skip
-    return open_run(folder)
+    return read_problem(folder)
 
 
 def first_study(arms: Sequence[str]) -> Settings:
@@ -165,7 +167,7 @@ def task_of_recording(
     scenario: str | None,
     weights: list[float] | None,
     entrants: Sequence[Entrant],
-) -> Prepared:
+) -> DesignProblem:
     """The task of a recording, for arms of so many joints and such a length at most.
 
     Raises:
@@ -197,18 +199,18 @@ def check_outputs(json_file: Path | None, csv_file: Path | None, *, overwrite: b
 
 
 def compared(
-    entrants: Sequence[Entrant], prepared: Prepared, how: BaseSearch, payload: float, *, quiet: bool
+    entrants: Sequence[Entrant], problem: DesignProblem, how: BaseSearch, payload: float, *, quiet: bool
 ) -> list[Compared]:
     """Put each of them to the task."""
     with announce_compiling(quiet):
-        compile_kernels(some_problem(prepared))
+        compile_kernels(some_problem(problem))
     rows = []
     for entrant in entrants:
         if isinstance(entrant, Design):
-            rows.append(compare_design(entrant, prepared, payload))
+            rows.append(compare_design(entrant, problem, payload))
             continue
         with BaseBar(entrant.name, quiet=quiet) as bar:
-            rows.append(compare_ready_made(entrant, prepared, how, payload, bar))
+            rows.append(compare_ready_made(entrant, problem, how, payload, bar))
     return rows
 
 
@@ -216,16 +218,16 @@ def write_outputs(
     json_file: Path | None,
     csv_file: Path | None,
     rows: Sequence[Compared],
-    prepared: Prepared,
+    problem: DesignProblem,
     payload: float,
     how: BaseSearch,
     source: str,
 ) -> None:
     """Write the files that were asked for."""
     if json_file is not None:
-        write_whole(json_file, comparison_json(rows, prepared, payload, how, source))
+        write_whole(json_file, comparison_json(rows, problem, payload, how, source))
     if csv_file is not None:
-        write_whole(csv_file, comparison_csv(rows, prepared.task.points))
+        write_whole(csv_file, comparison_csv(rows, problem.task.points))
 
 
 def show_comparison(rows: Sequence[Compared]) -> None:

@@ -17,8 +17,10 @@ from armdesign.cli.tables import show_evaluation
 from armdesign.errors import SettingsError
 from armdesign.fitness.block import compile_kernels
 from armdesign.kinematics.dh_files import read_design
-from armdesign.runs import folder as runfolder
+from armdesign.runs.folder import claim_folder
+from armdesign.runs.writing import write_result
 from armdesign.search.evaluation import check_design, evaluate_design
+from armdesign.search.result import Result
 from armdesign.settings.sections import Fitness, Task
 
 
@@ -72,21 +74,21 @@ def evaluate(
     held = {"holdouts": None} if recordings else {}
     settings = settings.replace({"task": given["task"] | held, "design": {"dof": table.dof}})
     opened = open_demonstrations(recordings, settings, scenario, weights, "evaluate DESIGN")
-    prepared = opened.prepared(longest=table.length)
+    problem = opened.problem(longest=table.length)
     with announce_compiling(quiet):
-        compile_kernels(prepared.problem())
-    evaluation = evaluate_design(table, prepared)
+        compile_kernels(problem.path_problem)
+    evaluation = evaluate_design(table, problem)
     if out is not None:
-        runfolder.claim_folder(out, overwrite=overwrite)
+        claim_folder(out, overwrite=overwrite)
     if not quiet:
-        for note in prepared.notes:
+        for note in problem.notes:
             say(note)
-        show_evaluation(evaluation, prepared)
+        show_evaluation(evaluation, problem)
     if out is None:
         return
-    written = runfolder.write_evaluation(out, evaluation, prepared)
+    written = write_result(out, Result(problem, evaluation))
     if not quiet:
-        typer.echo(written_text([out / name for name in written.files]))
+        typer.echo(written_text([out / name for name in written]))
 
 
 def settings_of(design: Path) -> dict[str, dict[str, Any]]:

@@ -19,7 +19,8 @@ from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, Si
 from armdesign.export.robot_file import finished_robot
 from armdesign.export.trajectory.exporting import FILES, export_trajectory, place_for
 from armdesign.files import write_whole
-from armdesign.runs.reading import FinishedRun, read_finished
+from armdesign.runs.reading import read_result
+from armdesign.search.result import Result
 
 TRAJECTORY = "Trajectory"
 FOLDER = "export"
@@ -99,7 +100,7 @@ def export(
     check_convention(convention)
     folder = out if out is not None else run / FOLDER
     with announce_compiling(quiet):
-        finished = read_finished(run)
+        finished = read_result(run)
     check_places(folder, [name for kind in kinds for name in FORMATS[kind]], overwrite=overwrite)
     for kind in motions:
         place_for(kind, folder, overwrite=overwrite)
@@ -124,14 +125,14 @@ def export(
 
 
 def write_robot(
-    run: FinishedRun, kinds: list[str], options: RobotOptions, convention: str, folder: Path
+    run: Result, kinds: list[str], options: RobotOptions, convention: str, folder: Path
 ) -> tuple[list[Path], list[str]]:
     """Write the robot files of some kinds, once all of them are made.
 
     Returns:
         Their paths, and what to know about them.
     """
-    robot = finished_robot(run.evaluation, run.prepared, options)
+    robot = finished_robot(run, options)
     files = {name: text for kind in kinds for name, text in robot_files(robot, kind, convention).items()}
     make_folder(folder)
     for name, text in files.items():
@@ -140,7 +141,7 @@ def write_robot(
 
 
 def write_motion(
-    run: FinishedRun, kind: str, folder: Path, timing: Mapping[str, object], *, overwrite: bool
+    run: Result, kind: str, folder: Path, timing: Mapping[str, object], *, overwrite: bool
 ) -> tuple[Path, tuple[str, ...]]:
     """Write one kind of trajectory; settings that are not given are left to the trajectory's own defaults."""
     given = {name: value for name, value in timing.items() if value is not None}

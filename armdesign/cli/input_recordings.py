@@ -10,8 +10,9 @@ from typing import Any
 from armdesign.cli.command_options import with_weights
 from armdesign.demonstration import Recording, read_recording, read_recordings
 from armdesign.errors import SettingsError
-from armdesign.search.demonstrations import alone, prepare_several
-from armdesign.search.prepare import ORIGIN, Prepared, choose
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.prepare import for_one, prepare
+from armdesign.search.prepare_demonstration import ORIGIN, choose
 from armdesign.settings.kinds import is_unicode
 from armdesign.settings.sections import Settings
 
@@ -32,10 +33,10 @@ class Demonstrations:
     unseen: tuple[Recording, ...]
     settings: Settings
 
-    def prepared(self, dof: int | None = None, *, longest: float | None = None) -> Prepared:
+    def problem(self, dof: int | None = None, *, longest: float | None = None) -> DesignProblem:
         """Task and settings, for another number of joints than that of the settings where one is given."""
         settings = self.settings if dof is None else self.settings.replace({"design": {"dof": dof}})
-        return prepare_several(self.seen, settings, holdouts=self.unseen, longest=longest)
+        return prepare(self.seen, settings, holdouts=self.unseen, longest=longest)
 
 
 def open_demonstrations(
@@ -59,7 +60,7 @@ def open_demonstrations(
     unseen = list(settings.task.holdouts or ())
     for path in (*others, *unseen):
         check_name(path)
-    source, demonstration, single = open_recording(first, alone(settings), scenario, weights, command)
+    source, demonstration, single = open_recording(first, for_one(settings), scenario, weights, command)
 
     if not single.task.files:
         check_different([source, *map(Path, others)], [Path(path) for path in unseen])

@@ -11,7 +11,7 @@ from armdesign.cli.command_errors import one_sentence_errors
 from armdesign.cli.screen import announce_compiling
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.files import write_whole
-from armdesign.runs.reading import read_finished
+from armdesign.runs.reading import read_result
 from armdesign.views.preview import PageServer, preview_html
 from armdesign.views.preview.preview_page import check_speed
 
@@ -47,7 +47,7 @@ def preview(
 def draw(runs: list[Path], speed: float) -> str:
     """The page of run folders."""
     with announce_compiling(quiet=False):
-        finished = [read_finished(folder) for folder in runs]
+        finished = [read_result(folder) for folder in runs]
     return preview_html(finished, speed)
 
 

@@ -17,7 +17,8 @@ from armdesign.export.trajectory.simulation import Tracking
 from armdesign.export.trajectory.simulation import simulate as simulate_tracking
 from armdesign.export.urdf import robot_urdf
 from armdesign.files import write_whole
-from armdesign.runs.reading import FinishedRun, read_finished
+from armdesign.runs.reading import read_result
+from armdesign.search.result import Result
 from armdesign.views.report import print_pdf, report_html
 
 DEFAULT_NAME = "report.html"
@@ -54,7 +55,7 @@ def report(
         BodyOptions(**given["body"]), LimitOptions(**given["limits"]), SimulationOptions(**given["simulation"])
     )
     with announce_compiling(quiet):
-        finished = read_finished(run)
+        finished = read_result(run)
     page = report_html(finished, options=options, tracking=simulated(finished, options) if simulate else None)
     write_whole(targets[0], page)
     if not quiet:
@@ -65,13 +66,13 @@ def report(
             typer.echo(f"Written: {targets[1]}")
 
 
-def simulated(run: FinishedRun, options: RobotOptions) -> Tracking:
+def simulated(run: Result, options: RobotOptions) -> Tracking:
     """The exported arm on its trajectory in a physics simulation.
 
     Raises:
         MissingExtraError: MuJoCo is not installed.
     """
-    arm = finished_robot(run.evaluation, run.prepared, options)
+    arm = finished_robot(run, options)
     return simulate_tracking(run, urdf=robot_urdf(arm))
 
 

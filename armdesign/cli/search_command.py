@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -26,10 +26,11 @@ from armdesign.cli.tables import show_evaluation
 from armdesign.cli.worker_options import ClusterOption, WorkersOption, check_workers, open_backend
 from armdesign.errors import RunFolderError, SettingsError, counted, resume_command
 from armdesign.fitness.block import compile_kernels
-from armdesign.runs import folder as runfolder
-from armdesign.runs.resumable import carry_out, finished, open_run, tidy_up
-from armdesign.search.prepare import Prepared
-from armdesign.search.search import SearchResult
+from armdesign.runs.folder import SETTINGS, TASK, TASK_JSON, URDF, claim_folder, free_folder
+from armdesign.runs.reading import read_problem
+from armdesign.runs.resumable import carry_out, finished, tidy_up
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.result import Result
 from armdesign.settings.sections import ARM, RECORDING, Design, Fitness, Search, Task
 from armdesign.views import writing as views
 
@@ -113,7 +114,7 @@ def search(
     """Search the arm that follows a recorded demonstration best.
 
     Several demonstrations of one task are followed by one arm. Writes a run folder: result.json, arm.urdf,
-    trajectory.csv, task.csv, task.json (what was done to the data), history.csv, study.toml, and to look at
+    trajectory.csv, task.csv, task.json (what was done to the data), history.csv, settings.toml, and to look at
     preview.html and report.html. Its state is saved after every iteration: Ctrl-C ends the search with the best arm so
     far, and --resume goes on, also after a crash.
     """
@@ -145,12 +146,12 @@ def search(
     check_workers(workers, cluster)
     if auto:
         search_auto(
-            prepare_for=opened.prepared, source=opened.source, out=out, workers=workers, cluster=cluster, report=report,
+            prepare_for=opened.problem, source=opened.source, out=out, workers=workers, cluster=cluster, report=report,
             overwrite=overwrite, quiet=quiet, within=within, enough=enough,
         )  # fmt: skip
         return
     folder = folder_for(opened, out)
-    begin(opened.prepared(), folder, workers, cluster, report=report, overwrite=overwrite, quiet=quiet)
+    begin(opened.problem(), folder, workers, cluster, report=report, overwrite=overwrite, quiet=quiet)
 
 
 def refuse_without_auto(*, auto: bool, **given: float | None) -> None:
@@ -173,11 +174,11 @@ def folder_for(opened: Demonstrations, out: Path | None) -> Path:
     name = (
         f"{opened.source.stem}{several}-{settings.search.algorithm}-n{settings.design.dof}-seed{settings.search.seed}"
     )
-    return runfolder.free_folder(Path("runs"), name)
+    return free_folder(Path("runs"), name)
 
 
 def begin(
-    prepared: Prepared,
+    problem: DesignProblem,
     folder: Path,
     workers: int | None,
     cluster: str | None,
@@ -188,11 +189,9 @@ def begin(
 ) -> None:
     """Start the run folder and search."""
     refuse_other_kinds(folder)
-    prepared.space().check_not_empty()
-    for each in prepared.demonstrations:
-        each.problem()
-    runfolder.claim_folder(folder, overwrite=overwrite)
-    carry_on(folder, prepared, workers, cluster, fresh=True, report=report, quiet=quiet)
+    problem.check()
+    claim_folder(folder, overwrite=overwrite)
+    carry_on(folder, problem, workers, cluster, fresh=True, report=report, quiet=quiet)
 
 
 def refuse_other_kinds(folder: Path) -> None:
@@ -215,12 +214,12 @@ def resume_search(folder: Path, workers: int | None, cluster: str | None, *, rep
         tidy_up(folder)
         say(f"{folder} is finished; nothing to resume.")
         return
-    carry_on(folder, open_run(folder), workers, cluster, fresh=False, report=report, quiet=quiet)
+    carry_on(folder, read_problem(folder), workers, cluster, fresh=False, report=report, quiet=quiet)
 
 
 def carry_on(
     folder: Path,
-    prepared: Prepared,
+    problem: DesignProblem,
     workers: int | None,
     cluster: str | None,
     *,
@@ -230,37 +229,38 @@ def carry_on(
 ) -> None:
     """Search in a run folder, saying what is decided and done."""
     if not quiet:
-        for sentence in opening(prepared):
+        for sentence in opening(problem):
             say(sentence)
     with announce_compiling(quiet):
-        compile_kernels(prepared.problem())
+        compile_kernels(problem.path_problem)
 
     def on_interrupt() -> None:
         say_in_handler("Stopping after this iteration; once more stops at once.")
 
-    with SearchBar() as progress, open_backend(prepared, workers, cluster) as backend:
-        result, written = carry_out(
+    with SearchBar() as progress, open_backend(problem, workers, cluster) as backend:
+        result, files = carry_out(
             folder,
-            prepared,
+            problem,
             backend,
             fresh=fresh,
             on_progress=None if quiet else progress,
             on_interrupt=on_interrupt,
             on_note=say,
         )
+    names = [SETTINGS, TASK, TASK_JSON, *files]
     if report:
-        written = replace(written, files=(*written.files, *views.write_views(folder)))
+        names += views.write_views(folder, result, files[URDF])
     if not quiet:
-        show_result(result, written)
-    if result.stopped_by == "interrupted":
+        show_result(result, [folder / name for name in names])
+    if result.facts is not None and result.facts.interrupted:
         typer.echo(f"Interrupted; go on with: {resume_command('search', folder, cluster)}", err=True)
         raise typer.Exit(INTERRUPTED)
 
 
-def opening(prepared: Prepared) -> list[str]:
+def opening(problem: DesignProblem) -> list[str]:
     """Sentences on what is going to be searched, and on what was decided on the way."""
-    settings, task = prepared.settings, prepared.task
-    lines = [*prepared.notes, *warnings_of_others(prepared)]
+    settings, task = problem.settings, problem.task
+    lines = [*problem.notes, *warnings_of_others(problem)]
     shown = ", ".join(f"{name} {w:.3g}" for name, w in zip(task.points, settings.fitness.weights, strict=True))
     if settings.fitness.orientation_weight:
         shown += f", orientation of {settings.task.orientation} {settings.fitness.orientation_weight:.3g}"
@@ -272,19 +272,21 @@ def opening(prepared: Prepared) -> list[str]:
     return lines
 
 
-def warnings_of_others(prepared: Prepared) -> list[str]:
+def warnings_of_others(problem: DesignProblem) -> list[str]:
     """What is doubtful about further demonstrations; everything that was done to them is in their task.json."""
     return [
         f"{Path(each.name).name}: {step.sentence}"
-        for each in (*prepared.others, *prepared.holdouts)
+        for each in problem.every[1:]
         for step in each.steps
         if step.name == "warning"
     ]
 
 
-def show_result(result: SearchResult, written: runfolder.Written) -> None:
+def show_result(result: Result, files: Sequence[Path]) -> None:
     """Print the arm that was found, and where its files are."""
-    count = int(result.history.evaluations[-1])
-    typer.echo(f"Best of {counted(count, 'candidate')} in {clock(result.wall_time)}{STOPPED[result.stopped_by]}:")
-    show_evaluation(result.best, result.prepared)
-    typer.echo(written_text([written.folder / name for name in written.files]))
+    facts = result.facts
+    if facts is not None:
+        count = counted(facts.evaluations, "candidate")
+        typer.echo(f"Best of {count} in {clock(facts.wall_time)}{STOPPED[facts.stopped_by]}:")
+    show_evaluation(result.evaluation, result.problem)
+    typer.echo(written_text(files))

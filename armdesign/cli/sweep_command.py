@@ -242,7 +242,7 @@ def local_crew(workers: int, tasks: Tasks, *, quiet: bool, warm_up: Callable[[],
         warm_up: Compiles what the units need beside the evaluator's kernels.
     """
     with announce_compiling(quiet):
-        compile_kernels(next(iter(tasks.values())).problem())
+        compile_kernels(next(iter(tasks.values())).path_problem)
         if warm_up is not None:
             warm_up()
     return LocalCrew(workers)

@@ -8,8 +8,8 @@ import typer
 from armdesign.cli.screen import show_table
 from armdesign.errors import counted, short_names
 from armdesign.kinematics.dh import DHTable
+from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import Evaluation
-from armdesign.search.prepare import Prepared
 
 
 def show_design(table: DHTable) -> None:
@@ -28,15 +28,19 @@ def show_design(table: DHTable) -> None:
         typer.echo(f"base yaw {np.rad2deg(table.base_yaw):.3f} deg")
 
 
-def show_evaluation(evaluation: Evaluation, prepared: Prepared) -> None:
+def show_evaluation(evaluation: Evaluation, problem: DesignProblem) -> None:
     """Print DH rows, length, fitness in its parts, and the errors of each point and of each demonstration.
 
     Args:
         evaluation: What the arm does.
-        prepared: The task.
+        problem: The task.
     """
-    fitness, several = prepared.settings.fitness, len(prepared.demonstrations) + len(prepared.holdouts) > 1
-    meant = f", {fitness.demonstrations} of {len(prepared.demonstrations)} demonstrations" if prepared.others else ""
+    fitness, several = problem.settings.fitness, len(problem.every) > 1
+    meant = (
+        f", {fitness.demonstrations} of {len(problem.demonstrations)} demonstrations"
+        if len(problem.demonstrations) > 1
+        else ""
+    )
     typer.echo(f"{counted(evaluation.table.dof, 'joint')}, modified DH (Craig): T = Rx(alpha) Tx(a) Tz(d) Rz(q)\n")
     show_design(evaluation.table)
     typer.echo(f"\nlength L {evaluation.table.length:.4f} m")
@@ -44,24 +48,23 @@ def show_evaluation(evaluation: Evaluation, prepared: Prepared) -> None:
     typer.echo(f"f {evaluation.path_fitness * 1e3:.2f} mm, E {evaluation.area * 1e3:.2f} mm")
     typer.echo(f"start error {evaluation.path.start_error * 1e3:.3f} mm\n")
     if several:
-        show_demonstrations(evaluation, prepared)
-    show_points(evaluation, prepared, "error of the first demonstration" if several else "error of each point")
+        show_demonstrations(evaluation, problem)
+    show_points(evaluation, problem, "error of the first demonstration" if several else "error of each point")
 
 
-def show_points(evaluation: Evaluation, prepared: Prepared, title: str) -> None:
+def show_points(evaluation: Evaluation, problem: DesignProblem, title: str) -> None:
     """Print the mean and largest error of each point, and of the orientation where it counts."""
-    path, oriented = evaluation.path, prepared.settings.fitness.orientation_weight
-    series = [(name, path.distance[:, i] * 1e3) for i, name in enumerate(prepared.task.points)]
+    path, oriented = evaluation.path, problem.settings.fitness.orientation_weight
+    series = [(name, path.distance[:, i] * 1e3) for i, name in enumerate(problem.task.points)]
     if oriented:
         series.append(("orientation [deg]", np.rad2deg(path.orientation_error)))
     rows = [(name, f"{error.mean():.2f}", f"{error.max():.2f}") for name, error in series]
     show_table((title, "mean [mm]", "max [mm]"), rows)
 
 
-def show_demonstrations(evaluation: Evaluation, prepared: Prepared) -> None:
+def show_demonstrations(evaluation: Evaluation, problem: DesignProblem) -> None:
     """Print what the arm does on each of several demonstrations and on those held out."""
-    every = [*prepared.demonstrations, *prepared.holdouts]
-    seen = evaluation.demonstrations or (evaluation,)
+    every, seen = problem.every, evaluation.demonstrations
     names = short_names([each.name for each in every])
     shown = [*names[: len(seen)], *(f"{name}, held out" for name in names[len(seen) :])]
     rows, missed = [], []
@@ -75,7 +78,7 @@ def show_demonstrations(evaluation: Evaluation, prepared: Prepared) -> None:
             frame, distance = scored.missed
             missed.append(f"{name}: not reached, frame {frame + 1} is missed by {distance * 1e3:.2f} mm")
         rows.append((name, *figures[:3], str(len(each.task.time)), *figures[3:]))
-    hand_name = prepared.task.points[-1]
+    hand_name = problem.task.points[-1]
     headings = ("demonstration", "r [m]", "f [mm]", "E [mm]", "frames", f"{hand_name} [mm]", "max [mm]")
     show_table(headings, rows)
     typer.echo("\n".join([*missed, ""]))

@@ -13,7 +13,7 @@ from armdesign.cli.screen import say
 from armdesign.errors import SettingsError
 from armdesign.search.backends import Backend, InProcess, WorkerPool
 from armdesign.search.backends.processes import available_cores
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -61,29 +61,29 @@ def check_workers(workers: int | None, cluster: str | None) -> None:
 
 
 def open_backend(
-    prepared: Prepared, workers: int | None, cluster: str | None = None
+    problem: DesignProblem, workers: int | None, cluster: str | None = None
 ) -> AbstractContextManager[Backend]:
     """The backend of a search: a cluster, or as many worker processes as asked for, by default as many as pay.
 
     Args:
-        prepared: Task and settings.
+        problem: Task and settings.
         workers: Number of processes; None for as many as pay.
         cluster: Address of a Dask scheduler.
     """
     check_workers(workers, None if workers is None else cluster)
     if cluster is not None:
-        return open_cluster(prepared, cluster)
-    paying = prepared.settings.search.candidates // PAYS_PER_WORKER
+        return open_cluster(problem, cluster)
+    paying = problem.settings.search.candidates // PAYS_PER_WORKER
     count = workers if workers is not None else max(1, min(available_cores(), paying))
-    return InProcess(prepared) if count == 1 else WorkerPool(prepared, count)
+    return InProcess(problem) if count == 1 else WorkerPool(problem, count)
 
 
 @contextmanager
-def open_cluster(prepared: Prepared, address: str) -> Iterator[Backend]:
+def open_cluster(problem: DesignProblem, address: str) -> Iterator[Backend]:
     """The workers of a Dask scheduler as a backend; see ``cluster_client``."""
     from armdesign.search.backends.dask_cluster import DaskCluster  # noqa: PLC0415 (an optional extra)
 
-    with cluster_client(address) as client, DaskCluster(client, prepared, say=say) as backend:
+    with cluster_client(address) as client, DaskCluster(client, problem, say=say) as backend:
         yield backend
 
 

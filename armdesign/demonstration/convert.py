@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from armdesign.demonstration import Recording, Step, resolve, write_plain_csv
-from armdesign.demonstration.provenance import Origin, origin_of, write_task_json
+from armdesign.demonstration.provenance import Provenance, provenance_of, task_json
 from armdesign.demonstration.task import cleaned_points
-from armdesign.search.prepare import cleaning_of
+from armdesign.files import write_whole
+from armdesign.search.prepare_demonstration import cleaning_of
 from armdesign.settings.sections import Settings
 
 
@@ -20,13 +21,13 @@ class Conversion:
         recording: The base first, the hand last, in metres with z up.
         base: Name of the base.
         steps: What was found and done.
-        origin: Where it comes from.
+        provenance: Where it comes from.
     """
 
     recording: Recording
     base: str
     steps: tuple[Step, ...]
-    origin: Origin
+    provenance: Provenance
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -54,7 +55,7 @@ def convert(recording: Recording, settings: Settings, *, oriented: bool = False)
     how = cleaning_of(task).settled(chosen.recording)
     cleaned, steps = cleaned_points(chosen, how)
     used = settings.replace({"task": {"outliers": how.outliers, "repeats": how.repeats, "low_pass": how.low_pass}})
-    return Conversion(cleaned, chosen.base, steps, origin_of(chosen, used.task))
+    return Conversion(cleaned, chosen.base, steps, provenance_of(chosen, used.task))
 
 
 def write_conversion(path: Path, conversion: Conversion) -> tuple[Path, Path]:
@@ -70,9 +71,10 @@ def write_conversion(path: Path, conversion: Conversion) -> tuple[Path, Path]:
     beside = task_json_beside(path)
     recording = conversion.recording
     write_plain_csv(path, recording)
-    write_task_json(
-        beside, conversion.origin, conversion.steps, base=conversion.base, frames=recording.frames, rate=recording.rate
+    content = task_json(
+        conversion.provenance, conversion.steps, base=conversion.base, frames=recording.frames, rate=recording.rate
     )
+    write_whole(beside, content)
     return path, beside
 
 

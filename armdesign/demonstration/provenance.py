@@ -15,7 +15,6 @@ import numpy as np
 from armdesign._version import __version__
 from armdesign.demonstration import Chosen, Step
 from armdesign.errors import RunFolderError
-from armdesign.files import write_whole
 from armdesign.settings.sections import Task as TaskSettings
 
 SCHEMA_VERSION = 1
@@ -35,7 +34,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Origin:
+class Provenance:
     """Where a task comes from.
 
     Attributes:
@@ -63,7 +62,7 @@ class Origin:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-def origin_of(chosen: Chosen, settings: TaskSettings) -> Origin:
+def provenance_of(chosen: Chosen, settings: TaskSettings) -> Provenance:
     """The origin of points chosen from a recording.
 
     Args:
@@ -74,7 +73,7 @@ def origin_of(chosen: Chosen, settings: TaskSettings) -> Origin:
     named = {step.name: step.details for step in about.steps}
     paths = list(settings.files.values()) or ([settings.recording] if settings.recording else [])
     names = ("outliers", "max_gap", "repeats", "low_pass", "start", "stop", "cut", "rate", "scale", "file_rate")
-    return Origin(
+    return Provenance(
         sources=tuple(Source(path, fingerprint(path)) for path in paths),
         format=about.format,
         units=_text(named.get("units", {}).get("unit", settings.units or "m")),
@@ -102,19 +101,15 @@ def fingerprint(path: str | None) -> str | None:
         return None
 
 
-def write_task_json(path: Path, origin: Origin, steps: Sequence[Step], *, base: str, frames: int, rate: float) -> None:
-    """Write where a task comes from and what was done.
+def task_json(provenance: Provenance, steps: Sequence[Step], *, base: str, frames: int, rate: float) -> str:
+    """The content of a ``task.json``, of a run folder or beside a converted recording.
 
     Args:
-        path: The file, ``task.json`` in a run folder or beside a converted recording.
-        origin: Where it comes from.
+        provenance: Where the task comes from.
         steps: What was found and done.
         base: Name of the base.
         frames: Number of frames T.
         rate: Frames per second, from the median step [1/s].
-
-    Raises:
-        RunFolderError: It cannot be written.
     """
     content = {
         "schema_version": SCHEMA_VERSION,
@@ -122,13 +117,13 @@ def write_task_json(path: Path, origin: Origin, steps: Sequence[Step], *, base: 
         "base_name": base,
         "frames": frames,
         "rate": rate,
-        **asdict(origin),
+        **asdict(provenance),
         "steps": [asdict(step) for step in steps],
     }
-    write_whole(path, json.dumps(as_json(content), indent=2, allow_nan=False) + "\n")
+    return json.dumps(as_json(content), indent=2, allow_nan=False) + "\n"
 
 
-def read_task_json(path: Path) -> tuple[str, Origin, tuple[Step, ...]]:
+def read_task_json(path: Path) -> tuple[str, Provenance, tuple[Step, ...]]:
     """Name of the base, origin and steps out of a ``task.json``, or out of the ``notes.json`` of earlier versions.
 
     Raises:
@@ -137,12 +132,12 @@ def read_task_json(path: Path) -> tuple[str, Origin, tuple[Step, ...]]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         if "notes" in content:
-            return str(content["base"]), Origin(), tuple(Step("note", str(note)) for note in content["notes"])
-        entries = {name: content[name] for name in Origin.__dataclass_fields__}
+            return str(content["base"]), Provenance(), tuple(Step("note", str(note)) for note in content["notes"])
+        entries = {name: content[name] for name in Provenance.__dataclass_fields__}
         entries["sources"] = tuple(Source(**source) for source in content["sources"])
         entries["points"] = tuple(content["points"])
         steps = tuple(Step(str(s["name"]), str(s["sentence"]), dict(s["details"])) for s in content["steps"])
-        return str(content["base_name"]), Origin(**entries), steps
+        return str(content["base_name"]), Provenance(**entries), steps
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise RunFolderError(f"{path} is missing or damaged", value=str(path)) from error
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,10 +17,8 @@ from armdesign.export.options import AUTO, RobotOptions
 from armdesign.export.solids import BodyFit, LinkBody, link_bodies
 from armdesign.export.xml_text import safe_name, safe_names
 from armdesign.kinematics.dh import DHTable
-
-if TYPE_CHECKING:
-    from armdesign.search.evaluation import Evaluation
-    from armdesign.search.prepare import Prepared
+from armdesign.search.evaluation import motions
+from armdesign.search.result import Result
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,26 +70,22 @@ def make_robot(
     return Robot(safe_name(chosen.tags.name), table, limits, bodies, chosen, pose, {})
 
 
-def finished_robot(evaluation: Evaluation, prepared: Prepared, options: RobotOptions | None = None) -> Robot:
+def finished_robot(result: Result, options: RobotOptions | None = None) -> Robot:
     """The arm of a finished search or evaluation, with limits and a body that its own motions ask for.
 
     Args:
-        evaluation: The arm with its path.
-        prepared: Task and settings.
+        result: The arm with its paths.
         options: What is assumed.
 
     Raises:
         SettingsError: An option is out of range.
     """
-    from armdesign.fitness.constraints import joint_limits as searched_limits  # noqa: PLC0415
-    from armdesign.search.evaluation import motions  # noqa: PLC0415 (Numba)
-
     chosen = options or RobotOptions()
-    table, task, q_0 = evaluation.table, prepared.task, evaluation.path.q[0]
-    moved = motions(evaluation, prepared)
+    table, task, q_0 = result.table, result.problem.task, result.evaluation.path.q[0]
+    moved = motions(result.evaluation, result.problem)
     q = np.concatenate([angles for _, angles in moved])
     loads = motion_limits(table, moved, chosen)
-    position = searched_limits(prepared.settings.design)
+    position = result.limits
     notes: tuple[str, ...] = ()
     if chosen.limits.narrow_limits is not None:
         position = narrowed(position, q, np.deg2rad(chosen.limits.narrow_limits))

@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike
 from armdesign.export.joints import joint_limits
 from armdesign.export.options import DEFAULT_NAME, BodyOptions, RobotOptions, TagOptions
 from armdesign.export.parts import MATERIALS, WORLD, bare_link, joint_part, robot_parts
-from armdesign.export.robot_file import Robot, make_robot
+from armdesign.export.robot_file import Robot, finished_robot, make_robot
 from armdesign.export.templates import render
 from armdesign.export.xml_text import number, safe_name
 from armdesign.kinematics.dh import DHTable
+from armdesign.search.result import Result
 
-__all__ = ["HARDWARE", "MATERIALS", "robot_urdf", "tag_parts", "urdf_text"]
+__all__ = ["HARDWARE", "MATERIALS", "result_urdf", "robot_urdf", "tag_parts", "urdf_text"]
 
 TEMPLATE = "arm.urdf.j2"
 HARDWARE = {"mock": "mock_components/GenericSystem", "gazebo": "gz_ros2_control/GazeboSimSystem"}
@@ -83,3 +84,8 @@ def tag_parts(robot: Robot) -> dict[str, Any]:
     wanted = tags.ros2_control
     hardware = None if wanted is None else HARDWARE.get(wanted, wanted)
     return {"hardware": hardware, "transmissions": tags.transmissions, "moving": joints}
+
+
+def result_urdf(result: Result) -> str:
+    """The arm's URDF with the limits and the body that its own motions ask for; a run folder's arm.urdf."""
+    return robot_urdf(finished_robot(result))

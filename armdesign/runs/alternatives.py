@@ -15,18 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 from armdesign._types import Array
 
-from armdesign.search.arm_symmetry import arm_distances
+from armdesign.search.arm_symmetry import DIFFERENT, KEPT, different_arms
+from armdesign.runs.folder import ALTERNATIVES
+from armdesign.runs.writing import ALTERNATIVES_FOLDER, remove_alternatives, write_result
+from armdesign.search.result import Result
 from armdesign.errors import RunFolderError, SearchError, SettingsError
 from armdesign.search.evaluation import Evaluation, evaluate_design
-from armdesign.files import write_whole
 from armdesign.fitness.constraints import DesignSpace
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
-FILE, FOLDER = "alternatives.json", "alternatives"
-KEPT = 60
-"""Designs that a run folder keeps at most."""
-DIFFERENT = 0.3
-"""Distance from which two arms count as different, every entry in terms of the width of its bounds."""
 
 
 @dataclass(frozen=True)
@@ -44,49 +41,13 @@ class Alternative:
     folder: Path
 
 
-def different(Phi: Array, space: DesignSpace, distance: float, most: int) -> list[int]:
-    """Indices of designs that differ from each other, going down the list.
-
-    Args:
-        Phi: Designs, best first, shape (A, D).
-        space: The design space.
-        distance: Smallest distance, see arm_distances.
-        most: Largest number of them.
-    """
-    kept: list[int] = []
-    for k, design in enumerate(Phi):
-        if len(kept) == most:
-            break
-        if not kept or float(arm_distances(space, design, Phi[kept]).min()) >= distance:
-            kept.append(k)
-    return kept
-
-
-def write_designs(folder: Path, prepared: Prepared, basins: tuple[Array, Array] | None) -> tuple[str, ...]:
-    """Write the good designs of a search, best first; returns the name of the file.
-
-    Args:
-        folder: The run folder.
-        prepared: Task and settings.
-        basins: Designs Phi, shape (A, D), and their fitness, shape (A,), best first.
-    """
-    if basins is None:
-        return ()
-    Phi, fitness = basins
-    chosen = different(Phi, prepared.space(), 0.5 * DIFFERENT, KEPT)
-    designs = [{"fitness": float(fitness[k]), "phi": [float(x) for x in Phi[k]]} for k in chosen]
-    names = [name for name, free in zip(prepared.space().names, prepared.space().free, strict=True) if free]
-    write_whole(folder / FILE, json.dumps({"entries": names, "designs": designs}, indent=1) + "\n")
-    return (FILE,)
-
-
 def read_designs(folder: Path, space: DesignSpace) -> Array:
     """The good designs of a search, best first, shape (A, D).
 
     Raises:
         RunFolderError: There are none, or the file is damaged.
     """
-    path = folder / FILE
+    path = folder / ALTERNATIVES
     try:
         content: Any = json.loads(path.read_text(encoding="utf-8"))
         Phi = np.array([design["phi"] for design in content["designs"]], dtype=float)
@@ -94,7 +55,7 @@ def read_designs(folder: Path, space: DesignSpace) -> Array:
             raise ValueError(f"designs of {int(space.free.sum())} numbers are expected")
     except FileNotFoundError as error:
         raise RunFolderError(
-            f"{folder} keeps no alternatives: {FILE} is missing", value=str(folder),
+            f"{folder} keeps no alternatives: {ALTERNATIVES} is missing", value=str(folder),
             fix="Search anew, best with --algorithm multibasin; runs of earlier versions and evaluations keep none",
         ) from error  # fmt: skip
     except OSError as error:
@@ -105,52 +66,36 @@ def read_designs(folder: Path, space: DesignSpace) -> Array:
 
 
 def write_alternatives(
-    folder: Path, prepared: Prepared, *, count: int = 5, distance: float = DIFFERENT
+    folder: Path, problem: DesignProblem, *, count: int = 5, distance: float = DIFFERENT
 ) -> list[Alternative]:
     """Evaluate the best arms that differ, and write each as a run folder below ``alternatives``.
 
     Args:
         folder: The run folder of a search.
-        prepared: Its task and settings.
+        problem: Its task and settings.
         count: Number of arms.
-        distance: How different they have to be, see ``different``.
+        distance: How different they have to be, see ``different_arms``.
 
     Raises:
         RunFolderError: The run keeps none, or a folder cannot be written.
         SettingsError: A setting is out of range.
     """
-    from armdesign.runs import folder as runfolder  # noqa: PLC0415 (imports this module)
-
     check_options(count, distance)
-    space = prepared.space()
+    space = problem.space
     Phi = read_designs(folder, space)
     found: list[Alternative] = []
-    for k in different(Phi, space, distance, len(Phi)):
+    for k in different_arms(Phi, space, distance, len(Phi)):
         if len(found) == count:
             break
         try:
-            evaluation = evaluate_design(space.table(Phi[k]), prepared)
+            evaluation = evaluate_design(space.table(Phi[k]), problem)
         except SearchError:  # does not reach the start on this machine by a hair
             continue
-        place = folder / FOLDER / str(len(found) + 1)
-        runfolder.write_evaluation(place, evaluation, prepared)
+        place = folder / ALTERNATIVES_FOLDER / str(len(found) + 1)
+        write_result(place, Result(problem, evaluation))
         found.append(Alternative(len(found) + 1, evaluation, place))
     remove_alternatives(folder, beyond=len(found))
     return found
-
-
-def remove_alternatives(folder: Path, beyond: int = 0) -> None:
-    """Remove what an earlier ``armdesign alternatives`` has written and is not valid any more.
-
-    Args:
-        folder: The run folder.
-        beyond: Rank up to which they stay.
-    """
-    from armdesign.runs import folder as runfolder  # noqa: PLC0415 (imports this module)
-
-    for place in sorted((folder / FOLDER).glob("[0-9]*")):
-        if place.is_dir() and place.name.isdecimal() and int(place.name) > beyond:
-            runfolder.remove_run(place)
 
 
 def check_options(count: int, distance: float) -> None:

@@ -12,7 +12,7 @@ import json
 import os
 import threading
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ import numpy as np
 
 from armdesign._version import __version__
 from armdesign.errors import RunFolderError
-from armdesign.files import write_whole
+from armdesign.files import remove_files, write_whole
 
 CURRENT, PREVIOUS, NEXT = "state.npz", "state-previous.npz", "state-next.npz"
 HEADER, FORMAT = "__json__", 1
@@ -128,20 +128,7 @@ def remove_states(folder: Path) -> None:
     Raises:
         RunFolderError: A file cannot be removed.
     """
-    remove([folder / CURRENT, folder / PREVIOUS, folder / NEXT, *folder.glob(".*.tmp")])
-
-
-def remove(paths: Iterable[Path]) -> None:
-    """Remove files where they are there.
-
-    Raises:
-        RunFolderError: A file cannot be removed.
-    """
-    for path in paths:
-        try:
-            path.unlink(missing_ok=True)
-        except OSError as error:
-            raise RunFolderError(f"cannot remove {path}: {error.strerror}", value=str(path)) from error
+    remove_files([folder / CURRENT, folder / PREVIOUS, folder / NEXT, *folder.glob(".*.tmp")])
 
 
 class StateWriter:

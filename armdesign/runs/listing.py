@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import re
 import sys
@@ -19,17 +18,16 @@ import numpy as np
 from armdesign.runs.checkpoint import CURRENT, PREVIOUS
 from armdesign.errors import RunFolderError
 from armdesign.runs.lock import holder_of
-from armdesign.runs.folder import STUDY, TASK_JSON
-from armdesign.runs.resumable import NOTES
 from armdesign.swarm import ALGORITHMS
+from armdesign.runs.folder import RESULT, TASK_JSON, settings_file
+from armdesign.files import read_json
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
-RESULT = "result.json"
-MARKS = (RESULT, CURRENT, PREVIOUS, TASK_JSON, NOTES)
+MARKS = (RESULT, CURRENT, PREVIOUS, TASK_JSON)
 """A folder that holds one of these is a run folder ..."""
 WORK = "work.json"
 """... unless it is a study's work that is no search."""
@@ -102,7 +100,7 @@ def read_run(folder: Path) -> RunStatus:
     blank = RunStatus(folder, "broken", age=age_of(folder))
     try:
         return judge(folder, with_settings(blank))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RunFolderError) as error:
         return replace(blank, detail=str(error))
 
 
@@ -119,7 +117,7 @@ def judge(folder: Path, run: RunStatus) -> RunStatus:
     if holder is not None:
         return replace(run, state="running", detail=holder)
     if (folder / RESULT).exists():
-        return from_result(read_result(folder / RESULT), run)
+        return from_result(read_json(folder / RESULT), run)
     if bests and run.iterations == run.planned and run.best is None:
         return replace(run, state="failed", detail="nothing found")
     return replace(run, state="stopped")
@@ -145,31 +143,15 @@ def from_result(result: dict[str, Any], run: RunStatus) -> RunStatus:
     return replace(run, state="interrupted" if interrupted else "finished", best=best, iterations=iterations)
 
 
-def read_result(path: Path) -> dict[str, Any]:
-    """Content of a result.json.
-
-    Raises:
-        ValueError: It cannot be read or is damaged; the message says so.
-    """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"{RESULT} cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise ValueError(f"{RESULT} is not valid JSON") from error
-    if not isinstance(content, dict):
-        raise ValueError(f"{RESULT} holds no result")
-    return content
-
-
 def with_settings(run: RunStatus) -> RunStatus:
     """The run with what its settings tell, and how far its saved state is.
 
     Raises:
         ValueError: They are missing or damaged; the message says so.
     """
+    path = settings_file(run.folder)
     try:
-        tables = tomllib.loads((run.folder / STUDY).read_text(encoding="utf-8"))
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
         search, dof = tables["search"], int(tables["design"]["dof"])
         algorithm, seed = str(search["algorithm"]), int(search["seed"])
         planned = int(search[ALGORITHMS[algorithm].length])
@@ -178,9 +160,9 @@ def with_settings(run: RunStatus) -> RunStatus:
         if evaluations is not None:
             done = ALGORITHMS[algorithm].units_done(int(evaluations[-1]) if evaluations else 0, search)
     except OSError as error:
-        raise ValueError(f"{STUDY} cannot be read: {error.strerror}") from error
+        raise ValueError(f"{path.name} cannot be read: {error.strerror}") from error
     except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(f"{STUDY} is damaged: {error}") from error
+        raise ValueError(f"{path.name} is damaged: {error}") from error
     return replace(run, algorithm=algorithm, dof=dof, seed=seed, planned=planned, iterations=done)
 
 

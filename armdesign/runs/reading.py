@@ -1,61 +1,43 @@
-"""A finished run, read back from its folder: the arm, its path and the task, as whatever leaves the tool needs them."""
+"""A run folder read back: the demonstrations and the settings, the arm with its path, and how the search went."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from armdesign._types import Array
 
+from armdesign._types import Array
+from armdesign.demonstration import read_plain_csv, task_from_recording
+from armdesign.demonstration.provenance import read_task_json
 from armdesign.errors import RunFolderError
-from armdesign.search.evaluation import Evaluation
-from armdesign.fitness.constraints import joint_limits
-from armdesign.fitness.block import BlockEvaluator
+from armdesign.files import read_json
+from armdesign.fitness.block import BlockEvaluator, PathResult
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.dh_files import read_design
-from armdesign.runs.folder import HOLDOUTS, OTHERS, other_folders
-from armdesign.runs.resumable import open_run
-from armdesign.search.prepare import Prepared
+from armdesign.runs.folder import (
+    DEMONSTRATIONS,
+    HISTORY,
+    HOLDOUTS,
+    RESULT,
+    SETTINGS,
+    TASK,
+    TASK_JSON,
+    TRAJECTORY,
+    inner_folders,
+    inner_names,
+    settings_file,
+)
+from armdesign.search.design_problem import Demonstration, DesignProblem
+from armdesign.search.evaluation import Evaluation, PathEvaluation
+from armdesign.search.result import Result, SearchFacts
+from armdesign.settings import read_settings
+from armdesign.swarm import History
 
 
-
-@dataclass(frozen=True, eq=False)
-class FinishedRun:
-    """An arm that does a task.
-
-    Attributes:
-        name: What to call it, the folder's name; for people, not safe for XML.
-        prepared: Task and settings.
-        evaluation: The arm (``evaluation.table``) with its path (``evaluation.path``: q, g, area, distance ...).
-        history: Columns of history.csv, each of shape (iterations,); empty for an arm that was not searched.
-        content: result.json, for what is only told, not computed.
-        folder: Where it was read; None for a result that is still in memory.
-    """
-
-    name: str
-    prepared: Prepared
-    evaluation: Evaluation
-    history: dict[str, Array]
-    content: dict[str, Any]
-    folder: Path | None = None
-
-    @property
-    def table(self) -> DHTable:
-        """The arm."""
-        return self.evaluation.table
-
-    @property
-    def limits(self) -> Array:
-        """Joint limits of the search, shape (n, 2) [rad]."""
-        return joint_limits(self.prepared.settings.design)
-
-
-def read_finished(folder: str | Path) -> FinishedRun:
+def read_result(folder: str | Path) -> Result:
     """Read a run folder that has a result, also that of an interrupted search.
 
     The errors along the path come from the joint angles in trajectory.csv; the angles are not solved again.
@@ -67,76 +49,147 @@ def read_finished(folder: str | Path) -> FinishedRun:
         RunFolderError: There is no result, or a file is missing, damaged or does not fit the others.
     """
     place = Path(folder)
-    content, prepared = read_result(place), open_run(place)
-    evaluation = read_evaluation(place, prepared, content)
-    if prepared.others:
-        told = listed(content, "demonstrations", 1 + len(prepared.others), place)
-        first = Evaluation(evaluation.table, *figures(told[0], place), evaluation.path)
-        others = [read_evaluation(*each) for each in other_runs(place, OTHERS, prepared.others)]
-        evaluation = replace(evaluation, demonstrations=(first, *others))
-    if prepared.holdouts:
-        told = listed(content, "holdout", len(prepared.holdouts), place)
-        runs = zip(other_runs(place, HOLDOUTS, prepared.holdouts), told, strict=True)
-        holdouts = tuple(read_holdout(run, entry, evaluation.first) for run, entry in runs)
-        evaluation = replace(evaluation, holdouts=holdouts)
-    return FinishedRun(place.resolve().name, prepared, evaluation, read_history(place / "history.csv"), content, place)
+    content, problem = result_content(place), read_problem(place)
+    table = read_design(place / RESULT)
+    first = read_path(place, problem.first, content, table)
+    demonstrations, holdouts = [first], []
+    if len(problem.demonstrations) > 1:
+        entries = listed(content, "demonstrations", len(problem.demonstrations), place)
+        demonstrations[0] = PathEvaluation(*figures(entries[0], place), first.path)
+        folders = inner_folders(place, DEMONSTRATIONS)
+        for inner, demonstration in zip(folders, problem.demonstrations[1:], strict=True):
+            demonstrations.append(read_path(inner, demonstration, result_content(inner), table))
+    if problem.holdouts:
+        entries = listed(content, "holdout", len(problem.holdouts), place)
+        folders = inner_folders(place, HOLDOUTS)
+        for inner, demonstration, entry in zip(folders, problem.holdouts, entries, strict=True):
+            if (inner / RESULT).is_file():
+                holdouts.append(read_path(inner, demonstration, result_content(inner), table))
+            else:
+                holdouts.append(missed_holdout(inner, entry, first.path))
+    evaluation = Evaluation(table, *figures(content, place), tuple(demonstrations), tuple(holdouts))
+    facts = read_facts(content, place) if "stopped_by" in content else None
+    history = read_history(place / HISTORY) if (place / HISTORY).is_file() else None
+    version = str(content.get("armdesign_version", ""))
+    return Result(problem, evaluation, history, facts, None, place.resolve().name, version, place)
 
 
-def read_evaluation(place: Path, prepared: Prepared, content: dict[str, Any]) -> Evaluation:
-    """What an arm does on the task of a run folder, out of its trajectory and its result.json.
+def read_problem(folder: Path) -> DesignProblem:
+    """Demonstrations and settings of a run folder, to the last bit as they were when it was started.
 
     Raises:
-        RunFolderError: A file is missing, damaged or does not fit the others.
+        RunFolderError: The folder holds no run, or a file is missing or damaged.
     """
-    table = read_design(place / "result.json")
-    q = read_trajectory(place / "trajectory.csv", table.dof)
-    if len(q) != len(prepared.task.time):
-        raise RunFolderError(
-            f"{place / 'trajectory.csv'} has {len(q)} frames, the task has {len(prepared.task.time)}",
-            value=len(q),
-            fix="Search again, or resume the run",
-        )
-    mount = rotation(content.get("mount", np.eye(3).tolist()), place)
-    path = BlockEvaluator(prepared.problem(), block=1).replay(table, q, mount)
-    tied = prepared.settings.fitness.tie_hand
-    miss = path.distance[0, -1] if tied else np.linalg.norm(table.frames(q[0])[-1, :3, 3] - prepared.task.P[0, -1])
-    path = replace(path, start_error=float(miss))
-    return Evaluation(table, *figures(content, place), path)
+    first = read_demonstration(folder)
+    seen = read_inner(folder, DEMONSTRATIONS, first.settings.task.more_recordings)
+    unseen = read_inner(folder, HOLDOUTS, first.settings.task.holdouts)
+    return DesignProblem(first.settings, (first, *seen), unseen)
 
 
-def other_runs(place: Path, pattern: str, others: Sequence[Prepared]) -> list[tuple[Path, Prepared, dict[str, Any]]]:
-    """Folder, task and result.json of further demonstrations; a holdout that is missed has no result.
+def read_demonstration(folder: Path) -> Demonstration:
+    """The first demonstration of a run folder.
+
+    Raises:
+        RunFolderError: The folder holds no run.
+    """
+    path = settings_file(folder)
+    if not path.is_file():
+        raise RunFolderError(f"{folder} holds no run to resume: {SETTINGS} is missing", value=str(folder))
+    try:
+        base, provenance, steps = read_task_json(folder / TASK_JSON)
+    except RunFolderError as error:
+        raise RunFolderError(f"{folder} holds no run to resume: {error}", value=str(folder)) from error
+    task = task_from_recording(read_plain_csv(folder / TASK), base=base)
+    return Demonstration(read_settings(path), task, steps, provenance)
+
+
+def read_inner(folder: Path, pattern: str, recordings: Sequence[str] | None) -> tuple[Demonstration, ...]:
+    """Further demonstrations of a run folder.
+
+    Args:
+        folder: The run folder.
+        pattern: DEMONSTRATIONS or HOLDOUTS.
+        recordings: Their files, according to the settings.
 
     Raises:
         RunFolderError: One is missing or damaged.
     """
-    runs = []
-    for folder, prepared in zip(other_folders(place, pattern), others, strict=True):
-        missed = pattern == HOLDOUTS and not (folder / "result.json").is_file()
-        runs.append((folder, prepared, {} if missed else read_result(folder)))
-    return runs
+    found, names = inner_folders(folder, pattern), inner_names(pattern, len(recordings or ()))
+    if len(found) < len(names):
+        missing = folder / names[len(found)]
+        raise RunFolderError(f"{missing} is missing or damaged", value=str(missing), fix="Search again")
+    return tuple(read_demonstration(place) for place in found)
 
 
-def read_holdout(run: tuple[Path, Prepared, dict[str, Any]], told: dict[str, Any], first: Evaluation) -> Evaluation:
-    """What an arm does on a demonstration that was held out.
+def read_path(
+    place: Path, demonstration: Demonstration, content: dict[str, Any], table: DHTable
+) -> PathEvaluation:
+    """What an arm does on the task of a run folder, out of its trajectory and its result.json.
 
     Args:
-        run: See ``other_runs``.
-        told: What the result.json above says of it.
-        first: What the arm does on the first demonstration.
+        place: The run folder.
+        demonstration: Its task.
+        content: Its result.json.
+        table: The arm.
 
     Raises:
-        RunFolderError: It is damaged.
+        RunFolderError: A file is missing, damaged or does not fit the others.
     """
-    if run[-1]:
-        return read_evaluation(*run)
-    place, missed = run[0], told.get("missed")
+    q = read_trajectory(place / TRAJECTORY, table.dof)
+    task = demonstration.task
+    if len(q) != len(task.time):
+        raise RunFolderError(
+            f"{place / TRAJECTORY} has {len(q)} frames, the task has {len(task.time)}",
+            value=len(q),
+            fix="Search again, or resume the run",
+        )
+    mount = rotation(content.get("mount", np.eye(3).tolist()), place)
+    path = BlockEvaluator(demonstration.path_problem, block=1).replay(table, q, mount)
+    tied = demonstration.settings.fitness.tie_hand
+    miss = path.distance[0, -1] if tied else np.linalg.norm(table.frames(q[0])[-1, :3, 3] - task.P[0, -1])
+    return PathEvaluation(*figures(content, place), replace(path, start_error=float(miss)))
+
+
+def missed_holdout(place: Path, entry: dict[str, Any], first: PathResult) -> PathEvaluation:
+    """What an arm does on a held-out demonstration whose hand it does not reach: a path without frames.
+
+    Args:
+        place: The demonstration's run folder.
+        entry: What the result.json above it tells of it.
+        first: The arm's path on the first demonstration.
+
+    Raises:
+        RunFolderError: The entry is damaged.
+    """
+    missed = entry.get("missed")
     if not isinstance(missed, dict):
-        raise RunFolderError(f"{place / 'result.json'} is missing", value=str(place), fix="Search again")
+        raise RunFolderError(f"{place / RESULT} is missing", value=str(place), fix="Search again")
     frame, distance = int(number(missed, "frame", place)), number(missed, "distance", place)
-    rows = {name: values[:0] for name, values in vars(first.path).items() if name not in ("mount", "start_error")}
-    path = replace(first.path, **rows, start_error=distance)
-    return Evaluation(first.table, np.inf, np.inf, np.inf, path, missed=(frame, distance))
+    rows = {name: values[:0] for name, values in vars(first).items() if name not in ("mount", "start_error")}
+    path = replace(first, **rows, start_error=distance)
+    return PathEvaluation(np.inf, np.inf, np.inf, path, (frame, distance))
+
+
+def read_facts(content: dict[str, Any], place: Path) -> SearchFacts:
+    """How the search of a run folder went.
+
+    Raises:
+        RunFolderError: An entry of result.json is missing or of the wrong type; the message names it.
+    """
+    kinds = {"algorithm": str, "rejected": dict, "stopped_by": str}
+    values: dict[str, Any] = {}
+    for entry in fields(SearchFacts):
+        if entry.name in kinds:
+            value = content.get(entry.name)
+            if not isinstance(value, kinds[entry.name]):
+                raise damaged(place, entry.name, content)
+            values[entry.name] = value
+        else:
+            values[entry.name] = number(content, entry.name, place)
+    for name in ("seed", "evaluations", "converged_at"):
+        values[name] = int(values[name])
+    values["rejected"] = {str(name): count for name, count in values["rejected"].items() if isinstance(count, int)}
+    return SearchFacts(**values)
 
 
 def listed(content: dict[str, Any], name: str, count: int, place: Path) -> list[dict[str, Any]]:
@@ -162,25 +215,18 @@ def figures(content: dict[str, Any], place: Path) -> tuple[float, float, float]:
     return r, f, E
 
 
-def read_result(folder: Path) -> dict[str, Any]:
+def result_content(folder: Path) -> dict[str, Any]:
     """result.json of a run folder.
 
     Raises:
         RunFolderError: It is missing or damaged.
     """
-    path = folder / "result.json"
     if not folder.is_dir():
         raise RunFolderError(f"there is no run folder {folder}", value=str(folder), fix="Check the path")
-    if not path.is_file():
+    if not (folder / RESULT).is_file():
         fix = f"Finish the search first: armdesign search --resume {folder}"
-        raise RunFolderError(f"{folder} holds no result: result.json is missing", value=str(folder), fix=fix)
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise RunFolderError(f"{path} is damaged: {error}", value=str(path), fix="Search again") from error
-    if not isinstance(content, dict):
-        raise RunFolderError(f"{path} is damaged: it holds no table", value=str(path), fix="Search again")
-    return content
+        raise RunFolderError(f"{folder} holds no result: {RESULT} is missing", value=str(folder), fix=fix)
+    return read_json(folder / RESULT, "Search again")
 
 
 def rotation(value: object, folder: Path) -> Array:
@@ -205,9 +251,16 @@ def number(content: dict[str, Any], name: str, folder: Path) -> float:
         RunFolderError: It is missing or no number.
     """
     value = content.get(name)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise RunFolderError(f"{folder / 'result.json'} is damaged: '{name}' is {value!r}", value=value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+        raise damaged(folder, name, content)
     return float(value)
+
+
+def damaged(folder: Path, name: str, content: dict[str, Any]) -> RunFolderError:
+    """The error for an entry of result.json that is missing or of the wrong type."""
+    what = f"is {content[name]!r}" if name in content else "is missing"
+    message = f"{folder / RESULT} is damaged: '{name}' {what}"
+    return RunFolderError(message, value=content.get(name), fix="Search again")
 
 
 def read_table(path: Path) -> tuple[list[str], Array]:
@@ -237,15 +290,19 @@ def read_trajectory(path: Path, dof: int) -> Array:
     return values[:, 1:]
 
 
-def read_history(path: Path) -> dict[str, Array]:
-    """Columns of history.csv by name; nothing where there is none.
+def read_history(path: Path) -> History:
+    """What happened in every iteration, out of history.csv.
 
     Raises:
-        RunFolderError: The file is damaged.
+        RunFolderError: The file is missing or damaged.
     """
-    if not path.is_file():
-        return {}
     names, values = read_table(path)
     if len(names) != values.shape[1]:
         raise RunFolderError(f"{path} is damaged: {len(names)} names for {values.shape[1]} columns", value=names)
-    return dict(zip(names, values.T, strict=True))
+    columns = dict(zip(names, values.T, strict=True))
+    for entry in fields(History):
+        if entry.name not in columns:
+            what = f"the column '{entry.name}' is missing"
+            raise RunFolderError(f"{path} is damaged: {what}", value=names, fix="Search again")
+    counts = (columns[name].astype(np.int64) for name in ("valid", "evaluations"))
+    return History(columns["best"], columns["mean"], *counts)

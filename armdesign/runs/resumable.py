@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
-from armdesign.runs import checkpoint, folder as runfolder
+from armdesign.errors import RunFolderError, SearchError, resume_command
+from armdesign.files import read_json, remove_files, write_whole
+from armdesign.runs import checkpoint
+from armdesign.runs.contents import dh_content, inner_demonstrations, json_text, problem_contents, result_contents
+from armdesign.runs.folder import DEMONSTRATIONS, RESULT, TASK, TASK_FILES, inner_folders, settings_file
+from armdesign.runs.lock import locked
+from armdesign.runs.writing import clear_result, write_files
 from armdesign.search.backends import Backend
 from armdesign.search.backends.processes import CandidateKillsWorkersError
-from armdesign.demonstration import read_plain_csv, task_from_recording
-from armdesign.errors import RunFolderError, SearchError
-from armdesign.files import write_whole
-from armdesign.runs.lock import locked
-from armdesign.demonstration.provenance import Origin, Source, fingerprint, read_task_json
-from armdesign.runs.folder import STUDY, TASK, TASK_JSON
-from armdesign.search.search import Progress, Search, SearchResult
-from armdesign.settings.sections import read_settings
-from armdesign.search.prepare import Prepared
-from armdesign.errors import resume_command
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.result import Result
+from armdesign.search.search import Progress, Search
 
-RESULTS = ("result.json", "history.csv", "alternatives.json", "trajectory.csv", "arm.urdf", *runfolder.VIEWS)
 FAILED = "failed_candidate.json"
-NOTES = "notes.json"
-"""What earlier versions kept in place of the task.json."""
+"""The design that has brought worker processes down."""
 
 
 class NothingYetError(SearchError):
@@ -69,68 +65,25 @@ def interruptible(on_first: Callable[[], None] | None = None) -> Iterator[Interr
             signal.signal(number, handler)
 
 
-def start_run(folder: Path, prepared: Prepared) -> None:
-    """Write what a later process needs to take the run up: the settings, the task, where it comes from.
+def start_run(folder: Path, problem: DesignProblem) -> None:
+    """Write what a later process needs to take the run up, in place of whatever run the folder holds.
 
     Args:
-        folder: The run folder, see runfolder.claim_folder.
-        prepared: Task and settings.
+        folder: The run folder, see ``claim_folder``.
+        problem: The demonstrations and the settings.
     """
-    checkpoint.remove(folder / name for name in (*RESULTS, STUDY, FAILED, NOTES))  # without settings there is no run
+    clear_result(folder, keep=inner_demonstrations(problem))
+    remove_files(folder / name for name in (*TASK_FILES, FAILED))  # before the states: without settings there is no run
     checkpoint.remove_states(folder)
-    runfolder.start_others(folder, prepared)
-    runfolder.write_task(folder, prepared)
-
-
-def open_run(folder: Path) -> Prepared:
-    """Task and settings of a run folder, to the last bit as they were when it was started.
-
-    Raises:
-        RunFolderError: The folder holds no run.
-    """
-    if not (folder / STUDY).is_file():
-        raise RunFolderError(f"{folder} holds no run to resume: {STUDY} is missing", value=str(folder))
-    earlier = (folder / NOTES).is_file() and not (folder / TASK_JSON).is_file()
-    try:
-        base, origin, steps = read_task_json(folder / (NOTES if earlier else TASK_JSON))
-    except RunFolderError as error:
-        raise RunFolderError(f"{folder} holds no run to resume: {error}", value=str(folder)) from error
-    settings = read_settings(folder / STUDY)
-    if earlier:
-        path = settings.task.recording
-        origin = Origin(sources=(Source(path, fingerprint(path)),))
-    task = task_from_recording(read_plain_csv(folder / TASK), base=base)
-    others = open_others(folder, runfolder.OTHERS, settings.task.more_recordings)
-    holdouts = open_others(folder, runfolder.HOLDOUTS, settings.task.holdouts)
-    return Prepared(settings, task, steps, origin, others, holdouts)
-
-
-def open_others(folder: Path, pattern: str, recordings: Sequence[str] | None) -> tuple[Prepared, ...]:
-    """Further demonstrations of a run folder.
-
-    Args:
-        folder: The run folder.
-        pattern: runfolder.OTHERS or HOLDOUTS.
-        recordings: Their files, according to the settings.
-
-    Raises:
-        RunFolderError: One is missing or damaged.
-    """
-    found = runfolder.other_folders(folder, pattern)
-    names = runfolder.other_names(pattern, len(recordings or ()))
-    if len(found) < len(names):
-        missing = folder / names[len(found)]
-        raise RunFolderError(f"{missing} is missing or damaged", value=str(missing), fix="Search again")
-    return tuple(open_run(place) for place in found)
+    write_files(folder, problem_contents(problem))
 
 
 def finished(folder: Path) -> bool:
     """Whether a run folder holds the result of a search that was not interrupted."""
     try:
-        content = json.loads((folder / "result.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return read_json(folder / RESULT).get("stopped_by") != "interrupted"
+    except RunFolderError:
         return False
-    return isinstance(content, dict) and content.get("stopped_by") != "interrupted"
 
 
 def tidy_up(folder: Path) -> None:
@@ -150,9 +103,9 @@ def identity(folder: Path) -> str:
         RunFolderError: The folder holds none, or they cannot be read.
     """
     digest = hashlib.sha256()
-    places = [folder, *runfolder.other_folders(folder, runfolder.OTHERS)]
+    places = [folder, *inner_folders(folder, DEMONSTRATIONS)]
     try:
-        for path in (place / name for place in places for name in (STUDY, TASK)):
+        for path in (path for place in places for path in (settings_file(place), place / TASK)):
             digest.update(path.read_bytes())
     except OSError as error:
         raise RunFolderError(f"cannot read {path}: {error.strerror}", value=str(folder)) from error
@@ -161,24 +114,27 @@ def identity(folder: Path) -> str:
 
 def carry_out(
     folder: Path,
-    prepared: Prepared,
+    problem: DesignProblem,
     backend: Backend,
     *,
     fresh: bool = False,
     on_progress: Callable[[Progress], None] | None = None,
     on_interrupt: Callable[[], None] | None = None,
     on_note: Callable[[str], None] | None = None,
-) -> tuple[SearchResult, runfolder.Written]:
+) -> tuple[Result, dict[str, str]]:
     """Search, or go on searching, in a run folder, and write the result.
 
     Args:
         folder: The run folder.
-        prepared: Its task and settings, see start_run and open_run.
+        problem: Its task and settings, see ``start_run`` and ``reading.read_problem``.
         backend: Who evaluates.
         fresh: Start the run first, under the same lock; whatever run the folder holds is given up.
         on_progress: Called after every iteration.
         on_interrupt: Called when Ctrl-C or SIGTERM asks for the end of the search.
         on_note: Called with a sentence where something had to be decided.
+
+    Returns:
+        The result, and the files that it has added to the folder: their text by name.
 
     Raises:
         RunFolderError: Another process is at it, the saved state cannot be used, or the disk cannot be written.
@@ -186,8 +142,8 @@ def carry_out(
     """
     with locked(folder), interruptible(on_interrupt) as interrupts:
         if fresh:
-            start_run(folder, prepared)
-        run, key = Search(prepared, backend), identity(folder)
+            start_run(folder, problem)
+        run, key = Search(problem, backend), identity(folder)
         state = checkpoint.load_state(folder, key, on_note)
         if state is not None:
             run.restore(state)
@@ -200,10 +156,12 @@ def carry_out(
         finally:
             writer.close()
         result = outcome(run, reason, folder)
-        written = runfolder.write_search(folder, result)
+        files = result_contents(result)
+        clear_result(folder, keep=inner_demonstrations(problem))
+        write_files(folder, files)
         if reason != "interrupted":
             tidy(folder)
-        return result, written
+        return result, files
 
 
 def tidy(folder: Path) -> None:
@@ -213,7 +171,7 @@ def tidy(folder: Path) -> None:
         RunFolderError: A file cannot be removed.
     """
     checkpoint.remove_states(folder)
-    checkpoint.remove(folder / name for name in (NOTES, FAILED))
+    remove_files([folder / FAILED])
 
 
 def iterate(
@@ -230,7 +188,7 @@ def iterate(
     return reason
 
 
-def outcome(run: Search, reason: str, folder: Path) -> SearchResult:
+def outcome(run: Search, reason: str, folder: Path) -> Result:
     """The result; an interrupted search that has found nothing yet says how to go on.
 
     Raises:
@@ -245,5 +203,5 @@ def outcome(run: Search, reason: str, folder: Path) -> SearchResult:
 
 def save_candidate(folder: Path, run: Search, error: SearchError) -> None:
     """Keep the design that brought the workers down."""
-    content = runfolder.dh_content(run.space.table(error.value))  # type: ignore[arg-type]
-    write_whole(folder / FAILED, json.dumps({"error": str(error), "dh": content}, indent=2) + "\n")
+    content = {"error": str(error), "dh": dh_content(run.space.table(error.value))}  # type: ignore[arg-type]
+    write_whole(folder / FAILED, json_text(content))

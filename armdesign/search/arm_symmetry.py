@@ -13,6 +13,10 @@ from armdesign.swarm import Slab
 
 FLAT = 1e-3
 """Link length below which two joint axes count as meeting [m]."""
+KEPT = 60
+"""Designs that a search keeps at most as its alternatives."""
+DIFFERENT = 0.3
+"""Distance from which two arms count as different, every entry in terms of the width of its bounds."""
 
 
 def length_slab(space: DesignSpace) -> Slab:
@@ -81,3 +85,21 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
         ways[1][:, 0] = np.inf  # row 0 hangs on the base
         best = np.minimum(best, (np.minimum(*ways) + across).sum(axis=1))
     return np.asarray(np.sqrt(best + yaw**2))
+
+
+def different_arms(Phi: Array, space: DesignSpace, distance: float, most: int) -> list[int]:
+    """Indices of designs that differ from each other, going down the list.
+
+    Args:
+        Phi: Designs, best first, shape (A, D).
+        space: The design space.
+        distance: Smallest distance, see arm_distances.
+        most: Largest number of them.
+    """
+    kept: list[int] = []
+    for k, design in enumerate(Phi):
+        if len(kept) == most:
+            break
+        if not kept or float(arm_distances(space, design, Phi[kept]).min()) >= distance:
+            kept.append(k)
+    return kept

@@ -1,9 +1,9 @@
-"""Score one given arm on a task, frame by frame."""
+"""The fitness of one given arm on the demonstrations, frame by frame (eq. 3 to 6)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,84 +14,119 @@ from armdesign.fitness.objective import combined, settles_mount
 from armdesign.fitness.problem import Problem
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.kernels.skeleton import MAX_DOF
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class PathEvaluation:
+    """What an arm does on one demonstration.
+
+    Attributes:
+        fitness: r = lambda_f f + lambda_E E (eq. 6) [m]; infinite where the arm is not valid.
+        path_fitness: f, the mean of G_t (eq. 5) [m].
+        area: E, the mean of E_t (eq. 5) [m].
+        path: Joint angles, G_t, E_t, sigma and distances per frame.
+        missed: Where the arm is not valid, the frame in which its end-effector misses the hand, and by how much [m];
+            the path ends there.
+    """
+
+    fitness: float
+    path_fitness: float
+    area: float
+    path: PathResult
+    missed: tuple[int, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Evaluation:
-    """An arm's fitness on a task, eq. 5 and 6.
+    """An arm's fitness on all demonstrations.
 
     Attributes:
         table: The arm.
-        fitness: r = lambda_f f + lambda_E E [m]; of several demonstrations their mean or that of the worst, as asked.
-        path_fitness: f [m], likewise.
-        area: E [m], likewise.
-        path: Joint angles, G_t, E_t, sigma and distances per frame; of several demonstrations on the first.
-        demonstrations: Of several demonstrations what the arm does on each, the first one first; else empty.
-        holdouts: What it does on those the search did not see; where it is not valid, r is infinite.
-        missed: Where the arm is not valid, the frame in which its end-effector misses the hand, and by how much [m];
-            the path ends there.
+        fitness: r [m]; of several demonstrations their mean or that of the worst, as the settings ask.
+        path_fitness: f [m], combined likewise.
+        area: E [m], combined likewise.
+        demonstrations: What the arm does on each demonstration, one or more.
+        holdouts: What it does on those the search did not see.
     """
 
     table: DHTable
     fitness: float
     path_fitness: float
     area: float
-    path: PathResult
-    demonstrations: tuple[Evaluation, ...] = ()
-    holdouts: tuple[Evaluation, ...] = ()
-    missed: tuple[int, float] | None = None
+    demonstrations: tuple[PathEvaluation, ...]
+    holdouts: tuple[PathEvaluation, ...] = ()
 
     @property
-    def first(self) -> Evaluation:
-        """What the arm does on the first demonstration alone."""
-        return self.demonstrations[0] if self.demonstrations else self
+    def path(self) -> PathResult:
+        """The arm's path on the first demonstration."""
+        return self.demonstrations[0].path
 
 
-def evaluate_design(table: DHTable, prepared: Prepared) -> Evaluation:
-    """Follow the demonstrations with one arm; its number of joints must be the one of the settings.
+def combined_evaluation(
+    table: DHTable,
+    demonstrations: Sequence[PathEvaluation],
+    how: str | None = None,
+    holdouts: Sequence[PathEvaluation] = (),
+) -> Evaluation:
+    """The fitness on all demonstrations: of one its own, of several the mean of r, f and E, or those of the worst.
 
-    The others and those held out are followed as in a search, with the tool as it is mounted for the first.
+    Args:
+        table: The arm.
+        demonstrations: What it does on each, one or more.
+        how: ``mean`` or ``worst``.
+        holdouts: What it does on those that do not count.
+    """
+    one = demonstrations[0]
+    r, f, E = one.fitness, one.path_fitness, one.area
+    if len(demonstrations) > 1:
+        names = ("fitness", "path_fitness", "area")
+        values = (np.array([[getattr(each, name)] for each in demonstrations]) for name in names)
+        r, f, E = (float(value[0]) for value in combined(*values, worst=how == "worst"))
+    return Evaluation(table, r, f, E, tuple(demonstrations), tuple(holdouts))
+
+
+def evaluate_design(table: DHTable, problem: DesignProblem) -> Evaluation:
+    """Follow the demonstrations with one arm.
+
+    All demonstrations but the first, and those held out, are followed with the tool as it is mounted for the first.
+
+    Args:
+        table: The arm; its number of joints must be that of the settings.
+        problem: The demonstrations.
 
     Raises:
         DesignError: The arm has another number of joints, or no length.
         SearchError: The arm does not reach the first frame.
     """
     check_design(table)
-    dof = prepared.settings.design.dof
+    dof = problem.settings.design.dof
     if table.dof != dof:
         raise DesignError(f"the arm has {counted(table.dof, 'joint')}, the settings are for {dof}", allowed=dof)
-    first = evaluate_on(table, prepared.problem())
-    if not prepared.others and not prepared.holdouts:
-        return first
-    others = [evaluate_on(table, each.problem(), first.path, each.name) for each in prepared.others]
-    holdouts = [scored(table, each.problem(), first.path) for each in prepared.holdouts]
-    whole = together([first, *others], prepared.settings.fitness.demonstrations) if others else first
-    return replace(whole, holdouts=tuple(holdouts))
+    first = evaluate_on(table, problem.path_problem)
+    others = [evaluate_on(table, each.path_problem, first.path, each.name) for each in problem.demonstrations[1:]]
+    holdouts = [path_evaluation(table, each.path_problem, first.path) for each in problem.holdouts]
+    return combined_evaluation(table, (first, *others), problem.settings.fitness.demonstrations, holdouts)
 
 
-def evaluate_on(table: DHTable, problem: Problem, first: PathResult | None = None, where: str = "") -> Evaluation:
-    """Follow the demonstration of a problem with one arm.
+def evaluate_on(table: DHTable, problem: Problem, first: PathResult | None = None, where: str = "") -> PathEvaluation:
+    """Follow one demonstration with one arm.
 
     Args:
         table: The arm.
         problem: The demonstration.
-        first: Its path on the first of several demonstrations, of which this is another.
+        first: The arm's path on the first of several demonstrations, of which this is another.
         where: What the demonstration is called, where there are several.
 
     Raises:
         SearchError: The arm is not valid: it does not reach the hand.
     """
-    evaluation = scored(table, problem, first)
-    if evaluation.missed is not None:
-        raise miss_error(*evaluation.missed, problem, where)
-    return evaluation
-
-
-def miss_error(frame: int, miss: float, problem: Problem, where: str) -> SearchError:
-    """The error of an arm whose end-effector does not reach the hand."""
+    evaluation = path_evaluation(table, problem, first)
+    if evaluation.missed is None:
+        return evaluation
+    frame, miss = evaluation.missed
     what = "the arm does not reach the first frame" if frame == 0 else f"the arm does not reach frame {frame + 1}"
-    return SearchError(
+    raise SearchError(
         f"{what}{where and f' of {where}'}: its end-effector stays {miss * 1e3:.2f} mm from the hand, the tolerance is "
         f"{float(problem.record['reach'][0]) * 1e3:g} mm",
         value=miss,
@@ -99,36 +134,24 @@ def miss_error(frame: int, miss: float, problem: Problem, where: str) -> SearchE
     )
 
 
-def scored(table: DHTable, problem: Problem, first: PathResult | None = None) -> Evaluation:
-    """One arm on one demonstration, valid there or not; see ``evaluate_on``."""
+def path_evaluation(table: DHTable, problem: Problem, first: PathResult | None = None) -> PathEvaluation:
+    """One arm on one demonstration, valid there or not; for the arguments see ``evaluate_on``."""
     evaluator = BlockEvaluator(problem, block=1)
     if first is None or not settles_mount(problem):
         scores, path = evaluator.follow(table)
-    else:
+    else:  # the pose of the first demonstration is tried before start poses are searched, as in a search
         scores, path = evaluator.follow(table, first.q[0], first.mount)
         if not scores.valid[0]:
             scores, path = evaluator.follow(table, mount=first.mount)
     r, f, E = (float(values[0]) for values in (scores.fitness, scores.path_fitness, scores.area))
     missed = None if scores.valid[0] else (int(scores.miss_frame[0]), float(scores.miss[0]))
-    return Evaluation(table, r, f, E, path, missed=missed)
+    return PathEvaluation(r, f, E, path, missed)
 
 
-def together(parts: Sequence[Evaluation], how: str | None) -> Evaluation:
-    """What an arm does on several demonstrations as one: the mean of r, f and E, or those of the worst.
-
-    Args:
-        parts: What it does on each, the first one first.
-        how: ``mean`` or ``worst``.
-    """
-    values = (np.array([[getattr(part, name)] for part in parts]) for name in ("fitness", "path_fitness", "area"))
-    r, f, E = (float(value[0]) for value in combined(*values, worst=how == "worst"))
-    return replace(parts[0], fitness=r, path_fitness=f, area=E, demonstrations=tuple(parts))
-
-
-def motions(evaluation: Evaluation, prepared: Prepared) -> list[tuple[Array, Array]]:
-    """Frame times (T,) [s] and joint angles (T, n) [rad] on every demonstration that the search saw."""
-    every = zip(prepared.demonstrations, evaluation.demonstrations or (evaluation,), strict=True)
-    return [(each.task.time, scored.path.q) for each, scored in every]
+def motions(evaluation: Evaluation, problem: DesignProblem) -> list[tuple[Array, Array]]:
+    """Frame times (T,) [s] and joint angles (T, n) [rad] on every demonstration that the search sees."""
+    pairs = zip(problem.demonstrations, evaluation.demonstrations, strict=True)
+    return [(each.task.time, scored.path.q) for each, scored in pairs]
 
 
 def check_design(table: DHTable) -> None:

@@ -1,279 +1,173 @@
-"""From settings and a recording to what a search needs: the task, the problem and the design space."""
+"""From recordings and settings to what a search is to solve; what is left to the recordings is settled by the first."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
-import numpy as np
-
-from armdesign._types import Array
-from armdesign.demonstration import Chosen, Cleaning, Recording, Step, Task, resolve, task_from_recording
-from armdesign.demonstration.points.expressions import unquoted
-from armdesign.demonstration.provenance import Origin, origin_of
-from armdesign.demonstration.task import task_of_chosen
-from armdesign.errors import SettingsError, TaskError, counted
-from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
-from armdesign.fitness.objective import Demonstrations, Objective
-from armdesign.fitness.problem import SCENARIOS, Problem, make_problem, resolve_weights, start_effort
-from armdesign.fitness.robot import RobotFitness
-from armdesign.search.continuity import pace_steps, settled_continuity
+from armdesign.demonstration import Recording, Step
+from armdesign.demonstration.sanity import warning
+from armdesign.errors import ArmDesignError, TaskError, counted, short_names
+from armdesign.search.design_problem import Demonstration, DesignProblem
+from armdesign.search.prepare_demonstration import choose, prepare_demonstration
 from armdesign.settings.sections import Settings
-from armdesign.settings.sections import Task as TaskSettings
 
-ORIGIN = "origin"
-"""Name of the base where the points of a recording already count from it, as in a run's task.csv."""
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A study with everything that depends on the recording filled in.
-
-    Attributes:
-        settings: The settings with base, points, orientation, cleaning and weights as they are used.
-        task: What is tracked.
-        steps: What was decided and done to the data.
-        origin: Where the task comes from.
-        others: Further demonstrations of the same task, each with its own task and settings; see
-            ``armdesign.search.demonstrations``.
-        holdouts: Demonstrations that the search does not see; the finished arm is scored on them.
-    """
-
-    settings: Settings
-    task: Task
-    steps: tuple[Step, ...] = ()
-    origin: Origin = field(default_factory=Origin)
-    others: tuple[Prepared, ...] = ()
-    holdouts: tuple[Prepared, ...] = ()
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The sentences of the steps."""
-        return tuple(step.sentence for step in self.steps)
-
-    def problem(self) -> Problem:
-        """The task and the settings as arrays."""
-        settings = self.settings
-        return make_problem(
-            self.task.P, self.task.R, self.task.dt, joint_limits(settings.design), settings.fitness, settings.solver
-        )
-
-    def space(self) -> DesignSpace:
-        """The design space."""
-        return design_space(self.settings.design)
-
-    @property
-    def name(self) -> str:
-        """What the demonstration is called: the path of its recording."""
-        source = next(iter(self.origin.sources), None)
-        return str((source.path if source else None) or self.settings.task.recording or "the demonstration")
-
-    @property
-    def demonstrations(self) -> tuple[Prepared, ...]:
-        """All demonstrations that the search sees, this one first; each without the others."""
-        return (replace(self, others=(), holdouts=()), *self.others)
-
-    def objective(self, block: int | None = None) -> Objective:
-        """The objective of the search; of several demonstrations their mean or worst.
-
-        Args:
-            block: Arms side by side; any value gives the same scores.
-        """
-        if not self.others:
-            return RobotFitness(self.problem(), self.space(), block)
-        problems = [each.problem() for each in self.demonstrations]
-        worst = self.settings.fitness.demonstrations == "worst"
-        return Demonstrations(problems, self.space(), block, worst=worst)
+SAME_RATE = 1e-3
+"""Relative difference of frame rates that is none."""
 
 
-def prepare(recording: Recording, settings: Settings, *, longest: float | None = None) -> Prepared:
-    """Build the task of a recording and settle every setting that was left to it.
+def prepare(
+    recordings: Recording | Sequence[Recording],
+    settings: Settings,
+    *,
+    holdouts: Sequence[Recording] = (),
+    longest: float | None = None,
+) -> DesignProblem:
+    """Build the tasks of one or more demonstrations and settle every setting that was left to the recording.
+
+    All demonstrations have the same points, cleaning and weights. What the settings leave to the recording is settled
+    by the first: cleaning, weights and the solver's effort. Frames, rates and the places of the base may differ.
 
     Args:
-        recording: The demonstration.
-        settings: The settings.
+        recordings: The demonstration that the search sees, or several of them.
+        settings: The settings; ``task.more_recordings`` and ``task.holdouts``, where set, are the files of the others.
+        holdouts: Demonstrations that the search does not see.
         longest: Length of the longest arm in question [m]; by default L_max of the search.
 
     Raises:
-        TaskError: A point is unknown, the orientation is missing, or the start is out of reach.
+        TaskError: A point is unknown, the orientation is missing, the start is out of reach, or the demonstrations do
+            not have the same points.
         SettingsError: The weights do not fit the points.
         RecordingError: The data cannot be used.
     """
-    chosen = choose(recording, settings, oriented=False)
-    w_0, weights = weights_for(settings, len(chosen.points))
-    if w_0 > 0.0:
-        chosen = choose(recording, settings, oriented=True)
-    how = cleaning_of(settings.task).settled(chosen.recording)
-    if counts_from_base(recording, settings):
-        task = replace(task_from_recording(chosen.recording, base=ORIGIN), steps=chosen.steps)
-    else:
-        task = task_of_chosen(chosen, how, settings.task.base_mode)
-    steps = list(task.steps)
-    wanted = settings.task.orientation
-    if wanted is not None and chosen.orientation is None:
-        sentence = f"The orientation of '{wanted}' is not followed: the orientation weight w_0 is 0."
-        steps.append(Step("orientation", sentence))
-    settings = settled(settings, chosen, how, w_0, weights)
-    origin = origin_of(chosen, settings.task)
-    settings, more = settled_continuity(settings, recorded_step(chosen.recording), task.dt)
-    steps += more
-    reach = settings.design.length[1] if longest is None else longest
-    steps += check_reach(task, reach, searched=longest is None)
-    steps += pace_steps(task, settings, reach)
-    return Prepared(settings, task, tuple(steps), origin)
+    seen = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    first = prepare_demonstration(seen[0], for_one(settings), longest=longest)
+    if len(seen) == 1 and not holdouts:
+        return DesignProblem(first.settings, (first,))
+    check_points([*seen, *holdouts], for_one(settings))
+    paths = settings.task.more_recordings or [file_of(recording) for recording in seen[1:]]
+    unseen = settings.task.holdouts or [file_of(recording) for recording in holdouts]
+    shared = shared_settings(settings, first)
+    others = [prepare_other(*each, shared, longest) for each in zip(seen[1:], paths, strict=True)]
+    kept = [prepare_other(*each, shared, longest) for each in zip(holdouts, unseen, strict=True)]
+    changes: dict[str, dict[str, Any]] = {"task": {"more_recordings": known(paths), "holdouts": known(unseen)}}
+    if others:
+        changes["fitness"] = {"demonstrations": settings.fitness.demonstrations or "mean"}
+    steps = (*first.steps, *joint_steps(first, seen[0].source, others, kept))
+    first = replace(first, settings=first.settings.replace(changes), steps=steps)
+    return DesignProblem(first.settings, (first, *others), tuple(kept))
 
 
-def choose(recording: Recording, settings: Settings, *, oriented: bool) -> Chosen:
-    """The points that the settings ask for.
-
-    Args:
-        recording: The demonstration.
-        settings: The task.
-        oriented: Whether the orientation is followed.
-
-    Raises:
-        TaskError: There is no such point, or no such orientation.
-    """
-    task = settings.task
-    if counts_from_base(recording, settings):
-        return choose_relative(recording, settings, oriented=oriented)
-    if not oriented:
-        return resolve(recording, task.base, task.points, None)
-    try:
-        return resolve(recording, task.base, task.points, task.orientation, oriented=True)
-    except TaskError as error:
-        message = f"an orientation is to be followed (w_0 > 0), but {error}"
-        fix = "Or take weights with w_0 = 0 such as the packaging scenario's"
-        raise TaskError(message, value=error.value, fix=fix) from error
+def file_of(recording: Recording) -> str | None:
+    """The file that a recording was read from; None for one that was not."""
+    path = Path(recording.source)
+    return str(path.resolve()) if path.is_file() else None
 
 
-def counts_from_base(recording: Recording, settings: Settings) -> bool:
-    """Whether the recording's points count from the base already."""
-    return settings.task.base == ORIGIN and ORIGIN not in recording.points
+def known(paths: Sequence[str | None]) -> list[str] | None:
+    """Paths for the settings; None where there are none, or not of all."""
+    return [path for path in paths if path] if paths and all(paths) else None
 
 
-def choose_relative(recording: Recording, settings: Settings, *, oriented: bool) -> Chosen:
-    """The points that the settings ask for, of a recording whose points count from the base already.
-
-    Of an expression, as in the settings of a run on the recording itself, the name counts.
-    """
-    texts = settings.task.points or tuple(recording.points)
-    names = tuple(named(text, recording) for text in texts)
-    used = {name: pick(recording, name) for name in names}
-    turn = named(settings.task.orientation or names[-1], recording) if oriented else None
-    if turn is not None and turn not in recording.orientations:
-        raise TaskError(
-            f"the orientation of '{turn}' is to be followed (w_0 > 0), but the recording has none for it",
-            value=turn,
-            allowed=list(recording.orientations) or "none: this recording holds positions only",
-            fix="Name another point, or take weights with w_0 = 0 such as the packaging scenario's",
-        )
-    turns = {} if turn is None else {turn: recording.orientations[turn]}
-    kept = Recording(recording.time, used, turns, recording.source, recording.about)
-    unused = unused_settings(settings)
-    sentence = f"The points count from the base already; not used: {', '.join(unused)}."
-    steps = (Step("unused", sentence, {"settings": unused}),) if unused else ()
-    return Chosen(kept, ORIGIN, names, turn, steps, {})
+def for_one(settings: Settings) -> Settings:
+    """The settings for one demonstration."""
+    return settings.replace({"task": {"more_recordings": None, "holdouts": None}, "fitness": {"demonstrations": None}})
 
 
-def named(text: str, recording: Recording) -> str:
-    """The name that an expression gives to a point."""
-    return text if text in recording.points else unquoted(text.partition("=")[0])
-
-
-def pick(recording: Recording, name: str) -> Array:
-    """Positions of one point, or an error that lists the names there are."""
-    if name not in recording.points:
-        raise TaskError(f"unknown point '{name}'", value=name, allowed=list(recording.points))
-    return recording.points[name]
-
-
-def unused_settings(settings: Settings) -> list[str]:
-    """Task settings that are set but do nothing where points count from the base already."""
-    default = TaskSettings()
-    names = ("units", "up", "mirror", "base_mode", *(entry.name for entry in fields(Cleaning)))
-    nothing = (False, "off")
-    values = {name: getattr(settings.task, name) for name in names}
-    return [name for name, value in values.items() if value not in nothing and value != getattr(default, name)]
-
-
-def cleaning_of(settings: TaskSettings) -> Cleaning:
-    """The cleaning that the settings ask for."""
-    return Cleaning(**{entry.name: getattr(settings, entry.name) for entry in fields(Cleaning)})
-
-
-def settled(settings: Settings, chosen: Chosen, how: Cleaning, w_0: float, weights: tuple[float, ...]) -> Settings:
-    """The study with everything entered that was left to the recording, so that it prepares the same again."""
-    meant = chosen.expressions
-    turn = chosen.orientation
-    task = {
-        "base": meant.get(chosen.base, chosen.base),
-        "points": [meant.get(name, name) for name in chosen.points],
-        "orientation": turn if turn is None or turn in chosen.points else meant.get(turn, turn),
-    }
-    if chosen.base != ORIGIN or chosen.expressions:
-        task |= {name: getattr(how, name) for name in ("outliers", "repeats", "low_pass")}
-    return settings.replace(
+def shared_settings(settings: Settings, first: Demonstration) -> Settings:
+    """The settings for the other demonstrations: those asked for, with what the first has settled for all."""
+    fitness, task = first.settings.fitness, first.settings.task
+    return for_one(settings).replace(
         {
-            "solver": start_effort(settings.solver, settings.design.dof)._asdict(),
-            "task": task,
-            "fitness": {"weights": weights, "orientation_weight": w_0},
+            "task": {name: getattr(task, name) for name in ("outliers", "repeats", "low_pass")} | {"files": {}},
+            "fitness": {"weights": fitness.weights, "orientation_weight": fitness.orientation_weight},
         }
     )
 
 
-def recorded_step(recording: Recording) -> float:
-    """Time between frames [s]: what the file declares where its times agree, rounded as they may be."""
-    declared = recording.about.rate
-    return 1.0 / declared if declared and abs(declared * recording.step - 1.0) < 0.3 else recording.step
-
-
-def weights_for(settings: Settings, m: int) -> tuple[float, tuple[float, ...]]:
-    """The weights (w_0, (w_1..w_m)) for m points: those given, else the scenario's.
+def prepare_other(recording: Recording, path: str | None, shared: Settings, longest: float | None) -> Demonstration:
+    """One of the other demonstrations.
 
     Raises:
-        SettingsError: They do not fit the points or do not sum to 1; the message says what to write.
+        ArmDesignError: See ``prepare_demonstration``; the message names the file.
     """
-    fitness = settings.fitness
-    given = fitness.weights or (SCENARIOS[fitness.scenario][1] if fitness.scenario == "welding" else ())
-    shown = ",".join(f"{w:.12g}" for w in given)
-    if given and len(given) != m:
-        raise SettingsError(
-            f"there are {counted(len(given), 'weight')} ({shown.replace(',', ', ')}) for {counted(m, 'point')}",
-            value=given,
-            allowed=f"{counted(m, 'weight')} w_1..w_{m}, or {m + 1} with the orientation's w_0 first",
-            fix="Give others with --weights, or take those that grow along the arm with --scenario packaging"
-            if fitness.weights
-            else f"The {fitness.scenario} weights are for three points: choose three with --points, or use --weights",
-        )
     try:
-        return resolve_weights(fitness, m)
-    except SettingsError as error:
-        left = 1.0 - sum(given)
-        if not given or left <= 0.0 or fitness.orientation_weight:
+        return prepare_demonstration(recording, shared.replace({"task": {"recording": path}}), longest=longest)
+    except ArmDesignError as error:
+        if recording.source in str(error):
             raise
-        fix = f"Put the orientation's weight first, --weights {left:.6g},{shown}, or make them sum to 1"
-        raise SettingsError(str(error), value=error.value, fix=fix) from error
+        raise type(error)(f"{recording.source}: {error}", value=error.value) from error
 
 
-def check_reach(task: Task, longest: float, *, searched: bool) -> tuple[Step, ...]:
-    """Compare the hand's distance from the base with the longest arm allowed.
+def check_points(recordings: Sequence[Recording], settings: Settings) -> None:
+    """Refuse demonstrations whose points have not the same names, from the base to the hand.
 
     Raises:
-        TaskError: The first hand point lies out of reach of any arm.
+        TaskError: They have not; the message says which file has which.
     """
-    distance = np.linalg.norm(task.P[:, -1], axis=1)
-    if searched and distance[0] >= longest:
+    found: dict[str, str] = {}
+    for recording in recordings:
+        try:
+            chosen = choose(recording, settings, oriented=False)
+        except TaskError as error:
+            if recording.source in str(error):
+                raise
+            raise TaskError(f"{recording.source}: {error}", value=error.value) from error
+        found[recording.source] = ", ".join(chosen.points)
+    if len(set(found.values())) > 1:
+        which = "; ".join(f"{source} has {names}" for source, names in found.items())
         raise TaskError(
-            f"the task is out of reach: at the start the hand is {distance[0]:.3f} m from the base, "
-            f"and no arm may be longer than L_max = {longest:g} m",
-            value=float(distance[0]),
-            fix="Raise design.length, or check --base and --units",
+            f"the demonstrations do not have the same points: {which}",
+            value=found,
+            fix="Choose the same in all of them with --points, the hand last, or leave a file out",
         )
-    beyond = int((distance > longest).sum())
-    if beyond == 0:
+
+
+def joint_steps(
+    first: Demonstration, source: str, others: Sequence[Demonstration], holdouts: Sequence[Demonstration]
+) -> tuple[Step, ...]:
+    """What to know about the demonstrations together."""
+    every = [first, *others, *holdouts]
+    named = list(zip(short_names([source, *(each.name for each in every[1:])]), every, strict=True))
+    seen, unseen = named[: 1 + len(others)], named[1 + len(others) :]
+    steps = []
+    if others:
+        steps.append(listed("demonstrations", f"One arm for {len(seen)} demonstrations", seen))
+        steps += [bolted_once(first)] if first.settings.fitness.orientation_weight else []
+    if holdouts:
+        steps.append(listed("holdouts", "Held out, not seen by the search", unseen))
+    return (*steps, *pace_differs(named))
+
+
+def listed(kind: str, what: str, every: Sequence[tuple[str, Demonstration]]) -> Step:
+    """The demonstrations with their numbers of frames, as a sentence."""
+    shown = ", ".join(f"{path} ({counted(len(each.task.time), 'frame')})" for path, each in every)
+    return Step(kind, f"{what}: {shown}.", {"files": [path for path, _ in every]})
+
+
+def bolted_once(first: Demonstration) -> Step:
+    """How the tool is mounted for all demonstrations."""
+    if first.settings.fitness.mount == "start":
+        return Step("mount", "The tool is bolted on once: as the first demonstration's first frame asks for.")
+    return Step("mount", "The tool is bolted on as the hand's frame stands, in all demonstrations.")
+
+
+def pace_differs(every: Sequence[tuple[str, Demonstration]]) -> tuple[Step, ...]:
+    """A warning where one bound per frame means other speeds in other demonstrations."""
+    speeds = {path: degrees_per_second(each) for path, each in every}
+    if max(speeds.values()) <= (1.0 + SAME_RATE) * min(speeds.values()):
         return ()
-    sentence = (
-        f"In {beyond} of {len(distance)} frames the hand is farther from the base (up to {distance.max():.3f} m) than "
-        f"{'the longest arm reaches, L_max =' if searched else 'the arm is long,'} {longest:g} m."
-    )
-    return (Step("reach", sentence, {"frames": beyond, "farthest": float(distance.max())}),)
+    alike: dict[str, list[str]] = {}
+    for path, speed in speeds.items():
+        alike.setdefault(f"{speed:.4g} deg/s", []).append(path)
+    shown = "; ".join(f"{speed} in {', '.join(paths)}" for speed, paths in alike.items())
+    what = "eps, the bound on the joints' steps from frame to frame, is not the same speed in all demonstrations"
+    return (warning(f"{what}: {shown}. Set fitness.continuity_speed for one speed in all", {"speeds": speeds}),)
+
+
+def degrees_per_second(demonstration: Demonstration) -> float:
+    """The speed that eps means on a task [deg/s]."""
+    fitness = demonstration.settings.fitness
+    return fitness.continuity / demonstration.task.dt if fitness.continuity_speed is None else fitness.continuity_speed

@@ -16,14 +16,13 @@ from armdesign.fitness.constraints import DesignSpace
 from armdesign.fitness.robot import Rejections
 from armdesign.search.arm_symmetry import canonical_form, length_slab
 from armdesign.search.backends import Backend, InProcess
-from armdesign.search.evaluation import Evaluation, evaluate_design
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.evaluation import evaluate_design
+from armdesign.search.result import Result, SearchFacts
 from armdesign.settings.sections import Search as SearchSettings
 from armdesign.swarm import (
     Algorithm,
     Box,
-    Effort,
-    History,
     SearchSpace,
     State,
     algorithm_from_state,
@@ -59,31 +58,6 @@ class Progress:
     unit: str = "iteration"
 
 
-@dataclass(frozen=True)
-class SearchResult:
-    """What a search has found.
-
-    Attributes:
-        prepared: Task and settings it ran on.
-        best: The best arm with its path.
-        history: Best, mean of the personal bests, valid particles and evaluations per iteration.
-        effort: Iterations to convergence and computational effort (method section 7).
-        rejections: How many candidates each test removed.
-        stopped_by: Why it ended: iterations, budget, patience, target, time_limit or interrupted.
-        wall_time: Duration, earlier parts of a resumed search included [s].
-        basins: Good designs Phi, shape (A, D), and their fitness, shape (A,), best first, for armdesign alternatives.
-    """
-
-    prepared: Prepared
-    best: Evaluation
-    history: History
-    effort: Effort
-    rejections: Rejections
-    stopped_by: str
-    wall_time: float
-    basins: tuple[Array, Array] | None = None
-
-
 class NothingFoundError(SearchError):
     """No candidate of a whole search has reached the first frame."""
 
@@ -93,19 +67,19 @@ class NothingFoundError(SearchError):
 class Search:
     """A search that goes one iteration at a time and can be put down and taken up between any two of them."""
 
-    def __init__(self, prepared: Prepared, backend: Backend) -> None:
+    def __init__(self, problem: DesignProblem, backend: Backend) -> None:
         """Draw the first generation.
 
         Args:
-            prepared: Task and settings, from :func:`armdesign.search.prepare.prepare`.
+            problem: Task and settings, from :func:`armdesign.search.prepare.prepare`.
             backend: Who evaluates the candidates.
 
         Raises:
             SettingsError: The bounds leave no arm.
         """
-        self.prepared, self.backend = prepared, backend
-        self.settings = prepared.settings.search
-        self.space = prepared.space()
+        self.problem, self.backend = problem, backend
+        self.settings = problem.settings.search
+        self.space = problem.space
         self.swarm = new_swarm(self.settings, self.space)
         self.swarm.ask()  # the draw shows here, before anything is written, whether the bounds leave an arm
         self.rejections = Rejections()
@@ -156,20 +130,29 @@ class Search:
         rows = np.searchsorted(evaluations, ends, side="right") - 1
         return np.asarray(rows[rows >= 0])
 
-    def result(self, stopped_by: str) -> SearchResult:
+    def result(self, stopped_by: str) -> Result:
         """The best arm so far.
 
         Raises:
             SearchError: No candidate has reached the first frame.
         """
         if not np.isfinite(self.swarm.best_fitness):
-            raise nothing_found(self.prepared, self.nearest)
-        best = evaluate_design(self.space.table(self.swarm.best_position), self.prepared)
-        history = self.swarm.history
+            raise nothing_found(self.problem, self.nearest)
+        best = evaluate_design(self.space.table(self.swarm.best_position), self.problem)
+        history, settings = self.swarm.history, self.settings
         effort = measure_effort(history.best, history.valid)
-        return SearchResult(
-            self.prepared, best, history, effort, self.rejections, stopped_by, self.elapsed, self.swarm.basins
+        facts = SearchFacts(
+            algorithm=settings.algorithm,
+            seed=settings.seed,
+            evaluations=int(history.evaluations[-1]),
+            rejected=asdict(self.rejections),
+            converged_at=effort.iterations,
+            computational_effort=effort.computational_effort,
+            mean_valid=effort.mean_valid,
+            stopped_by=stopped_by,
+            wall_time=self.elapsed,
         )
+        return Result(self.problem, best, history, facts, self.swarm.basins)
 
     def state(self) -> State:
         """Everything a later process needs to go on, as arrays and JSON values."""
@@ -194,16 +177,16 @@ class Search:
 
 
 def search(
-    prepared: Prepared,
+    problem: DesignProblem,
     *,
     on_progress: Callable[[Progress], None] | None = None,
     block: int | None = None,
     backend: Backend | None = None,
-) -> SearchResult:
+) -> Result:
     """Search the arm that follows a demonstration best.
 
     Args:
-        prepared: Task and settings, from :func:`armdesign.search.prepare.prepare`.
+        problem: Task and settings, from :func:`armdesign.search.prepare.prepare`.
         on_progress: Called after every iteration.
         block: Arms evaluated side by side; any value gives the same result.
         backend: Who evaluates; by default this process.
@@ -212,7 +195,7 @@ def search(
         SearchError: No candidate reached the first frame.
         SettingsError: The bounds leave no arm.
     """
-    run = Search(prepared, InProcess(prepared, block) if backend is None else backend)
+    run = Search(problem, InProcess(problem, block) if backend is None else backend)
     while (reason := run.ended_by()) is None:
         progress = run.advance()
         if on_progress is not None:
@@ -305,10 +288,10 @@ def better(
     return leader
 
 
-def nothing_found(prepared: Prepared, nearest: float) -> NothingFoundError:
+def nothing_found(problem: DesignProblem, nearest: float) -> NothingFoundError:
     """The error of a search in which no arm was valid."""
-    tolerance = prepared.settings.fitness.reach_tolerance
-    if prepared.settings.fitness.reach_frames == "all" and nearest <= tolerance:
+    tolerance = problem.settings.fitness.reach_tolerance
+    if problem.settings.fitness.reach_frames == "all" and nearest <= tolerance:
         return NothingFoundError(
             f"no candidate keeps its end-effector within {tolerance * 1e3:g} mm of the hand in every frame, though "
             "some reach it at the start",
@@ -316,7 +299,7 @@ def nothing_found(prepared: Prepared, nearest: float) -> NothingFoundError:
             fix="Raise fitness.reach_tolerance, use more joints (design.dof), or reach_frames = 'start'",
         )
     miss = f"the nearest stopped {nearest * 1e3:.1f} mm short" if np.isfinite(nearest) else "none came near it"
-    settings = prepared.settings.search
+    settings = problem.settings.search
     larger = "a larger --budget" if settings.has("budget") else "more --particles or --iterations"
     return NothingFoundError(
         f"no candidate brings its end-effector within {tolerance * 1e3:g} mm of the hand's first point: {miss}",

@@ -5,27 +5,26 @@ from __future__ import annotations
 from pathlib import Path
 
 from armdesign.files import write_whole
-from armdesign.runs.folder import VIEWS
-from armdesign.runs.reading import read_finished
+from armdesign.search.result import Result
+from armdesign.views.preview import preview_html
+from armdesign.views.report import report_html
 
 
-def write_views(folder: str | Path) -> tuple[str, ...]:
-    """Write preview.html and report.html of a run that has a result, each whole or not at all.
+def write_views(folder: str | Path, result: Result, urdf: str | None = None) -> tuple[str, ...]:
+    """Write preview.html and report.html of a result, each whole or not at all.
 
     Args:
         folder: The run folder.
+        result: The result.
+        urdf: The arm's URDF where it is known, such as a run folder's arm.urdf.
 
     Returns:
         The names of the files.
 
     Raises:
-        RunFolderError: The folder holds no result, or a file cannot be written.
+        RunFolderError: A file cannot be written.
     """
-    from armdesign.views.preview import preview_html  # noqa: PLC0415 (MeshCat)
-    from armdesign.views.report import report_html  # noqa: PLC0415 (Matplotlib)
-
-    place = Path(folder)
-    run = read_finished(place)
-    for name, page in zip(VIEWS, (preview_html([run]), report_html(run)), strict=True):
-        write_whole(place / name, page)
-    return VIEWS
+    pages = {"preview.html": preview_html([result], urdfs=urdf and [urdf]), "report.html": report_html(result)}
+    for name, page in pages.items():
+        write_whole(Path(folder) / name, page)
+    return tuple(pages)

@@ -48,7 +48,7 @@ def test_missing_recordings_are_told(tmp_path, bench):
 def test_plain_evaluation_gives_the_same_f_and_E(dof, bench):
     plan, walks, plain = bench("plan"), bench("walks"), bench("plain")
     prepared = plan.PACKAGING.prepared(dof, solver={"second_order": False})
-    problem, space = prepared.problem(), prepared.space()
+    problem, space = prepared.path_problem, prepared.space
     Phi = plan.designs(prepared, 60)
     starts = walks.seek_starts(problem, *space.rows(Phi))
     arms = np.flatnonzero(starts.valid)[:3]
@@ -63,8 +63,8 @@ def test_plain_evaluation_gives_the_same_f_and_E(dof, bench):
 def test_phases_apart_add_up_to_the_whole(dof, bench):
     plan, walks = bench("plan"), bench("walks")
     prepared = plan.WELDING.prepared(dof)
-    problem = prepared.problem()
-    rows, yaw = prepared.space().rows(plan.designs(prepared, 30))
+    problem = prepared.path_problem
+    rows, yaw = prepared.space.rows(plan.designs(prepared, 30))
     whole = walks.BlockEvaluator(problem).evaluate(rows, yaw)
     starts = walks.seek_starts(problem, rows, yaw)
     arms = np.flatnonzero(whole.valid)

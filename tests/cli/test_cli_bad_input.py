@@ -148,7 +148,7 @@ SETTINGS = {
     "not whole": ("[search]\nseed = 0.5\n", "'search.seed' is 0.5; allowed: a whole number"),
     "not finite": ("[fitness]\nlambda_f = inf\n", "'fitness.lambda_f' is inf; allowed: a number from 0 to"),
     "huge": (f"[design]\ndof = {10**400}\n", "'design.dof' is 10+; allowed: a whole number from 1 to 10"),
-    "endless": (f"[search]\nseed = {'1' * 5000}\n", "study.toml"),
+    "endless": (f"[search]\nseed = {'1' * 5000}\n", "settings.toml"),
     "word": ("[search]\nalgorithm = 'ga'\n", "'search.algorithm' is 'ga'; allowed: rapso, pso"),
     "bounds upside down": (
         "[design]\na = [0.5, 0.1]\n",
@@ -196,8 +196,8 @@ SETTINGS = {
 @pytest.mark.parametrize("name", SETTINGS)
 def test_settings_that_are_not_allowed_are_named_with_what_is(refused, place, packaging, name):
     content, message = SETTINGS[name]
-    (place / "study.toml").write_text(content)
-    assert re.search(message, refused("search", packaging, "--config", "study.toml", "--out", "run"))
+    (place / "settings.toml").write_text(content)
+    assert re.search(message, refused("search", packaging, "--config", "settings.toml", "--out", "run"))
 
 
 def test_settings_file_is_named_where_it_is_wrong(refused, place, packaging):

@@ -16,7 +16,8 @@ def begun(run, packaging, packaged, tmp_path_factory):
     from armdesign import Settings, prepare, read_recording  # noqa: PLC0415
     from armdesign.runs import checkpoint  # noqa: PLC0415
     from armdesign.runs import resumable as running  # noqa: PLC0415
-    from armdesign.runs.resumable import open_run, start_run  # noqa: PLC0415
+    from armdesign.runs.reading import read_problem  # noqa: PLC0415
+    from armdesign.runs.resumable import start_run  # noqa: PLC0415
     from armdesign.search.backends import InProcess  # noqa: PLC0415
     from armdesign.search.search import Search  # noqa: PLC0415
 
@@ -24,7 +25,7 @@ def begun(run, packaging, packaged, tmp_path_factory):
     folder.mkdir()
     settings = Settings().replace({"design": {"dof": 6}, "search": {"particles": 10, "iterations": 50, "seed": 7}})
     start_run(folder, prepare(read_recording(packaging), settings))
-    search = Search(open_run(folder), InProcess(open_run(folder)))
+    search = Search(read_problem(folder), InProcess(read_problem(folder)))
     for _ in range(3):
         search.advance()
     checkpoint.save_state(folder, checkpoint.pack(search.state(), running.identity(folder)))
@@ -108,9 +109,9 @@ def test_given_arm_is_no_search(run, packaging, packaged, place, line):
         ("result.json", "[]", "result.json holds no result"),
         ("result.json", "{}", "result.json is damaged: KeyError('fitness')"),
         ("result.json", '{"fitness": "x"}', "result.json is damaged"),
-        ("study.toml", "[search", "study.toml is damaged"),
-        ("study.toml", "", "study.toml is damaged: 'search'"),
-        ("study.toml", None, "study.toml cannot be read: No such file"),
+        ("settings.toml", "[search", "study.toml is damaged"),
+        ("settings.toml", "", "study.toml is damaged: 'search'"),
+        ("settings.toml", None, "study.toml cannot be read: No such file"),
     ],
 )
 def test_broken_run_is_a_row_that_says_so(packaged, run, line, place, name, content, why):
@@ -138,7 +139,7 @@ def test_hidden_folders_other_folders_and_insides_of_runs_are_left_out(packaged,
     shutil.copytree(packaged[0], place / "runs" / "run" / "copy")
     shutil.copytree(packaged[0], place / "runs" / ".tasks" / "run")
     (place / "runs" / "notes").mkdir()
-    (place / "runs" / "notes" / "study.toml").write_text("[search]\nseed = 3\n")
+    (place / "runs" / "notes" / "settings.toml").write_text("[search]\nseed = 3\n")
     assert len(run("runs").output.splitlines()) == 2
 
 

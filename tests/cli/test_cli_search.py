@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from armdesign.runs.folder import VIEWS
+from armdesign.runs.folder import PREVIEW, REPORT
 from armdesign.search.search import Search
 
 
@@ -18,7 +18,7 @@ def settings_of(run, place, packaging, small):
     def settings(*flags, recording=packaging):
         outcome = run("search", recording, *small, "--out", place / "run", "--overwrite", *flags)
         assert outcome.exit_code == 0, outcome.output
-        return tomllib.loads((place / "run" / "study.toml").read_text(encoding="utf-8")), outcome.output
+        return tomllib.loads((place / "run" / "settings.toml").read_text(encoding="utf-8")), outcome.output
 
     return settings
 
@@ -52,8 +52,8 @@ def test_table_at_the_end_is_that_of_the_result(packaged):
 def test_paths_at_the_end_are_the_files_in_the_folder(packaged):
     folder, outcome = packaged
     told = set(re.findall(rf"^  {re.escape(str(folder))}.(\S+)$", outcome.output, re.MULTILINE))
-    whole = {"result.json", "trajectory.csv", "task.csv", "task.json", "history.csv", "study.toml", "arm.urdf"}
-    assert told - {*VIEWS, "alternatives.json"} == whole
+    whole = {"result.json", "trajectory.csv", "task.csv", "task.json", "history.csv", "settings.toml", "arm.urdf"}
+    assert told - {PREVIEW, REPORT, "alternatives.json"} == whole
     assert told == {path.name for path in folder.iterdir() if not path.name.startswith(".")}
 
 
@@ -124,9 +124,9 @@ def test_odd_file_names(run, place, packaging, small, name):
     (place / name).write_bytes(packaging.read_bytes())
     assert run("search", *small, "--quiet", "--", name).exit_code == 0
     (folder,) = (place / "runs").iterdir()
-    settings = tomllib.loads((folder / "study.toml").read_text(encoding="utf-8"))
+    settings = tomllib.loads((folder / "settings.toml").read_text(encoding="utf-8"))
     assert settings["task"]["recording"] == str(place.resolve() / name)
-    assert run("search", "--config", folder / "study.toml", "--out", "again", "--quiet").exit_code == 0
+    assert run("search", "--config", folder / "settings.toml", "--out", "again", "--quiet").exit_code == 0
     assert (place / "again" / "history.csv").read_bytes() == (folder / "history.csv").read_bytes()
 
 
@@ -162,7 +162,7 @@ def test_recording_in_a_file_counts_from_the_file(run, place, packaging, small, 
     monkeypatch.chdir(place / "elsewhere")
     outcome = run("search", "--config", "../data/mine.toml", *small, "--out", "run")
     assert outcome.exit_code == 0, outcome.output
-    settings = tomllib.loads((place / "elsewhere" / "run" / "study.toml").read_text())
+    settings = tomllib.loads((place / "elsewhere" / "run" / "settings.toml").read_text())
     assert settings["task"]["recording"] == str((place / "data" / "mine.csv").resolve())
 
 
@@ -245,7 +245,7 @@ def test_three_frames_are_enough(run, place, packaging, small):
 
 @pytest.mark.parametrize(
     ("extra", "named"),
-    [(["--seed", "3"], "--seed"), (["--points", "hand"], "--points"), (["--config", "study.toml"], "--config")],
+    [(["--seed", "3"], "--seed"), (["--points", "hand"], "--points"), (["--config", "settings.toml"], "--config")],
 )
 def test_a_resumed_search_takes_no_other_settings(run, tmp_path, extra, named):
     outcome = run("search", "--resume", tmp_path, *extra)

@@ -52,10 +52,10 @@ def test_the_table_at_the_end_tells_of_each(searched):
 
 def test_the_settings_repeat_the_run(run, searched, place):
     folder, _ = searched
-    settings = tomllib.loads((folder / "study.toml").read_text(encoding="utf-8"))
+    settings = tomllib.loads((folder / "settings.toml").read_text(encoding="utf-8"))
     assert settings["fitness"]["demonstrations"] == "worst"
     assert len(settings["task"]["more_recordings"]) == len(settings["task"]["holdouts"]) == 1
-    outcome = run("search", "--config", folder / "study.toml", "--no-report", "--quiet", "--out", place / "again")
+    outcome = run("search", "--config", folder / "settings.toml", "--no-report", "--quiet", "--out", place / "again")
     assert outcome.exit_code == 0, outcome.output
     for name in ("history.csv", "trajectory.csv", "demonstration_2/trajectory.csv", "holdout_1/trajectory.csv"):
         assert (place / "again" / name).read_bytes() == (folder / name).read_bytes()
@@ -140,7 +140,7 @@ def test_what_else_is_refused(refused, takes, searched):
     assert "'fitness.demonstrations' is 'best'; allowed: mean, worst" in refused(
         "search", takes / "a.csv", takes / "b.csv", "--demonstrations", "best"
     )
-    assert "takes one at a time" in refused("sweep", "--config", searched[0] / "study.toml")
+    assert "takes one at a time" in refused("sweep", "--config", searched[0] / "settings.toml")
     assert "--within is given without --dof auto" in refused("search", takes / "a.csv", "--within", "5")
 
 

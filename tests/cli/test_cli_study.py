@@ -51,7 +51,7 @@ def test_settings_file_is_a_task_with_its_scenario(run, place, welding):
     assert outcome.output == ""
     asked = json.loads((place / "study" / "study.json").read_text())
     assert asked["tasks"] == [str(place / "seam.toml")]
-    assert 'scenario = "welding"' in (place / "study" / ".tasks" / "seam-n3" / "study.toml").read_text()
+    assert 'scenario = "welding"' in (place / "study" / ".tasks" / "seam-n3" / "settings.toml").read_text()
     same = run("study", "temporal", *TINY, "--out", "study", "-q", "--config", "seam.toml")
     assert same.exit_code == 0, same.output
 

@@ -11,8 +11,8 @@ def printed(run, *flags):
 
 def test_printed_settings_are_toml_and_equal_the_defaults(run, place):
     text = printed(run)
-    (place / "study.toml").write_text(text)
-    assert read_settings(place / "study.toml") == Settings()
+    (place / "settings.toml").write_text(text)
+    assert read_settings(place / "settings.toml") == Settings()
     assert set(tomllib.loads(text)) == {kind.title() for kind in SECTIONS}
 
 
@@ -37,8 +37,8 @@ def test_descriptions_read_like_sentences(run):
 
 def test_entries_not_set_can_be_set_by_taking_the_mark_away(run, place):
     text = printed(run).replace("# start =   (not set)", "start = 0.5")
-    (place / "study.toml").write_text(text)
-    assert read_settings(place / "study.toml").task.start == 0.5
+    (place / "settings.toml").write_text(text)
+    assert read_settings(place / "settings.toml").task.start == 0.5
 
 
 def test_flags_and_files_go_into_what_is_printed(run, place):

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from armdesign.cli import app
-from armdesign.runs.reading import read_finished
+from armdesign.runs.reading import read_result
 
 ROOT = Path(__file__).resolve().parents[2]
 ARMS = {
@@ -43,7 +43,7 @@ def finished(invoke, tmp_path_factory):
         recording = ROOT / "examples" / f"{scenario}.csv"
         outcome = invoke("evaluate", table, recording, "--scenario", scenario, "--out", folder, "--quiet")
         assert outcome.exit_code == 0, outcome.output
-        runs[scenario] = SimpleNamespace(folder=folder, run=read_finished(folder))
+        runs[scenario] = SimpleNamespace(folder=folder, run=read_result(folder))
     return runs
 
 

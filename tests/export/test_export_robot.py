@@ -26,12 +26,12 @@ TAGS = RobotOptions(tags=TagOptions(ros2_control="mock", transmissions=True))
 
 
 def robot_of(finished, options=None):
-    return finished_robot(finished.run.evaluation, finished.run.prepared, options)
+    return finished_robot(finished.run.evaluation, finished.run.problem, options)
 
 
 def test_the_urdf_of_a_run_is_the_default_export(each):
     assert (each.folder / "arm.urdf").read_text() == robot_urdf(robot_of(each))
-    assert arm_urdf(each.run.evaluation, each.run.prepared) == robot_urdf(robot_of(each))
+    assert arm_urdf(each.run.evaluation, each.run.problem) == robot_urdf(robot_of(each))
 
 
 def test_neighbours_stay_apart_along_the_demonstration(each):
@@ -60,7 +60,7 @@ def test_mujoco_sees_no_contact_along_the_demonstration(each):
 
 def test_the_limits_hold_the_motion_with_its_payload(each):
     options = RobotOptions(limits=LimitOptions(payload=2.0, margin=1.0, velocity_floor=1e-6, effort_floor=1e-6))
-    robot, task, q = robot_of(each, options), each.run.prepared.task, each.run.evaluation.path.q
+    robot, task, q = robot_of(each, options), each.run.problem.task, each.run.evaluation.path.q
     motion = smooth_motion(task.time, q)
     torque = joint_torques(each.run.table, motion, BodyOptions(), 2.0, (0, 0, -9.81))
     np.testing.assert_array_equal(robot.limits.effort, np.abs(torque).max(axis=0))
@@ -74,7 +74,7 @@ def test_body_options_reach_mass_and_torque(each):
     for one, other in zip(light.bodies[1:], loaded.bodies[1:], strict=True):
         assert other.inertial.mass > one.inertial.mass + 1.39
     expected = trajectory_limits(
-        each.run.table, each.run.prepared.task.time, each.run.evaluation.path.q, body=heavy, margin=2.0
+        each.run.table, each.run.problem.task.time, each.run.evaluation.path.q, body=heavy, margin=2.0
     )
     np.testing.assert_array_equal(loaded.limits.effort, expected.effort)
 
@@ -102,11 +102,11 @@ def test_narrowing_by_hand():
 
 def test_points_are_named_for_every_reader(finished):
     run = finished["packaging"].run
-    odd = replace(run.prepared.task, points=("Ellbogen (außen)", "ellbogen auen", "<hand & wrist>"))
-    robot = finished_robot(run.evaluation, replace(run.prepared, task=odd))
+    odd = replace(run.problem.task, points=("Ellbogen (außen)", "ellbogen auen", "<hand & wrist>"))
+    robot = finished_robot(run.evaluation, replace(run.problem, task=odd))
     assert list(robot.paths) == ["Ellbogen_auen", "ellbogen_auen", "hand_wrist"]
     same = replace(odd, points=("手", "手 ", "P"))
-    assert list(finished_robot(run.evaluation, replace(run.prepared, task=same)).paths) == ["point", "point_2", "P"]
+    assert list(finished_robot(run.evaluation, replace(run.problem, task=same)).paths) == ["point", "point_2", "P"]
     assert ElementTree.fromstring(robot_mjcf(robot)) is not None
 
 

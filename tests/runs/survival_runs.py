@@ -13,12 +13,12 @@ import numpy as np
 from armdesign.runs import checkpoint
 from armdesign.cli import app
 from armdesign.search.backends import InProcess, processes
-from armdesign.runs.folder import VIEWS
+from armdesign.runs.folder import PREVIEW, REPORT
 from armdesign.search.search import Search
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FINISHED = {
-    "history.csv", "study.toml", "task.csv", "task.json", "trajectory.csv", "arm.urdf", "alternatives.json",
+    "history.csv", "settings.toml", "task.csv", "task.json", "trajectory.csv", "arm.urdf", "alternatives.json",
     "result.json",
 }  # fmt: skip
 
@@ -33,7 +33,7 @@ def outcome(folder):
 
 def names(folder):
     """Files in a run folder; preview and report, which only come when all is done, do not count."""
-    return {path.name for path in folder.iterdir()} - set(VIEWS)
+    return {path.name for path in folder.iterdir()} - {PREVIEW, REPORT}
 
 
 def rows(folder):

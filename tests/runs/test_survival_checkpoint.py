@@ -46,7 +46,7 @@ def interrupted(tmp_path_factory, undisturbed, task, backend):
     """A run folder with a good state of iteration 4 and the one of iteration 3."""
     folder = tmp_path_factory.mktemp("interrupted") / "run"
     folder.mkdir()
-    for name in ("study.toml", "task.csv", "task.json"):
+    for name in ("settings.toml", "task.csv", "task.json"):
         shutil.copy(undisturbed.folder / name, folder)
     run = Search(task, backend)
     for _ in range(4):
@@ -229,10 +229,10 @@ def test_a_state_of_another_format_is_refused(folder, cli, monkeypatch):
     refused(cli("search", "--resume", folder, "-q"), "state.npz")
 
 
-@pytest.mark.parametrize("name", ["study.toml", "task.csv"])
+@pytest.mark.parametrize("name", ["settings.toml", "task.csv"])
 def test_a_state_of_another_task_or_other_settings_is_refused_and_kept(folder, cli, name, check):
     original = (folder / name).read_text()
-    other = original.replace("iterations = 6", "iterations = 7") if name == "study.toml" else original[:-2] + "\n"
+    other = original.replace("iterations = 6", "iterations = 7") if name == "settings.toml" else original[:-2] + "\n"
     assert other != original
     (folder / name).write_text(other)
     before = contents(folder)
@@ -242,7 +242,7 @@ def test_a_state_of_another_task_or_other_settings_is_refused_and_kept(folder, c
     check(folder)
 
 
-@pytest.mark.parametrize("name", ["study.toml", "task.json", "task.csv"])
+@pytest.mark.parametrize("name", ["settings.toml", "task.json", "task.csv"])
 @pytest.mark.parametrize("how", ["missing", "empty", "cut"])
 def test_a_folder_without_a_whole_run_is_refused(folder, cli, name, how):
     if how == "missing":

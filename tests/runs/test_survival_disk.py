@@ -43,7 +43,7 @@ def fail_from(patch, name, count, number):
     patch.setattr(os, "open", failing)
 
 
-WRITES = [("task.csv", 1), ("study.toml", 1), ("state-next.npz", 1), ("state-next.npz", 4)]
+WRITES = [("task.csv", 1), ("settings.toml", 1), ("state-next.npz", 1), ("state-next.npz", 4)]
 
 
 @pytest.mark.parametrize(
@@ -121,7 +121,7 @@ def test_a_folder_that_is_taken_away_meanwhile(tmp_path, begin, cli, monkeypatch
     check(elsewhere)
 
 
-@pytest.mark.parametrize("name", ["study.toml", "task.csv"])
+@pytest.mark.parametrize("name", ["settings.toml", "task.csv"])
 def test_a_removed_file_of_the_run_is_named(tmp_path, begin, cli, monkeypatch, name):
     folder, identity = tmp_path / "run", running.identity
 
@@ -192,9 +192,9 @@ def test_a_disk_that_really_fills_up(small_disk, task, undisturbed, check, k):
         running.carry_out(folder, task, InProcess(task), fresh=True, on_progress=fill)
     assert not {name for name in runs.names(folder) if name.endswith(".tmp")}
     with pytest.raises(RunFolderError, match="the disk is full"):
-        running.carry_out(folder, running.open_run(folder), InProcess(task))
+        running.carry_out(folder, running.read_problem(folder), InProcess(task))
     filler.unlink()
-    result, _ = running.carry_out(folder, running.open_run(folder), InProcess(task))
+    result, _ = running.carry_out(folder, running.read_problem(folder), InProcess(task))
     assert runs.rows(folder) == undisturbed.rows
-    assert result.stopped_by == "iterations"
+    assert result.facts.stopped_by == "iterations"
     assert runs.names(folder) == runs.FINISHED

@@ -11,7 +11,7 @@ import survival_runs as runs
 from armdesign.runs.resumable import finished
 
 PLACES = [
-    *((name, 1, moment) for name in ("task.csv", "task.json", "study.toml") for moment in ("before", "after")),
+    *((name, 1, moment) for name in ("task.csv", "task.json", "settings.toml") for moment in ("before", "after")),
     ("state-next.npz", 1, "before"),
     ("state-next.npz", 3, "before"),
     ("state.npz", 1, "before"),
@@ -20,7 +20,7 @@ PLACES = [
     ("state.npz", 3, "before"),
     ("state.npz", 6, "after"),
     *((name, 1, "after") for name in ("history.csv", "trajectory.csv", "arm.urdf")),
-    *((name, 2, "after") for name in ("study.toml", "task.csv")),
+    *((name, 2, "after") for name in ("settings.toml", "task.csv")),
     ("result.json", 1, "before"),
     ("result.json", 1, "after"),
 ]
@@ -37,7 +37,7 @@ def test_killed_beside_a_rename(tmp_path, child, begin, check, name, count, mome
 def test_killed_when_an_earlier_run_is_being_replaced(tmp_path, child, begin, check):
     """The settings of one run never meet the task of another."""
     folder = tmp_path / "run"
-    for name in ("task.csv", "task.json", "study.toml"):
+    for name in ("task.csv", "task.json", "settings.toml"):
         other = ("search", runs.EXAMPLES / "welding.csv", "--particles", 10, "--iterations", 40, "--out", folder)
         ended = child(*other, "--overwrite", before=lambda: runs.at_iteration(2, runs.send(signal.SIGINT)))
         assert ended.wait() in (2, 130), ended.said()
@@ -120,7 +120,7 @@ def test_thirty_kills_of_searches_and_of_their_workers(tmp_path):
         attempt += 1
         first = ["search", recording, *LONGER, folder, "--overwrite"]
         while not finished(folder):
-            known = (folder / "study.toml").is_file() and (folder / "task.json").is_file()
+            known = (folder / "settings.toml").is_file() and (folder / "task.json").is_file()
             args = ["search", "--resume", folder] if known else first
             live_dangerously([*COMMAND, *args, "-q", "--workers", rng.choice("1223")], folder, rng, kills)
         assert runs.outcome(folder) == wanted

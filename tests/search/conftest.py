@@ -14,7 +14,8 @@ import pytest
 import armdesign
 from armdesign.demonstration import read_recording
 from armdesign.kinematics.dh import DHTable
-from armdesign.runs.folder import claim_folder, write_search
+from armdesign.runs.folder import claim_folder
+from armdesign.runs.writing import write_result
 from armdesign.search.prepare import prepare
 from armdesign.search.search import search
 from armdesign.settings.sections import Settings
@@ -64,7 +65,7 @@ def runs(prepared_for, tmp_path_factory):
         result = search(prepared_for(scenario))
         folder = claim_folder(tmp_path_factory.mktemp(scenario) / "run")
         folder.mkdir(exist_ok=True)
-        write_search(folder, result)
+        write_result(folder, result)
         content = json.loads((folder / "result.json").read_text(encoding="utf-8"))
         finished[scenario] = SimpleNamespace(folder=folder, result=result, content=content)
     return finished

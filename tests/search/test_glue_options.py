@@ -97,18 +97,18 @@ def test_what_comes_out_fits_together(prepared_for, outside, option):
 
 
 def check_search(result):
-    settings, best = result.prepared.settings, result.best
+    settings, best = result.problem.settings, result.evaluation
     assert best.fitness == settings.fitness.lambda_f * best.path_fitness + settings.fitness.lambda_E * best.area
     assert best.fitness == result.history.best[-1]
     whole = "budget" if settings.search.algorithm == "multibasin" else "iterations"
     rules = {whole} | {rule for rule in ("patience", "target") if getattr(settings.search, rule) is not None}
-    assert result.stopped_by in rules
-    assert result.stopped_by != "iterations" or len(result.history.best) == settings.search.iterations
-    assert result.stopped_by != "target" or best.fitness <= settings.search.target
+    assert result.facts.stopped_by in rules
+    assert result.facts.stopped_by != "iterations" or len(result.history.best) == settings.search.iterations
+    assert result.facts.stopped_by != "target" or best.fitness <= settings.search.target
 
 
 def check_design(result):
-    design, table, space = result.prepared.settings.design, result.best.table, result.prepared.space()
+    design, table, space = result.problem.settings.design, result.evaluation.table, result.problem.space
     Phi = space.phi(table)
     assert (space.bounds[0] <= Phi).all()
     assert (space.bounds[1] >= Phi).all()
@@ -120,7 +120,7 @@ def check_design(result):
 
 
 def check_path(result):
-    settings, task, path = result.prepared.settings, result.prepared.task, result.best.path
+    settings, task, path = result.problem.settings, result.problem.task, result.evaluation.path
     limits = np.deg2rad(np.broadcast_to(settings.design.joint_limits, (6, 2)))
     assert path.q.shape == (len(task.time), 6)
     assert (path.q >= limits[:, 0] - 1e-12).all()
@@ -136,8 +136,8 @@ def check_path(result):
 
 def check_errors(result, outside):
     """Distances, g, E_t and e_R out of joint angles and sigma alone."""
-    fitness, task = result.prepared.settings.fitness, result.prepared.task
-    path, table = result.best.path, result.best.table
+    fitness, task = result.problem.settings.fitness, result.problem.task
+    path, table = result.evaluation.path, result.evaluation.table
     weights, m = np.array(fitness.weights), len(task.points)
     for t in range(0, len(path.q), 7):
         line = outside.corners(table, path.q[t])
@@ -152,8 +152,8 @@ def check_errors(result, outside):
         g = np.sqrt(np.sum(weights * distance**2)) / m + (fitness.orientation_weight or 0.0) * path.orientation_error[t]
         assert path.g[t] == pytest.approx(g, abs=1e-9)
         assert path.area[t] == pytest.approx(outside.areas(line, path.sigma[t], task.P[t], fitness.delta), abs=1e-8)
-    assert result.best.path_fitness == pytest.approx(path.g.mean(), abs=1e-12)
-    assert result.best.area == pytest.approx(path.area.mean(), abs=1e-12)
+    assert result.evaluation.path_fitness == pytest.approx(path.g.mean(), abs=1e-12)
+    assert result.evaluation.area == pytest.approx(path.area.mean(), abs=1e-12)
     if fitness.orientation_weight and fitness.mount == "start":
         assert path.orientation_error[0] < 1e-7
     if fitness.mount == "identity":

@@ -8,10 +8,11 @@ import pytest
 
 from armdesign.demonstration import About, Recording, Step, read_recording, write_plain_csv
 from armdesign.demonstration.convert import convert, write_conversion
-from armdesign.demonstration.provenance import Origin, Source, fingerprint, read_task_json, write_task_json
+from armdesign.demonstration.provenance import Provenance, Source, fingerprint, read_task_json, write_task_json
 from armdesign.errors import RunFolderError
 from armdesign.runs.listing import read_runs
-from armdesign.runs.resumable import open_run, start_run
+from armdesign.runs.reading import read_problem
+from armdesign.runs.resumable import start_run
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Settings
 
@@ -62,7 +63,7 @@ def test_an_opened_run_knows_where_it_comes_from(captured, tmp_path):
     prepared = prepare(recording, Settings().replace({"task": {"recording": str(path)}}))
     (tmp_path / "run").mkdir()
     start_run(tmp_path / "run", prepared)
-    again = open_run(tmp_path / "run")
+    again = read_problem(tmp_path / "run")
     assert again.notes == prepared.notes
     assert again.origin.sources == prepared.origin.sources
     assert (again.origin.points, again.origin.base) == (prepared.origin.points, prepared.origin.base)
@@ -81,7 +82,7 @@ def test_a_run_of_an_earlier_version_can_be_opened(captured, tmp_path):
     start_run(folder, prepared)
     (folder / "task.json").unlink()
     (folder / "notes.json").write_text(json.dumps({"base": "shoulder", "notes": ["One.", "Two."]}))
-    again = open_run(folder)
+    again = read_problem(folder)
     assert again.notes == ("One.", "Two.")
     assert again.task.base == "shoulder"
     assert again.origin.sources == (Source(str(path), fingerprint(str(path))),)
@@ -97,7 +98,9 @@ def test_a_damaged_task_json_is_refused(tmp_path, text):
 
 
 def test_what_is_written_is_read_again(tmp_path):
-    origin = Origin((Source("a.c3d", "00"), Source("b.c3d")), "C3D", "mm", "y", True, "s", ("a=b+c", "d"), "d", "fixed")
+    origin = Provenance(
+        (Source("a.c3d", "00"), Source("b.c3d")), "C3D", "mm", "y", True, "s", ("a=b+c", "d"), "d", "fixed"
+    )
     steps = (Step("units", "Metres.", {"unit": "m"}), Step("note", "Nothing."))
     write_task_json(tmp_path / "t.json", origin, steps, base="s", frames=10, rate=100.0)
     base, again, told = read_task_json(tmp_path / "t.json")
@@ -106,7 +109,7 @@ def test_what_is_written_is_read_again(tmp_path):
 
 def test_numbers_of_numpy_are_written_as_numbers(tmp_path):
     steps = (Step("x", "X.", {"a": np.float64(0.5), "b": np.int64(3), "c": float("nan"), "d": np.array([1.0, 2.0])}),)
-    write_task_json(tmp_path / "t.json", Origin(), steps, base="s", frames=1, rate=1.0)
+    write_task_json(tmp_path / "t.json", Provenance(), steps, base="s", frames=1, rate=1.0)
     assert content(tmp_path / "t.json")["steps"][0]["details"] == {"a": 0.5, "b": 3, "c": None, "d": [1.0, 2.0]}
 
 

@@ -20,7 +20,7 @@ def recording():
 
 
 def radius(prepared):
-    return float(np.rad2deg(prepared.problem().record[0]["radius"]))
+    return float(np.rad2deg(prepared.path_problem.record[0]["radius"]))
 
 
 @pytest.mark.parametrize(("rate", "degrees"), [(50.0, 20.0), (200.0, 5.0), (25.0, 40.0)])

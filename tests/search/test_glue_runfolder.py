@@ -12,10 +12,11 @@ import pinocchio as pin
 import pytest
 import yourdfpy
 
+from armdesign import files
 from armdesign.errors import RunFolderError
 from armdesign.kinematics.dh import DHTable
-from armdesign.runs import folder as runfolder
-from armdesign.runs.folder import claim_folder, free_folder, write_search
+from armdesign.runs.folder import claim_folder, free_folder
+from armdesign.runs.writing import write_result
 
 KEYS = {
     "schema_version",
@@ -71,7 +72,7 @@ def test_folder_holds_what_it_should_and_no_more(finished):
         "task.json",
         "history.csv",
         "alternatives.json",
-        "study.toml",
+        "settings.toml",
         "arm.urdf",
     }
 
@@ -148,7 +149,7 @@ def test_task_has_the_recording_s_own_header(runs, examples):
 def test_every_number_has_all_its_digits(finished):
     """The shortest text that reads back as the same double: 17 significant digits where it takes them."""
     longest = 0
-    for name in ("history.csv", "trajectory.csv", "task.csv", "study.toml", "result.json", "arm.urdf"):
+    for name in ("history.csv", "trajectory.csv", "task.csv", "settings.toml", "result.json", "arm.urdf"):
         text = (finished.folder / name).read_text(encoding="utf-8")
         for number in re.findall(r"(?<![\w.\-/])-?\d+\.\d+(?:e[-+]?\d+)?(?![\w.])", text):
             assert repr(float(number)) == number, (name, number)
@@ -157,7 +158,7 @@ def test_every_number_has_all_its_digits(finished):
 
 
 def test_written_numbers_are_those_computed(finished):
-    best, content = finished.result.best, finished.content
+    best, content = finished.result.evaluation, finished.content
     assert content["fitness"] == best.fitness
     assert content["path_fitness"] == best.path_fitness
     assert content["area"] == best.area
@@ -219,7 +220,7 @@ def test_urdf_has_the_joint_limits_of_the_study(finished):
 
 
 def test_study_in_the_folder_is_that_in_the_result(finished):
-    settings = tomllib.loads((finished.folder / "study.toml").read_text(encoding="utf-8"))
+    settings = tomllib.loads((finished.folder / "settings.toml").read_text(encoding="utf-8"))
     assert json.loads(json.dumps(settings)) == finished.content["settings"]
     assert settings["task"]["base"] == "shoulder"
     assert settings["task"]["points"] == ["upper_arm", "forearm", "hand"]
@@ -277,24 +278,24 @@ def test_failure_on_the_way_leaves_no_result_that_looks_whole(runs, tmp_path, mo
 
     folder = claim_folder(tmp_path / "run")
     folder.mkdir(exist_ok=True)
-    monkeypatch.setattr("armdesign.runs.folder.arm_urdf", broken)
+    monkeypatch.setattr("armdesign.runs.contents.result_urdf", broken)
     with pytest.raises(RunFolderError):
-        write_search(folder, run.result)
+        write_result(folder, run.result)
     assert not (folder / "result.json").exists()
 
 
 def test_disk_that_fails_while_overwriting_leaves_no_mixture(runs, tmp_path, monkeypatch):
     folder = claim_folder(tmp_path / "run")
     folder.mkdir(exist_ok=True)
-    write_search(folder, runs["packaging"].result)
-    whole = runfolder.write_whole
+    write_result(folder, runs["packaging"].result)
+    whole = files.write_whole
 
     def full(path, content):
         if Path(path).name == "arm.urdf":
             raise RunFolderError(f"cannot write {path}: the disk is full")
         whole(path, content)
 
-    monkeypatch.setattr(runfolder, "write_whole", full)
+    monkeypatch.setattr("armdesign.runs.writing.write_whole", full)
     with pytest.raises(RunFolderError, match="the disk is full"):
-        write_search(claim_folder(folder, overwrite=True), runs["welding"].result)
+        write_result(claim_folder(folder, overwrite=True), runs["welding"].result)
     assert not (folder / "result.json").exists()  # the old one would stand beside the new history

@@ -20,10 +20,10 @@ def same(one, other):
     """Whether two searches went the same way to the last bit."""
     for name in ("best", "mean", "valid", "evaluations"):
         assert getattr(one.history, name).tobytes() == getattr(other.history, name).tobytes(), name
-    assert one.best.path.q.tobytes() == other.best.path.q.tobytes()
-    assert (one.best.fitness, one.best.area) == (other.best.fitness, other.best.area)
+    assert one.evaluation.path.q.tobytes() == other.evaluation.path.q.tobytes()
+    assert (one.evaluation.fitness, one.evaluation.area) == (other.evaluation.fitness, other.evaluation.area)
     for name in ("alpha", "a", "d"):
-        assert getattr(one.best.table, name).tobytes() == getattr(other.best.table, name).tobytes()
+        assert getattr(one.evaluation.table, name).tobytes() == getattr(other.evaluation.table, name).tobytes()
     return True
 
 
@@ -42,8 +42,8 @@ def test_block_size_changes_nothing(prepared_for, reference, scenario, block):
 def test_pruning_changes_nothing_but_the_work(prepared_for, reference, scenario):
     plain = search(prepared_for(scenario, search={"prune": False}))
     assert same(plain, reference[scenario])
-    assert plain.rejections.pruned == 0
-    assert reference[scenario].rejections.pruned > 0
+    assert plain.facts.rejected["pruned"] == 0
+    assert reference[scenario].facts.rejected["pruned"] > 0
 
 
 def test_same_seed_same_search_and_another_seed_another(prepared_for, reference):
@@ -75,10 +75,10 @@ def test_progress_is_told_after_every_iteration(prepared_for, reference):
 
 def test_best_arm_is_the_one_the_history_ends_with(reference, prepared_for):
     for scenario, result in reference.items():
-        assert result.best.fitness == result.history.best[-1]
-        again = evaluate_design(result.best.table, prepared_for(scenario))
-        assert again.fitness == result.best.fitness
-        assert again.path.q.tobytes() == result.best.path.q.tobytes()
+        assert result.evaluation.fitness == result.history.best[-1]
+        again = evaluate_design(result.evaluation.table, prepared_for(scenario))
+        assert again.fitness == result.evaluation.fitness
+        assert again.path.q.tobytes() == result.evaluation.path.q.tobytes()
 
 
 def generated(rng, dof):
@@ -137,9 +137,9 @@ def test_arm_that_made_the_task_is_found_in_its_neighbourhood(outside, dof, orie
     assert exact.path_fitness < 1e-5
     assert exact.path.start_error < 1e-4
     found = search(prepared)
-    assert found.best.path_fitness < 2e-3
-    assert found.best.path_fitness > exact.path_fitness
-    assert (np.abs(found.best.table.a - table.a) <= 1e-3 + 1e-12).all()
+    assert found.evaluation.path_fitness < 2e-3
+    assert found.evaluation.path_fitness > exact.path_fitness
+    assert (np.abs(found.evaluation.table.a - table.a) <= 1e-3 + 1e-12).all()
 
 
 def test_search_that_cannot_reach_tells_the_nearest(prepared_for):
@@ -191,7 +191,7 @@ def test_angles_rest_between_the_intervals(prepared_for, monkeypatch):
     monkeypatch.setattr(RobotFitness, "evaluate", noting)
     prepared = prepared_for(search={"particles": 8, "iterations": 7, "angle_interval": 3})
     search(prepared)
-    angular = prepared.space().angular
+    angular = prepared.space.angular
     moved = np.abs(np.diff(asked, axis=0)).max(axis=1)  # (iterations - 1, D)
     for move, step in enumerate(moved, start=1):
         assert (step[angular] > 0).any() == (move % 3 == 0)

@@ -90,8 +90,8 @@ CHANGED = {
 @pytest.mark.parametrize("changes", [{}, CHANGED], ids=["defaults", "changed"])
 def test_settings_survive_a_file(tmp_path, comments, changes):
     settings = Settings().replace(changes)
-    (tmp_path / "study.toml").write_text(settings.to_toml(comments=comments), encoding="utf-8")
-    assert read_settings(tmp_path / "study.toml") == settings
+    (tmp_path / "settings.toml").write_text(settings.to_toml(comments=comments), encoding="utf-8")
+    assert read_settings(tmp_path / "settings.toml") == settings
 
 
 def test_settings_survive_a_dictionary():
@@ -126,8 +126,8 @@ def test_change_that_is_not_allowed_is_named(changes, message):
 
 
 def test_missing_entries_keep_their_defaults(tmp_path):
-    (tmp_path / "study.toml").write_text("[search]\nseed = 3\n")
-    assert read_settings(tmp_path / "study.toml") == Settings().replace({"search": {"seed": 3}})
+    (tmp_path / "settings.toml").write_text("[search]\nseed = 3\n")
+    assert read_settings(tmp_path / "settings.toml") == Settings().replace({"search": {"seed": 3}})
     (tmp_path / "empty.toml").write_text("")
     assert read_settings(tmp_path / "empty.toml") == Settings()
     (tmp_path / "marked.toml").write_bytes(b"\xef\xbb\xbf[search]\r\nseed = 3\r\n")  # as some editors save it
@@ -135,15 +135,15 @@ def test_missing_entries_keep_their_defaults(tmp_path):
 
 
 def test_relative_recording_counts_from_the_file(tmp_path):
-    (tmp_path / "study.toml").write_text('[task]\nrecording = "data/arm.csv"\n')
-    assert read_settings(tmp_path / "study.toml").task.recording == str(tmp_path / "data" / "arm.csv")
-    (tmp_path / "study.toml").write_text('[task]\nrecording = "/data/arm.csv"\n')
-    assert read_settings(tmp_path / "study.toml").task.recording == "/data/arm.csv"
+    (tmp_path / "settings.toml").write_text('[task]\nrecording = "data/arm.csv"\n')
+    assert read_settings(tmp_path / "settings.toml").task.recording == str(tmp_path / "data" / "arm.csv")
+    (tmp_path / "settings.toml").write_text('[task]\nrecording = "/data/arm.csv"\n')
+    assert read_settings(tmp_path / "settings.toml").task.recording == "/data/arm.csv"
 
 
 def test_file_may_be_given_as_text(tmp_path):
-    (tmp_path / "study.toml").write_text("[search]\nseed = 3\n")
-    assert read_settings(str(tmp_path / "study.toml")).search.seed == 3
+    (tmp_path / "settings.toml").write_text("[search]\nseed = 3\n")
+    assert read_settings(str(tmp_path / "settings.toml")).search.seed == 3
 
 
 @pytest.mark.parametrize(
@@ -152,13 +152,13 @@ def test_file_may_be_given_as_text(tmp_path):
         (b"[design\n", "not valid TOML: .*line 1.*--write-config"),
         (b"\xff\xfe", "are not UTF-8 text"),
         (b"[design]\ndof = 99\n", r"study\.toml: setting 'design.dof' is 99"),
-        (b"[design]\ndof = " + b"1" * 5000, "study.toml"),
+        (b"[design]\ndof = " + b"1" * 5000, "settings.toml"),
     ],
 )
 def test_file_that_cannot_be_used_is_named(tmp_path, content, message):
-    (tmp_path / "study.toml").write_bytes(content)
+    (tmp_path / "settings.toml").write_bytes(content)
     with pytest.raises(SettingsError, match=message):
-        read_settings(tmp_path / "study.toml")
+        read_settings(tmp_path / "settings.toml")
 
 
 def test_file_that_is_none_is_named(tmp_path):

@@ -11,12 +11,11 @@ from armdesign.demonstration import Recording, read_recording, write_plain_csv
 from armdesign.errors import ArmDesignError, RunFolderError, SearchError, TaskError
 from armdesign.export.robot_file import finished_robot
 from armdesign.fitness.robot import Generation, Rejections
-from armdesign.runs import folder as runfolder
 from armdesign.runs.checkpoint import CURRENT
-from armdesign.runs.reading import read_finished
-from armdesign.runs.resumable import carry_out, finished, open_run
+from armdesign.runs.folder import claim_folder
+from armdesign.runs.reading import read_problem, read_result
+from armdesign.runs.resumable import carry_out, finished
 from armdesign.search.backends import InProcess, WorkerPool
-from armdesign.search.demonstrations import prepare_several
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
 from armdesign.search.search import Search, search
@@ -57,7 +56,7 @@ def prepared(takes):
             }
         )
         every = takes[scenario]
-        return prepare_several([every[k] for k in which], settings, holdouts=[every[k] for k in unseen])
+        return prepare([every[k] for k in which], settings, holdouts=[every[k] for k in unseen])
 
     return ready
 
@@ -177,7 +176,7 @@ def test_a_holdout_equal_to_the_demonstration_has_its_fitness(prepared, designs,
 
 def test_holdouts_have_no_part_in_the_search(prepared):
     with_them, without = search(prepared([0, 1], unseen=[3])), search(prepared([0, 1]))
-    assert replace(with_them.best, holdouts=()).fitness == without.best.fitness
+    assert replace(with_them.evaluation, holdouts=()).fitness == without.evaluation.fitness
     np.testing.assert_array_equal(with_them.history.best, without.history.best)
 
 
@@ -197,8 +196,8 @@ def test_workers_find_what_one_process_finds(prepared):
     with WorkerPool(task, 2) as pool:
         shared = search(task, backend=pool)
     np.testing.assert_array_equal(shared.history.best, alone.history.best)
-    np.testing.assert_array_equal(shared.best.path.q, alone.best.path.q)
-    assert shared.rejections == alone.rejections
+    np.testing.assert_array_equal(shared.evaluation.path.q, alone.evaluation.path.q)
+    assert shared.facts.rejected == alone.facts.rejected
 
 
 @pytest.fixture(scope="module")
@@ -210,7 +209,7 @@ def run(prepared, tmp_path_factory):
     hand[:, -1] += 2.0
     far = replace(task.holdouts[0], task=replace(task.holdouts[0].task, P=hand))
     task = replace(task, holdouts=(*task.holdouts, far))
-    runfolder.claim_folder(place)
+    claim_folder(place)
     result, _ = carry_out(place, task, InProcess(task), fresh=True)
     return place, task, result
 
@@ -249,7 +248,7 @@ def test_the_folder_tells_what_was_minimised_and_each_by_itself(run):
 
 def test_a_run_is_read_back_as_it_was(run):
     place, task, result = run
-    back, best = read_finished(place), result.best
+    back, best = read_result(place), result.evaluation
     assert back.evaluation.fitness == best.fitness
     pairs = [*zip(back.evaluation.demonstrations, best.demonstrations, strict=True)]
     pairs += [*zip(back.evaluation.holdouts, best.holdouts, strict=True)]
@@ -263,22 +262,22 @@ def test_a_run_is_read_back_as_it_was(run):
         )
         np.testing.assert_array_equal(read.path.q, was.path.q)
         np.testing.assert_allclose(read.path.distance, was.path.distance, atol=1e-12)
-    for read, was in zip(back.prepared.demonstrations, task.demonstrations, strict=True):
+    for read, was in zip(back.problem.demonstrations, task.demonstrations, strict=True):
         assert read.settings == was.settings
         np.testing.assert_array_equal(read.task.P, was.task.P)
 
 
 def test_every_demonstration_is_a_run_of_its_own(run):
     place, _, result = run
-    inner = read_finished(place / "demonstration_3")
-    assert inner.evaluation.fitness == result.best.demonstrations[2].fitness
+    inner = read_result(place / "demonstration_3")
+    assert inner.evaluation.fitness == result.evaluation.demonstrations[2].fitness
     assert inner.evaluation.path.q.shape == (50, 4)
 
 
 def test_the_urdf_s_limits_cover_every_demonstration(run):
     _, task, result = run
-    whole = finished_robot(result.best, task).limits
-    for each, scored in zip(task.demonstrations, result.best.demonstrations, strict=True):
+    whole = finished_robot(result.evaluation, task).limits
+    for each, scored in zip(task.demonstrations, result.evaluation.demonstrations, strict=True):
         alone = finished_robot(scored, each).limits
         assert (whole.velocity >= alone.velocity).all()
         assert (whole.effort >= alone.effort).all()
@@ -294,7 +293,7 @@ def stopped(run, tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return advance(self)
 
-    task, place = run[1], runfolder.claim_folder(tmp_path / "run")
+    task, place = run[1], claim_folder(tmp_path / "run")
     with monkeypatch.context() as patch:
         patch.setattr(Search, "advance", killed)
         with pytest.raises(KeyboardInterrupt):
@@ -304,7 +303,7 @@ def stopped(run, tmp_path, monkeypatch):
 
 
 def test_a_resumed_run_ends_as_one_that_was_not_interrupted(run, stopped):
-    again = open_run(stopped)
+    again = read_problem(stopped)
     carry_out(stopped, again, InProcess(again))
     assert finished(stopped)
     assert files_below(stopped) == files_below(run[0])
@@ -313,7 +312,7 @@ def test_a_resumed_run_ends_as_one_that_was_not_interrupted(run, stopped):
 def test_a_demonstration_that_changed_stops_the_resumption(stopped):
     path = stopped / "demonstration_2" / "task.csv"
     path.write_text("\n".join(path.read_text(encoding="utf-8").splitlines()[:-1]), encoding="utf-8")
-    again = open_run(stopped)
+    again = read_problem(stopped)
     with pytest.raises(RunFolderError, match="belongs to another task"):
         carry_out(stopped, again, InProcess(again))
 
@@ -322,7 +321,7 @@ def test_a_demonstration_that_is_missing_is_named(run, tmp_path):
     place = shutil.copytree(run[0], tmp_path / "run")
     shutil.rmtree(place / "demonstration_3")
     with pytest.raises(RunFolderError, match=r"demonstration_3.* missing"):
-        open_run(place)
+        read_problem(place)
 
 
 def test_another_run_in_the_folder_leaves_no_old_demonstrations(run, prepared, tmp_path):
@@ -333,7 +332,7 @@ def test_another_run_in_the_folder_leaves_no_old_demonstrations(run, prepared, t
     assert [path.name for path in place.iterdir() if path.is_dir()] == ["demonstration_2"]
     assert [path.name for path in (place / "demonstration_2").iterdir()] == ["mine.txt"]
     assert "demonstrations" not in json.loads((place / "result.json").read_text(encoding="utf-8"))
-    assert open_run(place).others == ()
+    assert len(read_problem(place).demonstrations) == 1
 
 
 def test_different_points_are_refused_with_files_and_points(takes):
@@ -341,21 +340,21 @@ def test_different_points_are_refused_with_files_and_points(takes):
     points = {name.replace("forearm", "elbow"): values for name, values in first.points.items()}
     other = Recording(first.time, points, {}, "other.csv", first.about)
     with pytest.raises(TaskError) as caught:
-        prepare_several([first, other], Settings())
+        prepare([first, other], Settings())
     assert f"{first.source} has upper_arm, forearm, hand; other.csv has upper_arm, elbow, hand" in str(caught.value)
     chosen = Settings().replace({"task": {"points": ["upper_arm", "hand"], "base": "shoulder"}})
-    assert prepare_several([first, other], chosen).others[0].task.points == ("upper_arm", "hand")
+    assert prepare([first, other], chosen).demonstrations[1].task.points == ("upper_arm", "hand")
     with pytest.raises(TaskError, match=r"other\.csv: there is no point 'forearm'"):
-        prepare_several([first, other], Settings().replace({"task": {"points": ["forearm", "hand"]}}))
+        prepare([first, other], Settings().replace({"task": {"points": ["forearm", "hand"]}}))
 
 
 def test_what_the_first_settles_holds_for_all(takes):
     first, other = takes["packaging"][:2]
     captured = replace(first, about=replace(first.about, captured=True))
     named = Settings().replace({"task": {"base": "shoulder", "points": ["forearm", "hand"]}})
-    both = prepare_several([captured, other], named)
-    assert both.settings.task.low_pass == both.others[0].settings.task.low_pass == 6.0
-    assert both.settings.fitness.weights == both.others[0].settings.fitness.weights
+    both = prepare([captured, other], named)
+    assert both.settings.task.low_pass == both.demonstrations[1].settings.task.low_pass == 6.0
+    assert both.settings.fitness.weights == both.demonstrations[1].settings.fitness.weights
 
 
 def test_a_bound_per_frame_that_is_another_speed_is_told(prepared):
@@ -368,9 +367,9 @@ def test_a_bound_per_frame_that_is_another_speed_is_told(prepared):
 
 def test_an_arm_that_misses_a_demonstration_is_told_which(run):
     _, task, result = run
-    unreachable = replace(task, others=(*task.others, task.holdouts[1]), holdouts=())
+    unreachable = replace(task, demonstrations=(*task.demonstrations, task.holdouts[1]), holdouts=())
     with pytest.raises(SearchError, match=r"does not reach the first frame of .*d\.csv: its end-effector stays"):
-        evaluate_design(result.best.table, unreachable)
+        evaluate_design(result.evaluation.table, unreachable)
 
 
 def test_paths_of_recordings_count_from_the_settings_file(tmp_path):

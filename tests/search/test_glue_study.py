@@ -153,7 +153,7 @@ def test_problem_and_space_follow_the_settings(recording):
     prepared = prepare(
         recording, settings(design={"dof": 5, "joint_limits": ((-90.0, 45.0),)}, fitness={"delta": 0.02})
     )
-    problem, space = prepared.problem(), prepared.space()
+    problem, space = prepared.path_problem, prepared.space
     assert (problem.frames, problem.points, problem.dof, space.dof) == (20, 4, 5, 5)
     assert problem.record[0]["delta"] == 0.02
     assert problem.record[0]["upper"][:5].tolist() == [np.pi / 4] * 5

@@ -15,13 +15,13 @@ from armdesign.errors import RunFolderError, SettingsError
 from armdesign.fitness.constraints import design_space
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.alternatives import different, read_designs, write_alternatives
-from armdesign.runs.folder import write_evaluation, write_search
-from armdesign.runs.reading import read_finished
-from armdesign.runs.resumable import open_run
+from armdesign.runs.reading import read_problem, read_result
+from armdesign.runs.writing import write_result
 from armdesign.search.arm_symmetry import arm_distances, canonical_form, length_slab
 from armdesign.search.backends import InProcess, WorkerPool
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
+from armdesign.search.result import Result
 from armdesign.search.search import Search, search
 from armdesign.settings.sections import Design, Settings
 
@@ -49,24 +49,24 @@ def reference():
 @pytest.fixture(scope="module")
 def folder(reference, tmp_path_factory):
     place = tmp_path_factory.mktemp("multibasin") / "run"
-    write_search(place, reference)
+    write_result(place, reference)
     return place
 
 
 def same(one, other):
     for name in ("best", "mean", "valid", "evaluations"):
         assert getattr(one.history, name).tobytes() == getattr(other.history, name).tobytes(), name
-    assert one.best.path.q.tobytes() == other.best.path.q.tobytes()
+    assert one.evaluation.path.q.tobytes() == other.evaluation.path.q.tobytes()
     assert one.basins[0].tobytes() == other.basins[0].tobytes()
     return True
 
 
 def test_best_is_evaluated_afresh_and_ends_the_history(reference):
-    assert reference.stopped_by == "budget"
+    assert reference.facts.stopped_by == "budget"
     assert reference.history.evaluations[-1] <= 1200
-    assert reference.best.fitness == reference.history.best[-1] == reference.basins[1][0]
-    again = evaluate_design(reference.best.table, prepared())
-    assert again.fitness == reference.best.fitness
+    assert reference.evaluation.fitness == reference.history.best[-1] == reference.basins[1][0]
+    again = evaluate_design(reference.evaluation.table, prepared())
+    assert again.fitness == reference.evaluation.fitness
 
 
 @pytest.mark.parametrize("block", [1, 5])
@@ -105,8 +105,8 @@ def test_progress_counts_candidates():
 
 def test_stop_rules_hold(reference):
     middle = float(reference.history.best[len(reference.history.best) // 2])
-    assert search(prepared(target=middle)).stopped_by == "target"
-    assert search(prepared(patience=1, budget=5000)).stopped_by == "patience"
+    assert search(prepared(target=middle)).facts.stopped_by == "target"
+    assert search(prepared(patience=1, budget=5000)).facts.stopped_by == "patience"
 
 
 def test_ended_within_the_first_sample_there_is_a_best_all_the_same(tmp_path):
@@ -114,8 +114,8 @@ def test_ended_within_the_first_sample_there_is_a_best_all_the_same(tmp_path):
     run = Search(ready, InProcess(ready))
     run.advance()
     result = run.result("interrupted")
-    write_search(tmp_path / "run", result)
-    assert result.basins[1].tolist() == [result.best.fitness]
+    write_result(tmp_path / "run", result)
+    assert result.basins[1].tolist() == [result.evaluation.fitness]
     assert len(read_designs(tmp_path / "run", ready.space())) == 1
 
 
@@ -127,7 +127,7 @@ def test_no_design_is_in_canonical_form():
 def test_designs_to_begin_with_are_evaluated_first(reference):
     best = reference.basins[0][0]
     warm = search(prepared(seed=9, budget=300, first=[best.tolist()]))
-    assert warm.best.fitness <= reference.best.fitness
+    assert warm.evaluation.fitness <= reference.evaluation.fitness
 
 
 def axes_and_corners(table, q):
@@ -214,15 +214,15 @@ def test_slab_is_the_length():
 
 
 def test_alternatives_differ_and_are_runs_of_their_own(folder, reference):
-    ready = open_run(folder)
+    ready = read_problem(folder)
     found = write_alternatives(folder, ready, count=3)
     assert [each.folder.name for each in found] == ["1", "2", "3"]
-    assert found[0].evaluation.fitness == pytest.approx(reference.best.fitness, rel=1e-12)
+    assert found[0].evaluation.fitness == pytest.approx(reference.evaluation.fitness, rel=1e-12)
     space = ready.space()
     Phi = np.array([space.phi(each.evaluation.table) for each in found])
     assert different(Phi, space, 0.3, 9) == [0, 1, 2]
     for each in found:
-        again = read_finished(each.folder)
+        again = read_result(each.folder)
         assert again.evaluation.fitness == each.evaluation.fitness
     fewer = write_alternatives(folder, ready, count=1)
     assert len(fewer) == 1
@@ -240,10 +240,10 @@ def test_twins_count_once():
 def test_swarms_leave_alternatives_too(tmp_path):
     ready = prepared(algorithm="pso", particles=30, iterations=3)
     result = search(ready)
-    write_search(tmp_path / "run", result)
+    write_result(tmp_path / "run", result)
     Phi = read_designs(tmp_path / "run", ready.space())
     assert len(Phi) >= 1
-    assert evaluate_design(ready.space().table(Phi[0]), ready).fitness == result.best.fitness
+    assert evaluate_design(ready.space().table(Phi[0]), ready).fitness == result.evaluation.fitness
 
 
 def test_command_prints_them_side_by_side(folder):
@@ -254,10 +254,10 @@ def test_command_prints_them_side_by_side(folder):
 
 
 def test_bad_input_is_one_sentence(folder, reference, tmp_path):
-    write_evaluation(tmp_path / "arm", reference.best, reference.prepared)
+    write_result(tmp_path / "arm", Result(reference.problem, reference.evaluation))
     damaged = json.loads((folder / "alternatives.json").read_text(encoding="utf-8"))
     damaged["designs"][0]["phi"] = [1.0]
-    write_search(tmp_path / "damaged", reference)
+    write_result(tmp_path / "damaged", reference)
     (tmp_path / "damaged" / "alternatives.json").write_text(json.dumps(damaged), encoding="utf-8")
     for arguments in (
         [tmp_path / "arm"],
@@ -268,7 +268,7 @@ def test_bad_input_is_one_sentence(folder, reference, tmp_path):
         told = CliRunner().invoke(app, ["alternatives", *map(str, arguments)])
         assert told.exit_code == 2, told.output
         assert "Traceback" not in told.output
-    ready = open_run(folder)
+    ready = read_problem(folder)
     with pytest.raises(RunFolderError, match="keeps no alternatives"):
         read_designs(tmp_path / "arm", ready.space())
     with pytest.raises(SettingsError, match="alternatives"):

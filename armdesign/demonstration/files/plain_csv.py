@@ -106,7 +106,16 @@ def write_plain_csv(path: str | os.PathLike[str], recording: Recording) -> None:
         RunFolderError: The file cannot be written.
         RecordingError: A name holds a comma or a quotation mark.
     """
-    write_whole(path, "".join(f"{line}\n" for line in _csv_lines(recording)))
+    write_whole(path, plain_csv(recording))
+
+
+def plain_csv(recording: Recording) -> str:
+    """A recording as plain CSV with all digits; missing values are empty cells.
+
+    Raises:
+        RecordingError: A name holds a comma or a quotation mark.
+    """
+    return "".join(f"{line}\n" for line in _csv_lines(recording))
 
 
 def _csv_lines(recording: Recording) -> Iterator[str]:

@@ -26,19 +26,20 @@ from armdesign.experiments.auto_dof.dof_rule import Rule, Verdict, decide, expla
 from armdesign.experiments.auto_dof.extra_joint import with_extra_joint
 from armdesign.files import write_whole
 from armdesign.kinematics.dh_files import read_design
-from armdesign.runs import folder as runfolder
+from armdesign.runs.folder import PREVIEW, REPORT, settings_file
 from armdesign.runs.lock import locked
+from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import (
     Interrupts,
     NothingYetError,
     carry_out,
     finished,
     interruptible,
-    open_run,
     start_run,
 )
+from armdesign.runs.writing import clear_result
 from armdesign.search.backends import Backend
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import NothingFoundError, Progress
 
 SHARE = 4
@@ -77,14 +78,14 @@ class Watch:
         note: Called with a sentence where something had to be decided.
     """
 
-    begin: Callable[[int, Prepared], None] | None = None
+    begin: Callable[[int, DesignProblem], None] | None = None
     progress: Callable[[Progress], None] | None = None
     end: Callable[[Found], None] | None = None
     interrupt: Callable[[], None] | None = None
     note: Callable[[str], None] | None = None
 
 
-def start_auto(folder: Path, tasks: Mapping[int, Prepared], rule: Rule) -> None:
+def start_auto(folder: Path, tasks: Mapping[int, DesignProblem], rule: Rule) -> None:
     """Write down what is asked: the rule, and the task ready for every number of joints.
 
     Args:
@@ -96,7 +97,7 @@ def start_auto(folder: Path, tasks: Mapping[int, Prepared], rule: Rule) -> None:
         RunFolderError: The folder holds other folders of these names, cannot be written, or a process is at it.
     """
     with locked(folder):
-        runfolder.clear(folder)
+        clear_result(folder)
         places = [folder / TASKS, *(folder / run_name(n) for n in range(1, MOST_JOINTS + 1))]
         for place in places:
             if place.exists() and not holds_auto(folder):
@@ -104,14 +105,16 @@ def start_auto(folder: Path, tasks: Mapping[int, Prepared], rule: Rule) -> None:
                     f"{place} is there already", value=str(place), fix="Name another folder with --out"
                 )
             shutil.rmtree(place, ignore_errors=True)
-        for n, prepared in tasks.items():
+        for n, problem in tasks.items():
             place = folder / TASKS / run_name(n)
             place.mkdir(parents=True)
-            start_run(place, prepared)
+            start_run(place, problem)
         write_auto(folder, tuple(tasks), rule, {}, None)
 
 
-def carry_out_auto(folder: Path, hire: Callable[[Prepared], AbstractContextManager[Backend]], watch: Watch) -> Outcome:
+def carry_out_auto(
+    folder: Path, hire: Callable[[DesignProblem], AbstractContextManager[Backend]], watch: Watch
+) -> Outcome:
     """Search few joints, then more, until the rule is decided; what is finished already is not searched again.
 
     Args:
@@ -165,28 +168,28 @@ def one_search(
     folder: Path,
     n: int,
     found: Mapping[int, Found],
-    hire: Callable[[Prepared], AbstractContextManager[Backend]],
+    hire: Callable[[DesignProblem], AbstractContextManager[Backend]],
     watch: Watch,
 ) -> Found | None:
     """Search the arm of n joints in its run folder; None where somebody asked for the end first."""
     try:
-        open_run(folder / TASKS / run_name(n)).space().check_not_empty()
+        read_problem(folder / TASKS / run_name(n)).space.check_not_empty()
     except SettingsError as error:  # with so few joints no arm within the bounds is long enough
         return Found(n, reason=bare(error))
-    prepared, fresh = begun(folder, n, found)
+    problem, fresh = begun(folder, n, found)
     if watch.begin is not None:
-        watch.begin(n, prepared)
+        watch.begin(n, problem)
     try:
-        with hire(prepared) as backend:
+        with hire(problem) as backend:
             result, _ = carry_out(
-                folder / run_name(n), prepared, backend, fresh=fresh,
+                folder / run_name(n), problem, backend, fresh=fresh,
                 on_progress=watch.progress, on_interrupt=watch.interrupt, on_note=watch.note,
             )  # fmt: skip
     except NothingYetError:
         return None
     except NothingFoundError as error:
         return Found(n, reason=bare(error))
-    return None if result.stopped_by == "interrupted" else read_found(folder / run_name(n))
+    return None if result.facts is not None and result.facts.interrupted else read_found(folder / run_name(n))
 
 
 def bare(error: ArmDesignError) -> str:
@@ -194,20 +197,20 @@ def bare(error: ArmDesignError) -> str:
     return str(error).removesuffix(f". {error.fix}")
 
 
-def begun(folder: Path, n: int, found: Mapping[int, Found]) -> tuple[Prepared, bool]:
+def begun(folder: Path, n: int, found: Mapping[int, Found]) -> tuple[DesignProblem, bool]:
     """Task and settings of the search for n joints, and whether it has yet to be started."""
     place = folder / run_name(n)
-    if (place / "study.toml").is_file():
-        return open_run(place), False
-    prepared = open_run(folder / TASKS / run_name(n))
+    if settings_file(place).is_file():
+        return read_problem(place), False
+    problem = read_problem(folder / TASKS / run_name(n))
     place.mkdir(exist_ok=True)
     smaller = found.get(n - 1)
     if smaller is None or not smaller.valid:
-        return prepared, True
-    most = max(1, prepared.settings.search.particles // SHARE)
-    designs = with_extra_joint(read_design(folder / run_name(n - 1) / "result.json"), prepared.space(), most)
+        return problem, True
+    most = max(1, problem.settings.search.particles // SHARE)
+    designs = with_extra_joint(read_design(folder / run_name(n - 1) / "result.json"), problem.space, most)
     first = [[float(x) for x in Phi] for Phi in designs]
-    return replace(prepared, settings=prepared.settings.replace({"search": {"first": first or None}})), True
+    return replace(problem, settings=problem.settings.replace({"search": {"first": first or None}})), True
 
 
 def conclude(
@@ -230,12 +233,12 @@ def publish(run: Path, folder: Path) -> None:
     Raises:
         RunFolderError: A file cannot be read or written.
     """
-    runfolder.clear(folder)
+    clear_result(folder)
     files = [path.relative_to(run) for path in sorted(run.rglob("*")) if path.is_file()]
     last = Path("result.json")
     shown = [path for path in files if path != last and not any(part.startswith(".") for part in path.parts)]
     try:
-        for path in (*(path for path in shown if path.name not in runfolder.VIEWS), last):
+        for path in (*(path for path in shown if path.name not in (PREVIEW, REPORT)), last):
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             write_whole(folder / path, (run / path).read_bytes())
     except OSError as error:

@@ -14,8 +14,8 @@ from pathlib import Path
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.experiments.auto_dof.dof_rule import Rule, Verdict
 from armdesign.files import write_whole
-from armdesign.runs import folder as runfolder
-from armdesign.runs.reading import read_result
+from armdesign.runs.contents import SCHEMA_VERSION
+from armdesign.runs.reading import result_content
 from armdesign.runs.resumable import finished
 
 AUTO, TABLE, PICTURE, TASKS = "auto.json", "auto.csv", "pareto.png", ".tasks"
@@ -81,7 +81,7 @@ def read_found(place: Path) -> Found:
     Raises:
         RunFolderError: Its result is missing or damaged.
     """
-    content = read_result(place)
+    content = result_content(place)
     try:
         first = content["settings"]["search"].get("first") or ()
         hand = content["point_error"][content["points"][-1]]["mean"]
@@ -103,7 +103,7 @@ def write_auto(
 ) -> None:
     """Write auto.json: what is asked, what was found, and the choice [m, s]."""
     content = {
-        "schema_version": runfolder.SCHEMA_VERSION,
+        "schema_version": SCHEMA_VERSION,
         "joints": list(joints),
         "within": rule.within,
         "enough": rule.enough,

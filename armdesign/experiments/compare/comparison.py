@@ -15,7 +15,7 @@ from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
 from armdesign.fitness.problem import Problem, make_problem, start_effort
 from armdesign.kinematics.dh import DHTable
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 from armdesign.settings.sections import Settings, Solver
 
 DESIGN, READY_MADE = "design", "ready-made"
@@ -100,25 +100,25 @@ class Compared:
         return float(self.path.distance[:, self.worst_point].max()) if self.reached else np.inf
 
 
-def compare_design(design: Design, prepared: Prepared, payload: float = 0.0) -> Compared:
+def compare_design(design: Design, problem: DesignProblem, payload: float = 0.0) -> Compared:
     """Score a design, its base at the shoulder.
 
     Args:
         design: The design.
-        prepared: The task and the settings.
+        problem: The task and the settings.
         payload: Point mass at the tool, for the torques [kg].
     """
-    task, solver = prepared.task, with_joints(prepared.settings, design.dof).solver
-    problem = make_problem(task.P, task.R, task.dt, design.limits, prepared.settings.fitness, solver)
-    scores, path = BlockEvaluator(problem, block=1).follow(design.table)
+    task, solver = problem.task, with_joints(problem.settings, design.dof).solver
+    path_problem = make_problem(task.P, task.R, task.dt, design.limits, problem.settings.fitness, solver)
+    scores, path = BlockEvaluator(path_problem, block=1).follow(design.table)
     mass = moving_mass(design_model(design.table))
     row = Compared(design.name, DESIGN, design.source, design.dof, design.length, scores, path, moving_mass=mass)
-    return finished(row, prepared, design_model(design.table, payload))
+    return finished(row, problem, design_model(design.table, payload))
 
 
 def compare_ready_made(
     arm: SerialArm,
-    prepared: Prepared,
+    problem: DesignProblem,
     how: BaseSearch | None = None,
     payload: float = 0.0,
     on_progress: Callable[[BaseProgress], None] | None = None,
@@ -127,40 +127,40 @@ def compare_ready_made(
 
     Args:
         arm: The arm.
-        prepared: The task and the settings.
+        problem: The task and the settings.
         how: How its base pose is searched.
         payload: Point mass at the tool, for the torques [kg].
         on_progress: Told how far the search is.
     """
-    task = prepared.task
-    solver = with_joints(prepared.settings, arm.dof).solver
-    found = mount_arm(arm, task, prepared.settings.fitness, solver, how, on_progress)
+    task = problem.task
+    solver = with_joints(problem.settings, arm.dof).solver
+    found = mount_arm(arm, task, problem.settings.fitness, solver, how, on_progress)
     mass = arm.moving_mass or None
     row = Compared(
         arm.name, READY_MADE, arm.source, arm.dof, arm.length, found.scores, found.path, moving_mass=mass,
         tool=arm.tool, base=found.base, held=arm.held, evaluations=found.evaluations,
     )  # fmt: skip
-    return finished(row, prepared, ready_made_model(arm, payload))
+    return finished(row, problem, ready_made_model(arm, payload))
 
 
-def some_problem(prepared: Prepared) -> Problem:
+def some_problem(problem: DesignProblem) -> Problem:
     """The task for some arm, to see that there is nothing wrong with it and to compile the kernels on.
 
     Raises:
         TaskError: There are too many points, or an orientation is to be followed that is not there.
     """
-    task = prepared.task
-    limits = np.tile([-np.pi, np.pi], (prepared.settings.design.dof, 1))
-    return make_problem(task.P, task.R, task.dt, limits, prepared.settings.fitness, prepared.settings.solver)
+    task = problem.task
+    limits = np.tile([-np.pi, np.pi], (problem.settings.design.dof, 1))
+    return make_problem(task.P, task.R, task.dt, limits, problem.settings.fitness, problem.settings.solver)
 
 
-def finished(row: Compared, prepared: Prepared, model: pin.Model) -> Compared:
+def finished(row: Compared, problem: DesignProblem, model: pin.Model) -> Compared:
     """The row with what follows from the path; torques only where masses are known."""
     if not row.reached:
         return row
-    followed = np.array(prepared.settings.fitness.weights) > 0.0
+    followed = np.array(problem.settings.fitness.weights) > 0.0
     worst = np.where(followed, row.path.distance.max(axis=0), -1.0)
-    torque = None if row.moving_mass is None else peak_torques(model, prepared.task.time, row.path.q)
+    torque = None if row.moving_mass is None else peak_torques(model, problem.task.time, row.path.q)
     return replace(row, worst_point=int(np.argmax(worst)), torque=torque)
 
 

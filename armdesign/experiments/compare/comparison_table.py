@@ -13,7 +13,7 @@ import numpy as np
 from armdesign._version import __version__
 from armdesign.experiments.compare.base_pose import BaseSearch
 from armdesign.experiments.compare.comparison import READY_MADE, Compared
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 SCHEMA_VERSION = 1
 HEADER = ("arm", "joints", "length", "r", "f", "E", "worst", "start", "moving", "peak torque", "base x, y, z, yaw")
@@ -86,9 +86,11 @@ def comparison_notes(rows: Sequence[Compared], payload: float, how: BaseSearch) 
     return notes
 
 
-def comparison_json(rows: Sequence[Compared], prepared: Prepared, payload: float, how: BaseSearch, source: str) -> str:
+def comparison_json(
+    rows: Sequence[Compared], problem: DesignProblem, payload: float, how: BaseSearch, source: str
+) -> str:
     """Everything as JSON: metres, radians, kilograms; null where there is no value."""
-    task, fitness = prepared.task, prepared.settings.fitness
+    task, fitness = problem.task, problem.settings.fitness
     content = {
         "schema_version": SCHEMA_VERSION,
         "armdesign_version": __version__,
@@ -99,7 +101,7 @@ def comparison_json(rows: Sequence[Compared], prepared: Prepared, payload: float
             "orientation": task.orientation if fitness.orientation_weight else None,
             "frames": len(task.time),
         },
-        "settings": {name: prepared.settings.to_dict()[name] for name in ("task", "fitness")},
+        "settings": {name: problem.settings.to_dict()[name] for name in ("task", "fitness")},
         "payload": payload,
         "base_search": {"evaluations": how.evaluations, "half_width": how.half_width, "seed": how.seed},
         "arms": [row_content(row, task.points) for row in rows],

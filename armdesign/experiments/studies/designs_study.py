@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from armdesign.runs.reading import FinishedRun
+    from armdesign.search.result import Result
 
 TITLE = "Fitness over the number of joints, and the arm of the number that is chosen"
 PARTS = (("fitness", 1.0, "r [m]"), ("path_fitness", 1e3, "f [mm]"), ("area", 1e3, "E [mm]"))
@@ -211,7 +211,7 @@ def draw_part(axis: Axes, choice: Choice, records: Sequence[Record], name: str, 
 
 def more(asked: Asked, records: Sequence[Record], folder: Path) -> tuple[str, ...]:
     """Write the chosen arm of every task as a drawing and as a preview to look at in a browser."""
-    from armdesign.runs.reading import read_finished  # noqa: PLC0415
+    from armdesign.runs.reading import read_result  # noqa: PLC0415
     from armdesign.views.preview import preview_html  # noqa: PLC0415
     from armdesign.views.report.drawing import png  # noqa: PLC0415
     from armdesign.views.report.sketch import sketch  # noqa: PLC0415
@@ -220,7 +220,7 @@ def more(asked: Asked, records: Sequence[Record], folder: Path) -> tuple[str, ..
     for choice in choices(asked, records):
         if choice.chosen is None:
             continue
-        run: FinishedRun = read_finished(choice.best[choice.chosen].folder)
+        run: Result = read_result(choice.best[choice.chosen].folder)
         drawing, preview = f"{choice.task}-arm.png", f"{choice.task}-preview.html"
         write_whole(folder / drawing, png(partial(sketch, run.table)))
         write_whole(folder / preview, preview_html([run]))

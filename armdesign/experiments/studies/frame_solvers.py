@@ -12,7 +12,7 @@ from armdesign.experiments.studies import opytimizer_swarms
 from armdesign.experiments.studies.frame_fitness import FrameFitness
 from armdesign.fitness.pose import PoseSolver
 from armdesign.kinematics.dh import DHTable
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 AGENTS = 100
 TEMPERATURE = 0.05
@@ -51,13 +51,13 @@ class Solved:
 class FrameSolvers:
     """All solvers on the frames of one task."""
 
-    def __init__(self, prepared: Prepared) -> None:
+    def __init__(self, problem: DesignProblem) -> None:
         """Nothing solved yet.
 
         Args:
-            prepared: Task and settings.
+            problem: Task and settings.
         """
-        self.prepared, self.problem = prepared, prepared.problem()
+        self.design_problem, self.problem = problem, problem.path_problem
         self.warm = False
 
     def solve(self, name: str, table: DHTable, frame: int, budget: int, seed: int) -> Solved:
@@ -86,7 +86,7 @@ class FrameSolvers:
 
     def by_least_squares(self, table: DHTable, frame: int, starts: int) -> Solved:
         """Damped least squares with exact sigma, from so many start poses."""
-        record, settings = self.problem.record[0], self.prepared.settings
+        record, settings = self.problem.record[0], self.design_problem.settings
         limits = np.stack([record["lower"][: table.dof], record["upper"][: table.dof]], axis=1)
         solver = PoseSolver(limits, settings.fitness, settings.solver, starts=starts)
         rotation = self.problem.R[frame if len(self.problem.R) > 1 else 0]

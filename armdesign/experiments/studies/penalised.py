@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 MISSED, OUT_OF_REACH, OUT_OF_BOUNDS = 1e2, 1e3, 1e4
 """What is added to the fitness of an invalid design, by the first test it fails [m]; valid ones stay far below."""
@@ -22,16 +22,16 @@ class PenalisedFitness:
     a metre and twists of half a turn would not share as they are.
     """
 
-    def __init__(self, prepared: Prepared) -> None:
+    def __init__(self, problem: DesignProblem) -> None:
         """Take over the objective of the search.
 
         Args:
-            prepared: Task and settings.
+            problem: Task and settings.
         """
-        self.space, self.objective = prepared.space(), prepared.objective()
+        self.space, self.objective = problem.space, problem.objective()
         self.lower, self.upper = self.space.bounds
         self.length = self.space.length
-        self.distance = float(np.linalg.norm(prepared.task.P[0, -1]))
+        self.distance = float(np.linalg.norm(problem.task.P[0, -1]))
 
     @property
     def dimension(self) -> int:

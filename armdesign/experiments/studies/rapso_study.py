@@ -108,7 +108,7 @@ def pairs_of(asked: Asked, records: Sequence[Record], task: str, n: int, reading
     intervals, _ = read_options(asked)
     found: dict[int, dict[int, tuple[float, float]]] = {}
     for record in records:
-        search = record.unit.prepared.settings.search
+        search = record.unit.problem.settings.search
         if not record.finished or (record.task, record.dof) != (task, n):
             continue
         if record.algorithm == "rapso" and search.range != reading:

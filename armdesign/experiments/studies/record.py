@@ -13,7 +13,7 @@ import numpy as np
 
 from armdesign.errors import SettingsError
 from armdesign.files import write_whole
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 FILE = Path(__file__).resolve().parents[3] / "benchmarks" / "best_known.json"
 """Where it is kept; a part of the repository, not of the installed package."""
@@ -44,17 +44,17 @@ class Best:
     found: str
 
 
-def fingerprint(prepared: Prepared) -> str:
+def fingerprint(problem: DesignProblem) -> str:
     """What the fitness of a design depends on, as a digest: task to the micrometre, weights, bounds and limits.
 
     How hard the solver tries is left out, but for the number of start poses that are carried along the path.
     """
-    problem, space = prepared.problem(), prepared.space()
-    R = problem.R if problem.record["w_0"][0] > 0.0 else np.zeros((1, 3, 3))
-    numbers = [np.asarray(problem.record[name], dtype=float).ravel() for name in FIELDS]
+    path_problem, space = problem.path_problem, problem.space
+    R = path_problem.R if path_problem.record["w_0"][0] > 0.0 else np.zeros((1, 3, 3))
+    numbers = [np.asarray(path_problem.record[name], dtype=float).ravel() for name in FIELDS]
     bounds = np.array([*space.length, *space.coaxial])
     digest = hashlib.sha256(",".join(space.names).encode())
-    for values in (problem.P, R, space.lower, space.upper, bounds, *numbers):
+    for values in (path_problem.P, R, space.lower, space.upper, bounds, *numbers):
         digest.update((np.round(values, DIGITS) + 0.0).tobytes())
     return digest.hexdigest()[:16]
 

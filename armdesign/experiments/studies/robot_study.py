@@ -27,8 +27,8 @@ from armdesign.experiments.studies.study_plan import (
 )
 from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
 from armdesign.experiments.sweep.jobs import Steer
+from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_design
-from armdesign.search.prepare import Prepared
 from armdesign.settings.sections import Search as SearchSettings
 
 if TYPE_CHECKING:
@@ -102,20 +102,20 @@ def check_search(search: SearchSettings, *, foreign: bool) -> None:
             )
 
 
-def unit_for(key: str, prepared: Prepared, name: str, seed: int) -> Unit:
+def unit_for(key: str, problem: DesignProblem, name: str, seed: int) -> Unit:
     """One search: our own as a run, the others as a work."""
     if name in OWN:
-        return search_unit(key, prepared, name, algorithm=name, seed=seed)
-    return work_unit(key, prepared, f"{name}-seed{seed}", {"study": NAME, "algorithm": name, "seed": seed})
+        return search_unit(key, problem, name, algorithm=name, seed=seed)
+    return work_unit(key, problem, f"{name}-seed{seed}", {"study": NAME, "algorithm": name, "seed": seed})
 
 
-def perform(prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
+def perform(problem: DesignProblem, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
     """Search by one of opytimizer's algorithms.
 
     Raises:
         SearchError: It has found no valid design.
     """
-    search, fitness = prepared.settings.search, PenalisedFitness(prepared)
+    search, fitness = problem.settings.search, PenalisedFitness(problem)
     budget, seed = search.particles * search.iterations, int(work["seed"])
 
     def report(spent: int, best: float) -> None:
@@ -131,7 +131,7 @@ def perform(prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[s
     if found.value >= MISSED:
         raise SearchError(f"no valid arm was found in {found.evaluations} evaluations")
     Phi = fitness.phi(found.x[None])[0]
-    best = evaluate_design(fitness.space.table(Phi), prepared)
+    best = evaluate_design(fitness.space.table(Phi), problem)
     return {
         "Phi": Phi,
         "fitness": best.fitness,

@@ -44,11 +44,11 @@ def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
     units = []
     for key in asked.tasks:
         for n in asked.dof:
-            prepared = tasks[key, n]
-            particles = prepared.settings.search.particles
+            problem = tasks[key, n]
+            particles = problem.settings.search.particles
             size = {"budget": asked.options["budget"], "iterations": max(1, asked.options["swarms"] // particles)}
             units += [
-                search_unit(key, prepared, algorithm, algorithm=algorithm, seed=seed, **size)
+                search_unit(key, problem, algorithm, algorithm=algorithm, seed=seed, **size)
                 for algorithm in asked.options["algorithms"] for seed in asked.seeds
             ]  # fmt: skip
     return units
@@ -112,10 +112,10 @@ def runs_of(records: Sequence[Record]) -> dict[Group, list[Run]]:
 def run_of(record: Record) -> Run:
     """A finished search with its history."""
     content, history = record.content, read_history(record.folder / "history.csv")
-    candidates = int(content["evaluations"])
-    best = history.get("best", np.array([float(content["fitness"])]))
-    told = history.get("evaluations", np.array([float(candidates)]))
-    return Run(float(content["fitness"]), candidates, float(content["wall_time"]), best, told)
+    evaluations = history.evaluations.astype(float)
+    return Run(
+        float(content["fitness"]), int(content["evaluations"]), float(content["wall_time"]), history.best, evaluations
+    )
 
 
 def best_known(records: Sequence[Record], path: Path | None = None) -> dict[tuple[int, str], float]:
@@ -126,7 +126,7 @@ def best_known(records: Sequence[Record], path: Path | None = None) -> dict[tupl
     for record in records:
         group = record.dof, record.task
         if group not in prints:
-            prints[group] = fingerprint(record.unit.prepared)
+            prints[group] = fingerprint(record.unit.problem)
             known = record_to_beat.get(prints[group])
             best[group] = known.fitness if known is not None else np.inf
         if record.finished:

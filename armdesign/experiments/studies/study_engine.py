@@ -52,8 +52,7 @@ def planned(asked: Asked, tasks: Tasks) -> list[Unit]:
         raise SettingsError(f"the study has {asked.reps} repetitions", value=asked.reps, allowed="1 or more")
     for (key, n), task in tasks.items():
         try:
-            task.space().check_not_empty()
-            task.problem()
+            task.check()
         except SettingsError as error:
             raise SettingsError(f"{task_name(key)} with {counted(n, 'joint')}: {error}", value=error.value) from error
     units = study_module(asked.study).plan(asked, tasks)

@@ -9,7 +9,7 @@ from typing import Any
 
 from armdesign.errors import SettingsError
 from armdesign.experiments.sweep.sweep_plan import MOST_UNITS, Tasks, Unit
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 __all__ = ["Asked", "Defaults", "Record", "Tasks", "Unit", "check_units", "search_unit", "task_name", "work_unit"]
 
@@ -90,19 +90,19 @@ class Record:
     @property
     def dof(self) -> int:
         """Number of joints n."""
-        return self.unit.prepared.settings.design.dof
+        return self.unit.problem.settings.design.dof
 
     @property
     def algorithm(self) -> str:
         """What searched or solved: of a work what its entry ``algorithm`` says."""
         work = self.unit.work
-        return self.unit.prepared.settings.search.algorithm if work is None else str(work.get("algorithm", ""))
+        return self.unit.problem.settings.search.algorithm if work is None else str(work.get("algorithm", ""))
 
     @property
     def seed(self) -> int:
         """Seed: of a work its entry ``seed``."""
         work = self.unit.work
-        return self.unit.prepared.settings.search.seed if work is None else int(work.get("seed", 0))
+        return self.unit.problem.settings.search.seed if work is None else int(work.get("seed", 0))
 
 
 def task_name(key: str) -> str:
@@ -110,34 +110,34 @@ def task_name(key: str) -> str:
     return Path(key).stem
 
 
-def search_unit(key: str, prepared: Prepared, label: str, **search: Any) -> Unit:  # noqa: ANN401 (settings)
+def search_unit(key: str, problem: DesignProblem, label: str, **search: Any) -> Unit:  # noqa: ANN401 (settings)
     """A whole search as a unit; its run folder is TASK-nN-LABEL-seedS.
 
     Args:
         key: Key of the task.
-        prepared: The task, prepared.
+        problem: The task, prepared.
         label: What tells the search from others with the same joints and seed.
         **search: Changes to the [search] settings, such as algorithm and seed.
 
     Raises:
         SettingsError: A setting is not allowed.
     """
-    settings = prepared.settings.replace({"search": search})
+    settings = problem.settings.replace({"search": search})
     name = f"{task_name(key)}-n{settings.design.dof}-{label}-seed{settings.search.seed}"
-    return Unit(name, Path(key).name, replace(prepared, settings=settings))
+    return Unit(name, Path(key).name, replace(problem, settings=settings))
 
 
-def work_unit(key: str, prepared: Prepared, name: str, work: Mapping[str, Any]) -> Unit:
+def work_unit(key: str, problem: DesignProblem, name: str, work: Mapping[str, Any]) -> Unit:
     """Other work as a unit.
 
     Args:
         key: Key of the task.
-        prepared: The task, prepared.
+        problem: The task, prepared.
         name: Name of its folder, behind TASK-nN-.
         work: What to do, as JSON values; ``study`` is the name of the study whose ``perform`` does it, ``algorithm``
             and ``seed`` show in the table of runs.
     """
-    return Unit(f"{task_name(key)}-n{prepared.settings.design.dof}-{name}", Path(key).name, prepared, work)
+    return Unit(f"{task_name(key)}-n{problem.settings.design.dof}-{name}", Path(key).name, problem, work)
 
 
 def check_units(units: Sequence[Unit]) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 from armdesign.errors import SettingsError
 from armdesign.experiments.sweep.jobs import Steer
 from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,7 +61,7 @@ class StudyModule(Protocol):
         """The same as a picture."""
         ...
 
-    def perform(self, prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
+    def perform(self, problem: DesignProblem, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
         """Do the work of a unit that is no search; returns JSON values. Only where the plan has such."""
         ...
 

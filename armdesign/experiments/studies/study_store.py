@@ -21,7 +21,7 @@ from armdesign.experiments.sweep.sweep_store import (
     task_folder,
 )
 from armdesign.files import write_whole
-from armdesign.runs.resumable import open_run
+from armdesign.runs.reading import read_problem
 
 STUDY = "study.json"
 
@@ -81,7 +81,7 @@ def read_study_folder(folder: Path, name: str | None = None) -> tuple[Asked, Tas
         fix = f"Go on with: {resume_command(f'study {asked.study}', folder)}"
         raise SettingsError(f"{folder} holds the study '{asked.study}', not '{name}'", value=name, fix=fix)
     try:
-        tasks = {(key, n): open_run(task_folder(folder, key, n)) for key in asked.tasks for n in asked.dof}
+        tasks = {(key, n): read_problem(task_folder(folder, key, n)) for key in asked.tasks for n in asked.dof}
     except ArmDesignError as error:
         raise RunFolderError(f"the study in {folder} is damaged: {error}", value=str(folder)) from error
     return asked, tasks

@@ -22,7 +22,7 @@ from armdesign.experiments.studies.study_plan import Asked, Defaults, Record, Ta
 from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
 from armdesign.experiments.sweep.jobs import Steer
 from armdesign.fitness.robot import RobotFitness
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,12 +83,12 @@ def work_for(asked: Asked, name: str, k: int) -> dict[str, Any]:
     }
 
 
-def perform(prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
+def perform(problem: DesignProblem, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
     """Solve the first, middle and last frame for one design by one solver."""
-    n, k, seed = prepared.settings.design.dof, int(work["design"]), int(work["seed"])
-    Phi = valid_design(prepared, np.random.default_rng([seed, n, k]))
-    table, solvers = prepared.space().table(Phi), FrameSolvers(prepared)
-    frames, solved = instants(len(prepared.task.P)), []
+    n, k, seed = problem.settings.design.dof, int(work["design"]), int(work["seed"])
+    Phi = valid_design(problem, np.random.default_rng([seed, n, k]))
+    table, solvers = problem.space.table(Phi), FrameSolvers(problem)
+    frames, solved = instants(len(problem.task.P)), []
     for i, frame in enumerate(frames):
         steer(i, len(frames))
         own = int(np.random.SeedSequence([seed, n, k, i]).generate_state(1)[0])
@@ -103,24 +103,24 @@ def perform(prepared: Prepared, work: Mapping[str, Any], steer: Steer) -> dict[s
     }
 
 
-def warm_up(prepared: Prepared) -> None:
+def warm_up(problem: DesignProblem) -> None:
     """Compile the kernels of single frames."""
-    arm = prepared.space().table(prepared.space().sample(np.random.default_rng(0), 1)[0])
-    fitness = FrameFitness(arm, prepared.problem(), 0)
+    arm = problem.space.table(problem.space.sample(np.random.default_rng(0), 1)[0])
+    fitness = FrameFitness(arm, problem.path_problem, 0)
     q = np.zeros(fitness.dof)
     fitness(q)
     fitness.with_gradient(q)
     fitness.with_sigma(np.r_[q, np.zeros(fitness.free)])
 
 
-def valid_design(prepared: Prepared, rng: np.random.Generator) -> NDArray[np.float64]:
+def valid_design(problem: DesignProblem, rng: np.random.Generator) -> NDArray[np.float64]:
     """The first design drawn uniformly from Omega_l that reaches the start of the task, shape (D,).
 
     Raises:
         SearchError: None of very many does.
     """
-    space = prepared.space()
-    fitness = RobotFitness(prepared.problem(), space)
+    space = problem.space
+    fitness = RobotFitness(problem.path_problem, space)
     at_once = np.full(DRAWN, -np.inf)  # the start decides, the path need not be followed
     for _ in range(MOST_DRAWS):
         Phi = space.sample(rng, DRAWN)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from armdesign.experiments.sweep.sweep_plan import Unit
 from armdesign.fitness.block import compile_kernels
 from armdesign.fitness.robot import RobotFitness
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 CANDIDATES = 100
 
@@ -81,17 +81,17 @@ def estimate(units: Sequence[Unit]) -> Estimate:
     costs: dict[tuple[str, int], Cost] = {}
     each = []
     for unit in units:
-        settings = unit.prepared.settings
+        settings = unit.problem.settings
         key = unit.recording, settings.design.dof
         if key not in costs:
-            costs[key] = measure(unit.prepared)
+            costs[key] = measure(unit.problem)
         each.append(duration(unit, costs[key]))
     return Estimate(tuple(each), tuple(sorted({n for (_, n), cost in costs.items() if not cost.reached})))
 
 
 def duration(unit: Unit, cost: Cost) -> float:
     """Time of a whole search [s]."""
-    search = unit.prepared.settings.search
+    search = unit.problem.settings.search
     shares = SHARES.get(search.algorithm, UNKNOWN)
     start = min(cost.invalid, cost.valid)
     left = shares.pruned if search.prune or shares.pruned > 1.0 else 1.0
@@ -100,11 +100,11 @@ def duration(unit: Unit, cost: Cost) -> float:
     return min(search.candidates * per_candidate, search.time_limit or np.inf)
 
 
-def measure(prepared: Prepared, count: int = CANDIDATES) -> Cost:
+def measure(problem: DesignProblem, count: int = CANDIDATES) -> Cost:
     """Time candidates drawn uniformly from Omega_l, those that reach the start apart from the others."""
-    compile_kernels(prepared.problem())
-    fitness = RobotFitness(prepared.problem(), prepared.space())
-    designs = prepared.space().sample(np.random.default_rng(0), count)
+    compile_kernels(problem.path_problem)
+    fitness = RobotFitness(problem.path_problem, problem.space)
+    designs = problem.space.sample(np.random.default_rng(0), count)
     scores, _ = fitness.evaluate(designs)  # also warms up
     valid = scores.valid
     unreached = mean_time(fitness, designs[~valid])

@@ -13,7 +13,8 @@ from armdesign.demonstration.provenance import as_json
 from armdesign.errors import ArmDesignError
 from armdesign.files import write_whole
 from armdesign.runs.lock import locked
-from armdesign.runs.resumable import Interrupts, interruptible, open_run
+from armdesign.runs.reading import read_problem
+from armdesign.runs.resumable import Interrupts, interruptible
 from armdesign.search.search import Progress
 
 WORK, RECORD = "work.json", "record.json"
@@ -65,9 +66,9 @@ def carry_out_work(
     try:
         with locked(place), interruptible() as interrupts:
             work = json.loads((place / WORK).read_text(encoding="utf-8"))
-            prepared = open_run(place)
+            problem = read_problem(place)
             began = time.monotonic()
-            found = study_module(work["study"]).perform(prepared, work, Steer(interrupts, on_progress, stop))
+            found = study_module(work["study"]).perform(problem, work, Steer(interrupts, on_progress, stop))
             write_whole(place / RECORD, record_text(found, time.monotonic() - began))
     except (ArmDesignError, OSError, ValueError, KeyError) as error:
         return "failed", str(error) if isinstance(error, ArmDesignError) else f"{type(error).__name__}: {error}"

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from armdesign.errors import SettingsError
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 from armdesign.settings.sections import ALGORITHM_SETTINGS, Settings
 
 MOST_UNITS = 100_000
-Tasks = Mapping[tuple[str, int], Prepared]
+Tasks = Mapping[tuple[str, int], DesignProblem]
 """Every recording, by its path, prepared for every number of joints."""
 
 
@@ -44,19 +44,19 @@ class Unit:
     Attributes:
         name: Name of its run folder.
         recording: Name of the recording's file.
-        prepared: Its task and all its settings.
+        problem: Its task and all its settings.
         work: What to do where it is no search, as JSON values; ``work["study"]`` names the study that does it.
     """
 
     name: str
     recording: str
-    prepared: Prepared
+    problem: DesignProblem
     work: Mapping[str, Any] | None = None
 
     @property
     def angle_interval(self) -> int | None:
         """D, where the algorithm has one."""
-        search = self.prepared.settings.search
+        search = self.problem.settings.search
         return search.angle_interval if self.work is None and search.has("angle_interval") else None
 
 
@@ -74,8 +74,7 @@ def units_of(sweep: Sweep, tasks: Tasks) -> list[Unit]:
     if len(tasks) * runs_per_task > MOST_UNITS:
         raise SettingsError(f"the sweep has {len(tasks) * runs_per_task} runs", allowed=f"up to {MOST_UNITS}")
     for task in tasks.values():
-        task.space()
-        task.problem()
+        task.space, task.path_problem  # noqa: B018 (made once, on first use)
     return [
         unit_for(path, tasks[path, n], algorithm, D, seed)
         for path in sweep.recordings
@@ -86,7 +85,7 @@ def units_of(sweep: Sweep, tasks: Tasks) -> list[Unit]:
     ]
 
 
-def unit_for(path: str, task: Prepared, algorithm: str, D: int | None, seed: int) -> Unit:
+def unit_for(path: str, task: DesignProblem, algorithm: str, D: int | None, seed: int) -> Unit:
     """One unit, and the name of its run folder."""
     search: dict[str, object] = {"algorithm": algorithm, "seed": seed}
     interval = ""

@@ -13,7 +13,8 @@ from armdesign.demonstration import Task, task_recording
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
 from armdesign.experiments.sweep.sweep_plan import Sweep, Tasks
 from armdesign.files import write_whole
-from armdesign.runs.resumable import open_run, start_run
+from armdesign.runs.reading import read_problem
+from armdesign.runs.resumable import start_run
 from armdesign.settings.kinds import toml_value
 from armdesign.settings.sections import Settings
 
@@ -73,7 +74,9 @@ def read_sweep(folder: Path) -> tuple[Sweep, Tasks]:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError, TypeError, ArmDesignError) as error:
         raise RunFolderError(f"{folder / SWEEP} cannot be read: {error}", value=str(folder)) from error
     sweep = Sweep(settings, **lists)
-    return sweep, {(path, n): open_run(task_folder(folder, path, n)) for path in sweep.recordings for n in sweep.dof}
+    return sweep, {
+        (path, n): read_problem(task_folder(folder, path, n)) for path in sweep.recordings for n in sweep.dof
+    }
 
 
 def holds_sweep(folder: Path) -> bool:

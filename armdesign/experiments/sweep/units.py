@@ -16,9 +16,10 @@ from armdesign.experiments.sweep.sweep_plan import Unit
 from armdesign.experiments.sweep.sweep_store import task_folder
 from armdesign.files import write_whole
 from armdesign.runs.checkpoint import CURRENT, PREVIOUS
-from armdesign.runs.folder import STUDY, TASK
+from armdesign.runs.folder import TASK, settings_file
 from armdesign.runs.lock import locked
-from armdesign.runs.resumable import NOTES, carry_out, finished, open_run, start_run, tidy
+from armdesign.runs.reading import read_problem
+from armdesign.runs.resumable import carry_out, finished, start_run, tidy
 from armdesign.search.backends import InProcess
 from armdesign.search.search import Progress
 
@@ -48,18 +49,19 @@ def look_at(folder: Path, unit: Unit) -> Found:
         RunFolderError: Its run folder holds a run with other settings or of another task.
     """
     place = folder / unit.name
-    if not (place / STUDY).is_file():
+    settings = settings_file(place)
+    if not settings.is_file():
         return "new"
-    task = task_folder(folder, unit.recording, unit.prepared.settings.design.dof) / TASK
+    task = task_folder(folder, unit.recording, unit.problem.settings.design.dof) / TASK
     try:
-        same = (place / STUDY).read_text(encoding="utf-8") == unit.prepared.settings.to_toml()
+        same = settings.read_text(encoding="utf-8") == unit.problem.settings.to_toml()
         same = same and (place / TASK).read_bytes() == task.read_bytes()
         same = same and same_work(place / WORK, unit)
     except (OSError, UnicodeDecodeError) as error:
         raise RunFolderError(f"cannot read the run in {place}: {error}", value=str(place)) from error
     if not same:
         raise RunFolderError(
-            f"{place} holds another run: its {STUDY}, {TASK} or {WORK} is not that of the sweep",
+            f"{place} holds another run: its {settings.name}, {TASK} or {WORK} is not that of the sweep",
             value=str(place),
             fix="Move it away, or name another folder with --out",
         )
@@ -67,7 +69,7 @@ def look_at(folder: Path, unit: Unit) -> Found:
         return "new" if recorded(place) is None else "finished"
     if finished(place):
         return "finished"
-    return "begun" if any((place / name).is_file() for name in (CURRENT, PREVIOUS, NOTES)) else "new"
+    return "begun" if any((place / name).is_file() for name in (CURRENT, PREVIOUS)) else "new"
 
 
 def same_work(path: Path, unit: Unit) -> bool:
@@ -102,7 +104,7 @@ def begin_unit(folder: Path, unit: Unit) -> Path:
         with locked(place):
             if unit.work is not None:
                 write_whole(place / WORK, work_text(unit.work))
-            start_run(place, unit.prepared)
+            start_run(place, unit.problem)
     return place
 
 
@@ -140,12 +142,12 @@ def carry_out_search(
     state: State = "finished"
     reason = ""
     try:
-        prepared = open_run(place)
+        problem = read_problem(place)
         result, _ = carry_out(
-            place, prepared, InProcess(prepared),
+            place, problem, InProcess(problem),
             on_progress=after_iteration, on_interrupt=lambda: asked_to_stop.append(True),
         )  # fmt: skip
-        if result.stopped_by == "interrupted":
+        if result.facts is not None and result.facts.interrupted:
             state = "interrupted"
     except ArmDesignError as error:  # found nothing, so far or at all; or cannot read or write
         state, reason = ("interrupted", "") if asked_to_stop else ("failed", str(error))

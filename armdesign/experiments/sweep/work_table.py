@@ -65,7 +65,7 @@ class Ledger:
             RunFolderError: The result of a finished unit is damaged.
         """
         unit = self.units[name]
-        search, design = unit.prepared.settings.search, unit.prepared.settings.design
+        search, design = unit.problem.settings.search, unit.problem.settings.design
         row = dict.fromkeys(COLUMNS, "") | {
             "recording": unit.recording,
             "algorithm": search.algorithm,

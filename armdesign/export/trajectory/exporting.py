@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,9 +25,7 @@ from armdesign.export.trajectory.smooth import CUTOFF, SmoothPath, fit_path
 from armdesign.export.trajectory.tool_poses import ToolDeviation, tool_deviation
 from armdesign.export.trajectory.trajectory_files import csv_text, npz_bytes, ros_yaml
 from armdesign.files import write_whole
-
-if TYPE_CHECKING:
-    from armdesign.runs.reading import FinishedRun
+from armdesign.search.result import Result
 
 FILES = {
     "csv": "joint_trajectory.csv",
@@ -72,7 +69,7 @@ class Trajectory:
 
 
 def make_trajectory(
-    run: FinishedRun,
+    run: Result,
     *,
     rate: float | None = None,
     speed: float = 1.0,
@@ -97,7 +94,7 @@ def make_trajectory(
     Raises:
         SettingsError: A number is out of range.
     """
-    q, task = run.evaluation.path.q, run.prepared.task
+    q, task = run.evaluation.path.q, run.problem.task
     path = fit_path(task.time, q, run.limits, cutoff=cutoff)
     timing = timing_of(path, speed=speed, ramp=ramp)
     deviation = tool_deviation(run.table, q, path)
@@ -110,7 +107,7 @@ def make_trajectory(
 
 
 def export_trajectory(
-    run: FinishedRun,
+    run: Result,
     kind: str,
     folder_or_path: str | Path,
     *,

@@ -9,7 +9,6 @@ Everything here needs the extra ``sim``.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +18,8 @@ from armdesign.export.trajectory.scaling import RAMP, Motion, sample, timing_of
 from armdesign.export.trajectory.simulated_arm import Pairs, Servo, SimulatedArm
 from armdesign.export.trajectory.smooth import CUTOFF, fit_path
 from armdesign.export.trajectory.tool_poses import tool_poses
-
-if TYPE_CHECKING:
-    from armdesign.runs.reading import FinishedRun
+from armdesign.export.urdf import result_urdf
+from armdesign.search.result import Result
 
 _SEEN = 0.999  # share of the effort limit from which on a servo counts as saturated
 
@@ -75,7 +73,7 @@ class Tracking:
 
 
 def simulate(
-    run: FinishedRun,
+    run: Result,
     *,
     servo: Servo | None = None,
     speed: float = 1.0,
@@ -100,13 +98,11 @@ def simulate(
         DesignError: MuJoCo does not take the arm.
         SettingsError: A number is out of range, or the simulation does not stay finite.
     """
-    from armdesign.runs.folder import arm_urdf  # noqa: PLC0415, only where there is no other
-
-    servo, task = servo or Servo(), run.prepared.task
+    servo, task = servo or Servo(), run.problem.task
     path = fit_path(task.time, run.evaluation.path.q, run.limits, cutoff=cutoff)
     timing = timing_of(path, speed=speed, ramp=ramp)
     wanted = sample(path, timing, 1.0 / task.dt if rate is None else rate)
-    text = arm_urdf(run.evaluation, run.prepared) if urdf is None else urdf
+    text = result_urdf(run) if urdf is None else urdf
     arm = SimulatedArm(text, path, servo)
     fine, torque = arm.follow(path, timing)
     steps = np.arange(len(fine)) * servo.step
@@ -115,10 +111,10 @@ def simulate(
     return _tracking(run, wanted, q, tau, saturated, arm.touching(q))
 
 
-def _tracking(run: FinishedRun, wanted: Motion, q: Array, torque: Array, saturated: Array, touching: Pairs) -> Tracking:
+def _tracking(run: Result, wanted: Motion, q: Array, torque: Array, saturated: Array, touching: Pairs) -> Tracking:
     """Compare what was done with what was wanted."""
     tip, meant = (tool_poses(run.table, angles)[:, :3, 3] for angles in (q, wanted.q))
-    target = cubic(run.prepared.task.time, run.prepared.task.P[:, -1], wanted.demonstrated)
+    target = cubic(run.problem.task.time, run.problem.task.P[:, -1], wanted.demonstrated)
     error, servo_error = (np.linalg.norm(tip - place, axis=1) for place in (target, meant))
     return Tracking(
         wanted.time, wanted.demonstrated, q, wanted.q, torque, tip, target, error, servo_error, saturated, touching

@@ -11,7 +11,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.fitness.block import Scores
 from armdesign.fitness.robot import Generation, Rejections
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 S = TypeVar("S")
 
@@ -53,14 +53,14 @@ class Closing:
 class InProcess(Closing):
     """Evaluates in this process."""
 
-    def __init__(self, prepared: Prepared, block: int | None = None) -> None:
+    def __init__(self, problem: DesignProblem, block: int | None = None) -> None:
         """Allocate a block of arms.
 
         Args:
-            prepared: Task and settings.
+            problem: Task and settings.
             block: Arms side by side; any value gives the same scores.
         """
-        self.fitness = prepared.objective(block)
+        self.fitness = problem.objective(block)
 
     def evaluate(
         self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False

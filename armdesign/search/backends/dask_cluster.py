@@ -26,7 +26,7 @@ from armdesign.fitness.robot import Generation, Rejections
 from armdesign.search.backends.backend import Closing, InProcess, join
 from armdesign.search.backends.dask_connection import Say, await_all, explained, kernels_here, other_version
 from armdesign.search.backends.processes import CandidateKillsWorkersError
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 from distributed import Client, Future, KilledWorker, WorkerPlugin, get_worker  # isort: skip (its lack is told above)
 from distributed import TimeoutError as StillWaitingError  # isort: skip
@@ -61,15 +61,15 @@ class Answer:
 class TaskPlugin(WorkerPlugin):  # type: ignore[misc,unused-ignore]
     """The task on a worker. What travels is the task alone; the block of arms is built there, and kept."""
 
-    def __init__(self, name: str, prepared: Prepared, block: int | None = None) -> None:
+    def __init__(self, name: str, problem: DesignProblem, block: int | None = None) -> None:
         """Put up what travels.
 
         Args:
             name: Name under which the worker keeps it.
-            prepared: Task and settings.
+            problem: Task and settings.
             block: Arms side by side.
         """
-        self.name, self.prepared, self.block = name, prepared, block
+        self.name, self.problem, self.block = name, problem, block
         self.kernels = kernels_here()
 
     def setup(self, worker: Worker) -> None:
@@ -94,20 +94,22 @@ class TaskPlugin(WorkerPlugin):  # type: ignore[misc,unused-ignore]
         if self.backend is None:
             if self.kernels != kernels_here():
                 raise other_version(get_worker().address, self.kernels, kernels_here())
-            compile_kernels(self.prepared.problem())
-            self.backend = InProcess(self.prepared, self.block)
+            compile_kernels(self.problem.path_problem)
+            self.backend = InProcess(self.problem, self.block)
         return self.backend
 
 
 class DaskCluster(Closing):
     """Evaluates on the workers of a Dask cluster; the same scores as in one process, whatever they are."""
 
-    def __init__(self, client: Client, prepared: Prepared, block: int | None = None, *, say: Say | None = None) -> None:
+    def __init__(
+        self, client: Client, problem: DesignProblem, block: int | None = None, *, say: Say | None = None
+    ) -> None:
         """Send the task to the workers.
 
         Args:
             client: Connection to the scheduler, see dask_connection.connect; stays open when the backend closes.
-            prepared: Task and settings; travels to each worker once.
+            problem: Task and settings; travels to each worker once.
             block: Arms side by side on each.
             say: Called with a sentence when the search has to wait for workers.
 
@@ -120,7 +122,7 @@ class DaskCluster(Closing):
         self.pace = FIRST_PACE
         self.futures: list[Future] = []
         with explained(self.address):
-            client.register_plugin(TaskPlugin(self.name, prepared, block), name=self.name)
+            client.register_plugin(TaskPlugin(self.name, problem, block), name=self.name)
 
     def evaluate(
         self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False

@@ -28,7 +28,7 @@ from armdesign.errors import ArmDesignError, SearchError
 from armdesign.fitness.block import Scores
 from armdesign.fitness.robot import Generation, Rejections
 from armdesign.search.backends.backend import Closing, InProcess, join
-from armdesign.search.prepare import Prepared
+from armdesign.search.design_problem import DesignProblem
 
 Answer: TypeAlias = tuple[Scores, Rejections]
 DEATHS_OF_A_CHUNK, DEATHS_OF_A_CANDIDATE, FALSE_STARTS = 2, 3, 5
@@ -76,15 +76,15 @@ def available_cores() -> int:
 class WorkerPool(Closing):
     """Evaluates on worker processes; the same scores as in one process, whatever the number and the chunks."""
 
-    def __init__(self, prepared: Prepared, workers: int, block: int | None = None) -> None:
+    def __init__(self, problem: DesignProblem, workers: int, block: int | None = None) -> None:
         """Start the workers.
 
         Args:
-            prepared: Task and settings; travels to each worker once.
+            problem: Task and settings; travels to each worker once.
             workers: Number of processes, at least 1.
             block: Arms side by side in each.
         """
-        self.prepared, self.block = prepared, block
+        self.problem, self.block = problem, block
         self.context = multiprocessing.get_context("spawn")
         self.false_starts = 0
         self.workers = [self._start() for _ in range(workers)]
@@ -138,7 +138,7 @@ class WorkerPool(Closing):
     def _start(self) -> Worker:
         """Start one worker."""
         ours, theirs = self.context.Pipe()
-        process = self.context.Process(target=work, args=(theirs, self.prepared, self.block), daemon=True)
+        process = self.context.Process(target=work, args=(theirs, self.problem, self.block), daemon=True)
         with children_ignore_ctrl_c():
             process.start()
         theirs.close()
@@ -265,11 +265,11 @@ def quick_poll(pipe: Connection) -> Callable[[], object]:
     return lambda: poller.poll(0)
 
 
-def work(pipe: Connection, prepared: Prepared, block: int | None) -> None:
+def work(pipe: Connection, problem: DesignProblem, block: int | None) -> None:
     """Body of a worker process: answer chunks until the pipe closes. Ctrl-C is the parent's to handle."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=end_with_parent, daemon=True).start()
-    backend, has_come = InProcess(prepared, block), quick_poll(pipe)
+    backend, has_come = InProcess(problem, block), quick_poll(pipe)
     with contextlib.suppress(EOFError, OSError):  # the parent has ended
         pipe.send(None)
         while True:

@@ -9,7 +9,7 @@ import meshcat.geometry as mg
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.runs.reading import FinishedRun
+from armdesign.search.result import Result
 from armdesign.views.preview.colours import ARM, DEMONSTRATOR, VIRIDIS, Scale
 from armdesign.views.preview.keyframes import Indices
 from armdesign.views.preview.places import places, tool_rotations
@@ -37,11 +37,11 @@ class Motion:
     distance: Array
 
 
-def motion_of(run: FinishedRun) -> Motion:
+def motion_of(run: Result) -> Motion:
     """The points of a run and their places on the arm."""
     path = run.evaluation.path
     on_arm = places(run.table, path.q, np.c_[path.sigma, np.ones(len(path.q))])
-    return Motion(run.prepared.task.P, on_arm[:, :-1], on_arm[:, -1], path.distance)
+    return Motion(run.problem.task.P, on_arm[:, :-1], on_arm[:, -1], path.distance)
 
 
 def draw_demonstrator(node: Any, motion: Motion, chosen: Indices) -> list[Track]:  # noqa: ANN401
@@ -101,13 +101,13 @@ def draw_traces(node: Any, motion: Motion, most: int) -> None:  # noqa: ANN401 (
             node[name].set_object(shape, material(colour))
 
 
-def draw_orientations(node: Any, run: FinishedRun, motion: Motion, chosen: Indices) -> list[Track]:  # noqa: ANN401
+def draw_orientations(node: Any, run: Result, motion: Motion, chosen: Indices) -> list[Track]:  # noqa: ANN401
     """Draw the frames of the hand and, at the end-effector, of the mount that follows it; none without orientation.
 
     Returns:
         How they turn over the keyframes.
     """
-    R = run.prepared.task.R
+    R = run.problem.task.R
     if R is None:
         return []
     path = run.evaluation.path

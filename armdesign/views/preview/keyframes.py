@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armdesign._types import Array
-from armdesign.runs.reading import FinishedRun
+from armdesign.search.result import Result
 
 Indices = NDArray[np.intp]
 
@@ -21,10 +21,10 @@ SOLIDS_PER_JOINT, SOLID, POINT, FRAMES = 3, 36, 168, 72
 frames of hand and tool."""
 
 
-def most_keyframes(runs: Sequence[FinishedRun]) -> int:
+def most_keyframes(runs: Sequence[Result]) -> int:
     """How many keyframes each of the runs may have so that all of them keep to the budget; 2 at least."""
     solids = SOLID * SOLIDS_PER_JOINT * sum(run.table.dof for run in runs)
-    points = POINT * sum(len(run.prepared.task.points) for run in runs)
+    points = POINT * sum(len(run.problem.task.points) for run in runs)
     return max(2, BUDGET // (solids + points + FRAMES * len(runs)))
 
 

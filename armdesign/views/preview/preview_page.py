@@ -13,7 +13,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.errors import SettingsError, counted
-from armdesign.runs.reading import FinishedRun
+from armdesign.search.result import Result
 from armdesign.views.preview.colours import ARM, AXES, DEMONSTRATOR, VIRIDIS
 from armdesign.views.preview.keyframes import RATE
 from armdesign.views.preview.preview_scene import AXIS, Scene, Shown, build_scene
@@ -31,7 +31,7 @@ NAME_GAP = 0.06
 """Free space below a design's name [m]."""
 
 
-def preview_html(runs: Sequence[FinishedRun], speed: float = 1.0) -> str:
+def preview_html(runs: Sequence[Result], speed: float = 1.0, urdfs: Sequence[str] | None = None) -> str:
     """Finished runs performing their tasks, as one HTML page that works offline and loads nothing.
 
     The arms move at true speed. At most 60 frames per second are kept, fewer where a long recording would make
@@ -41,6 +41,7 @@ def preview_html(runs: Sequence[FinishedRun], speed: float = 1.0) -> str:
     Args:
         runs: The designs, shown side by side in this order.
         speed: Times true speed at which the page begins to play.
+        urdfs: Their URDFs where these are known, such as a run folder's arm.urdf.
 
     Returns:
         The page; below 5 MB.
@@ -51,7 +52,7 @@ def preview_html(runs: Sequence[FinishedRun], speed: float = 1.0) -> str:
     if not 1 <= len(runs) <= MOST_DESIGNS:
         raise SettingsError(f"a page cannot show {counted(len(runs), 'design')}", allowed=f"1 to {MOST_DESIGNS}")
     check_speed(speed)
-    return page(build_scene(runs), speed)
+    return page(build_scene(runs, urdfs), speed)
 
 
 def check_speed(speed: float) -> None:

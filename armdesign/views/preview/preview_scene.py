@@ -12,8 +12,8 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.files.legible import legible_text
 from armdesign.export.solids import BodyOptions
-from armdesign.runs.folder import arm_urdf
-from armdesign.runs.reading import FinishedRun
+from armdesign.export.urdf import result_urdf
+from armdesign.search.result import Result
 from armdesign.views.preview.arm_shapes import draw_arm
 from armdesign.views.preview.colours import GROUND, SKY, Scale, scale_for
 from armdesign.views.preview.human import (
@@ -85,14 +85,16 @@ class Scene:
     floor: float
 
 
-def build_scene(runs: Sequence[FinishedRun]) -> Scene:
+def build_scene(runs: Sequence[Result], urdfs: Sequence[str] | None = None) -> Scene:
     """Draw finished runs side by side along y, in the order given.
 
     Nothing is sent anywhere and no server is started.
 
     Args:
         runs: One at least.
+        urdfs: Their URDFs where these are known.
     """
+    texts = urdfs or [result_urdf(run) for run in runs]
     motions = [motion_of(run) for run in runs]
     scale = scale_for(np.concatenate([motion.distance.ravel() for motion in motions]))
     bounds = [bounds_of(run, motion) for run, motion in zip(runs, motions, strict=True)]
@@ -100,13 +102,13 @@ def build_scene(runs: Sequence[FinishedRun]) -> Scene:
     window = Window()
     viewer = meshcat.Visualizer(window=window)
     designs, parts, most = [], [], most_keyframes(runs)
-    for k, (run, motion) in enumerate(zip(runs, motions, strict=True)):
-        chosen = choose_frames(run.prepared.task.time, most)
+    for k, (run, motion, urdf) in enumerate(zip(runs, motions, texts, strict=True)):
+        chosen = choose_frames(run.problem.task.time, most)
         shown = describe(run, motion, chosen, origins[k], bounds[k])
         designs.append(shown)
         node = viewer[f"design_{k + 1}"]
         draw_traces(node["traces"], motion, MOST_TRACED // len(runs))
-        parts.append((shown.times, draw_design(node, run, motion, chosen, scale, shown.origin)))
+        parts.append((shown.times, draw_design(node, run, urdf, motion, chosen, scale, shown.origin)))
     floor = draw_surroundings(viewer, designs)
     duration = max(float(shown.times[-1]) for shown in designs)
     return Scene((*window.commands, animation(parts, duration)), tuple(designs), scale, duration, floor)
@@ -114,7 +116,8 @@ def build_scene(runs: Sequence[FinishedRun]) -> Scene:
 
 def draw_design(
     node: Any,  # noqa: ANN401 (a meshcat.Visualizer)
-    run: FinishedRun,
+    run: Result,
+    urdf: str,
     motion: Motion,
     chosen: Indices,
     scale: Scale,
@@ -126,16 +129,16 @@ def draw_design(
     node.set_transform(pose)
     draw_frame(node["base_frame"], AXIS, AXIS_RADIUS)
     return [
-        *draw_arm(node, arm_urdf(run.evaluation, run.prepared), run.evaluation.path.q[chosen]),
+        *draw_arm(node, urdf, run.evaluation.path.q[chosen]),
         *draw_demonstrator(node["demonstrator"], motion, chosen),
         *draw_errors(node["distances"], motion, chosen, scale),
         *draw_orientations(node["orientations"], run, motion, chosen),
     ]
 
 
-def describe(run: FinishedRun, motion: Motion, chosen: Indices, origin: Array, bounds: Array) -> Shown:
+def describe(run: Result, motion: Motion, chosen: Indices, origin: Array, bounds: Array) -> Shown:
     """What the page says of a design."""
-    task = run.prepared.task
+    task = run.problem.task
     return Shown(
         name=legible_text(run.name),
         points=tuple(map(legible_text, task.points)),
@@ -149,7 +152,7 @@ def describe(run: FinishedRun, motion: Motion, chosen: Indices, origin: Array, b
     )
 
 
-def bounds_of(run: FinishedRun, motion: Motion) -> Array:
+def bounds_of(run: Result, motion: Motion) -> Array:
     """Lowest and highest corner of what a run passes through in its base frame, its base and solids included."""
     body = BodyOptions()
     corners = skeleton(run.table, run.evaluation.path.q).reshape(-1, 3)

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.errors import RunFolderError, counted
 from armdesign.export.joint_load import GRAVITY, SmoothMotion, TrajectoryLimits, joint_torques, smooth_motion
 from armdesign.export.joints import narrowed
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import motion_limits
 from armdesign.export.solids import link_bodies
 from armdesign.kinematics.dh import DHTable
-from armdesign.runs.reading import FinishedRun
 from armdesign.search.evaluation import motions
-from armdesign.swarm import ALGORITHMS
-
-HISTORY = ("best", "mean", "valid")
-"""Columns of history.csv that are drawn."""
+from armdesign.search.result import Result
 
 
 @dataclass(frozen=True)
@@ -53,9 +46,9 @@ class FitnessParts:
         return self.factors[0] * self.path + self.factors[1] * self.area
 
 
-def fitness_parts(run: FinishedRun) -> FitnessParts:
+def fitness_parts(run: Result) -> FitnessParts:
     """Split the fitness of a run."""
-    fitness, path = run.prepared.settings.fitness, run.evaluation.path
+    fitness, path = run.problem.settings.fitness, run.evaluation.path
     below = np.asarray(fitness.weights) * path.distance**2
     root = np.sqrt(below.sum(axis=1, keepdims=True))
     shares = np.divide(below, root, out=np.zeros_like(below), where=root > 0.0) / below.shape[1]
@@ -64,10 +57,10 @@ def fitness_parts(run: FinishedRun) -> FitnessParts:
     return FitnessParts(shares.mean(axis=0), orientation, float(path.area.mean()), factors)
 
 
-def start_error(run: FinishedRun) -> float:
+def start_error(run: Result) -> float:
     """Distance of the end-effector to the hand's first point [m]."""
     tip = run.table.frames(run.evaluation.path.q[0])[-1, :3, 3]
-    return float(np.linalg.norm(tip - run.prepared.task.P[0, -1]))
+    return float(np.linalg.norm(tip - run.problem.task.P[0, -1]))
 
 
 @dataclass(frozen=True)
@@ -91,7 +84,7 @@ class JointLoads:
     masses: Array
 
 
-def joint_loads(run: FinishedRun, options: RobotOptions) -> JointLoads:
+def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
     """Speeds and torques along the demonstrated motion, of several the first; the limits cover all of them.
 
     Args:
@@ -99,8 +92,8 @@ def joint_loads(run: FinishedRun, options: RobotOptions) -> JointLoads:
         options: What the arm is assumed to be built of and to carry.
     """
     body, limits = options.body, options.limits
-    time, q = run.prepared.task.time, run.evaluation.path.q
-    narrow, moved = limits.narrow_limits, motions(run.evaluation, run.prepared)
+    time, q = run.problem.task.time, run.evaluation.path.q
+    narrow, moved = limits.narrow_limits, motions(run.evaluation, run.problem)
     every = np.concatenate([angles for _, angles in moved])
     motion = smooth_motion(time, q, limits.window)
     return JointLoads(
@@ -111,92 +104,6 @@ def joint_loads(run: FinishedRun, options: RobotOptions) -> JointLoads:
         range=run.limits if narrow is None else narrowed(run.limits, every, float(np.deg2rad(narrow))),
         masses=np.array([each.inertial.mass for each in link_bodies(run.table, body)]),
     )
-
-
-@dataclass(frozen=True)
-class SearchFacts:
-    """How a search went, out of result.json.
-
-    Attributes:
-        algorithm: Its name.
-        seed: Of the random numbers.
-        candidates: Arms that were looked at.
-        rejected: How many of them each test has removed.
-        converged_at: Iteration whose best is within 1 % of the last.
-        effort: Computational effort CE, valid particles up to there.
-        stopped_by: Why it ended.
-        wall_time: How long it took [s].
-        progress: How far it went, as "3 of 200 iterations".
-    """
-
-    algorithm: str
-    seed: int
-    candidates: int
-    rejected: Mapping[str, int]
-    converged_at: int
-    effort: float
-    stopped_by: str
-    wall_time: float
-    progress: str
-
-    @property
-    def interrupted(self) -> bool:
-        """Whether somebody ended it before its time."""
-        return self.stopped_by == "interrupted"
-
-
-def search_facts(run: FinishedRun) -> SearchFacts | None:
-    """How the search went; None for an arm that was given and only scored.
-
-    Raises:
-        RunFolderError: An entry of result.json is missing or of the wrong type; the message names it.
-    """
-    if "stopped_by" not in run.content:
-        return None
-    rejected, search = entry(run, "rejected", dict), run.prepared.settings.search
-    algorithm = ALGORITHMS[search.algorithm]
-    done = algorithm.units_done(entry(run, "evaluations", int), vars(search))
-    return SearchFacts(
-        algorithm=entry(run, "algorithm", str),
-        seed=entry(run, "seed", int),
-        candidates=entry(run, "evaluations", int),
-        rejected={str(name): count for name, count in rejected.items() if isinstance(count, int)},
-        converged_at=entry(run, "converged_at", int),
-        effort=float(entry(run, "computational_effort", (int, float))),
-        stopped_by=entry(run, "stopped_by", str),
-        wall_time=float(entry(run, "wall_time", (int, float))),
-        progress=f"{done} of {counted(getattr(search, algorithm.length), algorithm.unit)}",
-    )
-
-
-def history_columns(run: FinishedRun) -> dict[str, Array] | None:
-    """Best, mean and valid particles of every iteration; None for an arm that was not searched.
-
-    Raises:
-        RunFolderError: There is a history, but without one of them; the message names it.
-    """
-    if not run.history:
-        return None
-    for name in HISTORY:
-        if len(run.history.get(name, ())) == 0:
-            where = "the history" if run.folder is None else str(run.folder / "history.csv")
-            raise RunFolderError(f"{where} is damaged: the column '{name}' is missing", value=name, fix="Search again")
-    return {name: run.history[name] for name in HISTORY}
-
-
-def entry(run: FinishedRun, name: str, kind: type | tuple[type, ...]) -> Any:  # noqa: ANN401 (values come from JSON)
-    """An entry of result.json.
-
-    Raises:
-        RunFolderError: It is missing or of the wrong type.
-    """
-    value = run.content.get(name)
-    endless = isinstance(value, float) and not np.isfinite(value)
-    if endless or isinstance(value, bool) or not isinstance(value, kind):
-        where = "the result" if run.folder is None else str(run.folder / "result.json")
-        what = "is missing" if name not in run.content else f"is {value!r}"
-        raise RunFolderError(f"{where} is damaged: '{name}' {what}", value=value, fix="Search again")
-    return value
 
 
 def arm_corners(table: DHTable, q: Array) -> Array:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.runs.reading import FinishedRun
+from armdesign.search.result import Result
+from armdesign.swarm import History
 from armdesign.views.report.drawing import (
     ARM,
     COLOURS,
@@ -34,12 +35,12 @@ LETTER = 0.078
 """Room of a letter [inch]."""
 
 
-def fitness_picture(run: FinishedRun, parts: FitnessParts) -> Picture:
+def fitness_picture(run: Result, parts: FitnessParts) -> Picture:
     """What makes up the robot fitness, a bar a part."""
     factor_f, factor_E = parts.factors
-    names = [short(name) for name in run.prepared.task.points]
+    names = [short(name) for name in run.problem.task.points]
     values = [factor_f * value for value in parts.points]
-    if run.prepared.settings.fitness.orientation_weight:
+    if run.problem.settings.fitness.orientation_weight:
         names, values = [*names, "orientation"], [*values, factor_f * parts.orientation]
     names, values = [*names, "area E"], [*values, factor_E * parts.area]
 
@@ -59,10 +60,10 @@ def fitness_picture(run: FinishedRun, parts: FitnessParts) -> Picture:
     return picture("fitness", build, f"Bars of the parts of the fitness: {said}.")
 
 
-def error_picture(run: FinishedRun) -> Picture:
+def error_picture(run: Result) -> Picture:
     """Distance of each point to its place on the arm over time; below it the orientation error."""
-    task, path = run.prepared.task, run.evaluation.path
-    oriented = bool(run.prepared.settings.fitness.orientation_weight)
+    task, path = run.problem.task, run.evaluation.path
+    oriented = bool(run.problem.settings.fitness.orientation_weight)
 
     def build() -> Figure:
         top = legend_room([short(name) for name in task.points])
@@ -83,9 +84,9 @@ def error_picture(run: FinishedRun) -> Picture:
     return picture("errors", build, f"Error of each point{also} over time; the table gives mean and largest value.")
 
 
-def histogram_picture(run: FinishedRun) -> Picture:
+def histogram_picture(run: Result) -> Picture:
     """How often each point is how far from its place, a row a point."""
-    task, errors = run.prepared.task, 1e3 * run.evaluation.path.distance
+    task, errors = run.problem.task, 1e3 * run.evaluation.path.distance
 
     def build() -> Figure:
         figure = new_figure(0.65 + 0.72 * len(task.points), top=0.2)
@@ -160,9 +161,9 @@ def show_ranges(axis: Axes, values: Array, limits: Array) -> None:
     axis.grid(visible=False, axis="x")
 
 
-def convergence_picture(history: dict[str, Array]) -> Picture:
+def convergence_picture(history: History) -> Picture:
     """Best and mean fitness over the iterations, and below it the valid particles."""
-    best, mean, valid = (history[name] for name in ("best", "mean", "valid"))
+    best, mean, valid = history.best, history.mean, history.valid.astype(float)
     steps = np.arange(1, len(best) + 1, dtype=float)
     found = best[np.isfinite(best)]
 

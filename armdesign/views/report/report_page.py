@@ -11,18 +11,14 @@ from armdesign._version import __version__
 from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
 from armdesign.export.xml_text import rpy
-from armdesign.fitness.constraints import design_space
 from armdesign.kinematics.dh import DHTable
-from armdesign.runs.reading import FinishedRun
+from armdesign.search.result import Result, SearchFacts
 from armdesign.views.report import plots, words
 from armdesign.views.report.facts import (
     FitnessParts,
     JointLoads,
-    SearchFacts,
     fitness_parts,
-    history_columns,
     joint_loads,
-    search_facts,
     start_error,
 )
 from armdesign.views.report.report_scene import scene_pictures
@@ -36,20 +32,17 @@ TEMPLATES = Path(__file__).resolve().parent / "templates"
 AT_BOUND = 1e-9
 
 
-def report_html(run: FinishedRun, *, options: RobotOptions | None = None, tracking: Tracking | None = None) -> str:
+def report_html(run: Result, *, options: RobotOptions | None = None, tracking: Tracking | None = None) -> str:
     """The report of a run as one page that needs no network; the same run gives the same page.
 
     Args:
         run: The run.
         options: What the arm is assumed to be built of and to carry.
         tracking: How it follows the hand in a simulation, from ``armdesign.export.trajectory.simulation.simulate``.
-
-    Raises:
-        RunFolderError: What the run's result.json tells of the search is damaged.
     """
     chosen = options or RobotOptions()
     payload = chosen.limits.payload
-    facts, history = search_facts(run), history_columns(run)
+    facts, history = run.facts, run.history
     parts = fitness_parts(run)
     loads = joint_loads(run, chosen)
     pictures = {
@@ -59,7 +52,7 @@ def report_html(run: FinishedRun, *, options: RobotOptions | None = None, tracki
         "errors": [plots.error_picture(run), plots.histogram_picture(run)],
         "joints": plots.joint_pictures(loads),
         "tracking": tracking_picture(run, tracking) if tracking else None,
-        "convergence": plots.convergence_picture(history) if history else None,
+        "convergence": plots.convergence_picture(history) if history is not None else None,
     }
     context = {
         "run": run,
@@ -67,7 +60,7 @@ def report_html(run: FinishedRun, *, options: RobotOptions | None = None, tracki
         "parts": parts,
         "pictures": pictures,
         "version": __version__,
-        "made_by": run.content.get("armdesign_version", __version__),
+        "made_by": run.version,
         "figures": key_figures(run, loads, payload),
         "points": point_rows(run, parts),
         "demonstrations": demonstration_rows(run),
@@ -80,8 +73,8 @@ def report_html(run: FinishedRun, *, options: RobotOptions | None = None, tracki
         "start_error": start_error(run),
         "mount": np.rad2deg(rpy(run.evaluation.path.mount)),
         "assumptions": words.assumptions(chosen),
-        "settings": words.changed_settings(run.prepared.settings),
-        "freedom": words.freedom(run.prepared.settings.design),
+        "settings": words.changed_settings(run.problem.settings),
+        "freedom": words.freedom(run.problem.settings.design),
         "weights": words.weights_sentence(run),
         "sources": words.source_sentences(run),
         "search": words.search_sentences(facts, run) if facts else [],
@@ -124,9 +117,9 @@ def number(value: float, digits: int = 1) -> str:
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
-def key_figures(run: FinishedRun, loads: JointLoads, payload: float) -> list[tuple[str, str]]:
+def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[str, str]]:
     """The figures at the head of the page."""
-    path, name = run.evaluation.path, run.prepared.task.points[-1]
+    path, name = run.evaluation.path, run.problem.task.points[-1]
     hand = path.distance[:, -1]
     peak = np.abs(loads.torque).max(axis=0)
     figures = [
@@ -136,7 +129,7 @@ def key_figures(run: FinishedRun, loads: JointLoads, payload: float) -> list[tup
         (f"Error of {name}, mean", f"{number(1e3 * hand.mean())} mm"),
         (f"Error of {name}, largest", f"{number(1e3 * hand.max())} mm"),
     ]
-    if run.prepared.settings.fitness.orientation_weight:
+    if run.problem.settings.fitness.orientation_weight:
         figures.append(("Orientation, mean error", f"{number(np.rad2deg(path.orientation_error.mean()), 2)} deg"))
     return [
         *figures,
@@ -146,17 +139,17 @@ def key_figures(run: FinishedRun, loads: JointLoads, payload: float) -> list[tup
     ]
 
 
-def scored_how(run: FinishedRun) -> str:
+def scored_how(run: Result) -> str:
     """What the fitness is of several demonstrations; nothing of one."""
     count = len(run.evaluation.demonstrations)
-    return f", {run.prepared.settings.fitness.demonstrations} of {count}" if count else ""
+    return f", {run.problem.settings.fitness.demonstrations} of {count}" if count > 1 else ""
 
 
-def demonstration_rows(run: FinishedRun) -> list[dict[str, Any]]:
+def demonstration_rows(run: Result) -> list[dict[str, Any]]:
     """What the arm does on each of several demonstrations and on those held out; nothing where there is but one."""
-    prepared, evaluation = run.prepared, run.evaluation
-    seen = list(zip(prepared.demonstrations, evaluation.demonstrations or (evaluation,), strict=True))
-    every = [*seen, *zip(prepared.holdouts, evaluation.holdouts, strict=True)]
+    problem, evaluation = run.problem, run.evaluation
+    seen = list(zip(problem.demonstrations, evaluation.demonstrations, strict=True))
+    every = [*seen, *zip(problem.holdouts, evaluation.holdouts, strict=True)]
     if len(every) == 1:
         return []
     names = short_names([each.name for each, _ in every])
@@ -173,10 +166,10 @@ def demonstration_rows(run: FinishedRun) -> list[dict[str, Any]]:
     ]
 
 
-def point_rows(run: FinishedRun, parts: FitnessParts) -> list[dict[str, Any]]:
+def point_rows(run: Result, parts: FitnessParts) -> list[dict[str, Any]]:
     """Weight, errors and part of the fitness of every point."""
     distance, factor = run.evaluation.path.distance, parts.factors[0]
-    rows = zip(run.prepared.task.points, run.prepared.settings.fitness.weights, distance.T, parts.points, strict=True)
+    rows = zip(run.problem.task.points, run.problem.settings.fitness.weights, distance.T, parts.points, strict=True)
     return [
         {
             "name": name,
@@ -191,19 +184,19 @@ def point_rows(run: FinishedRun, parts: FitnessParts) -> list[dict[str, Any]]:
     ]
 
 
-def orientation_row(run: FinishedRun) -> list[float]:
+def orientation_row(run: Result) -> list[float]:
     """Mean, median, 95 % and largest error of the orientation [rad]; nothing where none is followed."""
     error = run.evaluation.path.orientation_error
-    if not run.prepared.settings.fitness.orientation_weight:
+    if not run.problem.settings.fitness.orientation_weight:
         return []
     return [float(x) for x in (error.mean(), np.median(error), np.percentile(error, 95), error.max())]
 
 
-def bound_marks(run: FinishedRun, facts: SearchFacts | None) -> np.ndarray[Any, Any]:
+def bound_marks(run: Result, facts: SearchFacts | None) -> np.ndarray[Any, Any]:
     """Which of (alpha, a, d) of a searched arm lie at a bound they could have left, shape (n + 1, 3)."""
     table = run.table
     marks = np.zeros((table.dof + 1, 3), dtype=bool)
-    space = design_space(run.prepared.settings.design)
+    space = run.problem.space
     if facts is None or space.dof != table.dof:
         return marks
     entries = np.stack([table.alpha, table.a, table.d], axis=1).ravel()

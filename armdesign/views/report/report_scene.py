@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.runs.reading import FinishedRun
+from armdesign.search.result import Result
 from armdesign.views.report.drawing import HUMAN, WIDTH, Picture, new_figure, picture
 from armdesign.views.report.facts import arm_corners
 
@@ -57,9 +57,9 @@ class Scene:
         return np.concatenate([part.reshape(-1, 3) for part in parts])
 
 
-def scene_of(run: FinishedRun) -> Scene:
+def scene_of(run: Result) -> Scene:
     """The arm of a run at instants between which the hand travels equally far."""
-    task, q = run.prepared.task, run.evaluation.path.q
+    task, q = run.problem.task, run.evaluation.path.q
     travelled = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(task.P[:, -1], axis=0), axis=1))]
     chosen = np.unique(np.searchsorted(travelled, np.linspace(0.0, travelled[-1], INSTANTS)))
     drawn = np.unique(np.linspace(0, len(q) - 1, PATH_POINTS).astype(int))
@@ -73,7 +73,7 @@ def scene_of(run: FinishedRun) -> Scene:
     )
 
 
-def scene_pictures(run: FinishedRun) -> list[Picture]:
+def scene_pictures(run: Result) -> list[Picture]:
     """The arm at an angle, then from three sides, each to its own scale."""
     scene = scene_of(run)
     when = ", ".join(f"{t - scene.times[0]:.2f}" for t in scene.times)

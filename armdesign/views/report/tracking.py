@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armdesign.runs.reading import FinishedRun
+from armdesign.search.result import Result
 from armdesign.views.report.drawing import (
     GREY,
     Picture,
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from armdesign.export.trajectory.simulation import Tracking
 
 
-def tracking_picture(run: FinishedRun, tracking: Tracking) -> Picture:
+def tracking_picture(run: Result, tracking: Tracking) -> Picture:
     """Distance of the simulated end-effector to the demonstrated hand, and to where the servos were told to be."""
     error, servo = 1e3 * tracking.error, 1e3 * tracking.servo_error
 
@@ -51,6 +51,6 @@ def tracking_picture(run: FinishedRun, tracking: Tracking) -> Picture:
     return picture("tracking", build, "Tracking error of the simulated arm over time.", caption)
 
 
-def design_error(run: FinishedRun) -> float:
+def design_error(run: Result) -> float:
     """Mean error of the hand that the design itself leaves [m]."""
     return float(run.evaluation.path.distance[:, -1].mean())

@@ -13,10 +13,9 @@ from armdesign.export.options import RobotOptions
 from armdesign.export.options import assumptions as assumed
 from armdesign.export.trajectory.exporting import FILES
 from armdesign.fitness.problem import start_effort
-from armdesign.runs.reading import FinishedRun
+from armdesign.search.result import Result, SearchFacts
 from armdesign.settings.kinds import toml_value
 from armdesign.settings.sections import SECTIONS, Design, Settings, Solver
-from armdesign.views.report.facts import SearchFacts
 
 UNIT = re.compile(r" ?\[([^\]]+)\]")
 TOLD = {"task": ("recording", "files", "base", "points", "orientation"), "fitness": ("weights", "orientation_weight")}
@@ -136,19 +135,19 @@ def assumptions(options: RobotOptions) -> list[Assumption]:
     ]
 
 
-def weights_sentence(run: FinishedRun) -> str:
+def weights_sentence(run: Result) -> str:
     """What counts how much."""
-    fitness, task = run.prepared.settings.fitness, run.prepared.task
+    fitness, task = run.problem.settings.fitness, run.problem.task
     parts = [f"{name} {w:.3g}" for name, w in zip(task.points, fitness.weights, strict=True)]
     if fitness.orientation_weight:
         parts.append(f"orientation of {task.orientation or task.points[-1]} {fitness.orientation_weight:.3g}")
     return f"Weights: {', '.join(parts)}."
 
 
-def source_sentences(run: FinishedRun) -> list[str]:
+def source_sentences(run: Result) -> list[str]:
     """The files that the recording was read from, without the folders they were in."""
     sentences = []
-    for source in run.prepared.origin.sources:
+    for source in run.problem.first.provenance.sources:
         if source.path:
             name = source.path.replace("\\", "/").rpartition("/")[2]
             digest = f" (SHA-256 {source.sha256[:16]}...)" if isinstance(source.sha256, str) else ""
@@ -156,16 +155,16 @@ def source_sentences(run: FinishedRun) -> list[str]:
     return sentences
 
 
-def search_sentences(facts: SearchFacts, run: FinishedRun) -> list[str]:
+def search_sentences(facts: SearchFacts, run: Result) -> list[str]:
     """How the search went."""
-    search = run.prepared.settings.search
-    each = f"{facts.candidates / facts.wall_time:,.0f}" if facts.wall_time > 0.0 else "any number"
+    search = run.problem.settings.search
+    each = f"{facts.evaluations / facts.wall_time:,.0f}" if facts.wall_time > 0.0 else "any number"
     return [
-        f"Algorithm {facts.algorithm}, {search.size}, seed {facts.seed}; {facts.progress} done.",
-        f"{facts.candidates:,} candidate arms in {duration(facts.wall_time)}, {each} a second.",
+        f"Algorithm {facts.algorithm}, {search.size}, seed {facts.seed}; {run.progress} done.",
+        f"{facts.evaluations:,} candidate arms in {duration(facts.wall_time)}, {each} a second.",
         f"It ended since {STOPPED.get(facts.stopped_by, facts.stopped_by)}.",
         f"Iteration {facts.converged_at} was the first within 1 % of the last; computational effort up to there "
-        f"{facts.effort:,.0f} valid particles.",
+        f"{facts.computational_effort:,.0f} valid particles.",
     ]
 
 
@@ -178,7 +177,7 @@ def duration(seconds: float) -> str:
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
 
 
-def recipes(run: FinishedRun) -> list[Recipe]:
+def recipes(run: Result) -> list[Recipe]:
     """How to run the arm elsewhere."""
     folder = str(run.folder or run.name)
     place, urdf = shlex.quote(folder), shlex.quote(f"{folder}/arm.urdf")

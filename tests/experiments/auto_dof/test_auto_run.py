@@ -12,8 +12,7 @@ from armdesign.experiments.auto_dof.dof_records import chosen, holds_auto, read_
 from armdesign.experiments.auto_dof.dof_rule import Rule, choose_dof
 from armdesign.experiments.auto_dof.extra_joint import with_extra_joint
 from armdesign.kinematics.dh_files import read_design
-from armdesign.runs.reading import read_finished
-from armdesign.runs.resumable import open_run
+from armdesign.runs.reading import read_problem, read_result
 from armdesign.search.backends import InProcess
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.search import NothingFoundError
@@ -51,9 +50,9 @@ def test_choice_follows_the_rule(uninterrupted):
 def test_folder_is_the_run_folder_of_the_chosen_arm(uninterrupted):
     folder, outcome = uninterrupted
     run = folder / f"n{outcome.verdict.dof}"
-    for name in ("result.json", "study.toml", "task.csv", "trajectory.csv", "history.csv", "arm.urdf"):
+    for name in ("result.json", "settings.toml", "task.csv", "trajectory.csv", "history.csv", "arm.urdf"):
         assert (folder / name).read_bytes() == (run / name).read_bytes()
-    assert read_finished(folder).evaluation.path_fitness == read_finished(run).evaluation.path_fitness
+    assert read_result(folder).evaluation.path_fitness == read_result(run).evaluation.path_fitness
     assert (folder / "pareto.png").read_bytes()[:4] == b"\x89PNG"
     assert chosen(folder)
 
@@ -70,7 +69,7 @@ def test_one_joint_more_of_no_length_is_no_worse(uninterrupted, prepare_for):
         assert scores.valid.all()
         assert scores.path_fitness.min() <= found.path_fitness * (1.0 + 1e-6)
         assert scores.fitness.min() <= found.fitness * (1.0 + 1e-6)
-        warm = open_run(folder / f"n{found.dof + 1}") if (folder / f"n{found.dof + 1}").exists() else None
+        warm = read_problem(folder / f"n{found.dof + 1}") if (folder / f"n{found.dof + 1}").exists() else None
         if warm is not None:
             assert [tuple(Phi) for Phi in designs[: len(warm.settings.search.first)]] == list(
                 warm.settings.search.first

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from armdesign.errors import SettingsError
-from armdesign.runs.resumable import open_run, start_run
+from armdesign.runs.reading import read_problem
+from armdesign.runs.resumable import start_run
 from armdesign.search.backends import InProcess, WorkerPool
 from armdesign.search.search import Search, new_swarm, search
 from armdesign.settings.sections import Settings
@@ -20,8 +21,8 @@ def some(prepare_for):
 
 def test_first_generation_begins_with_them_and_the_rest_is_as_without(some, prepare_for):
     prepared, designs = some
-    with_them = new_swarm(prepared.settings.search, prepared.space()).ask()
-    without = new_swarm(prepare_for(3).settings.search, prepared.space()).ask()
+    with_them = new_swarm(prepared.settings.search, prepared.space).ask()
+    without = new_swarm(prepare_for(3).settings.search, prepared.space).ask()
     assert np.array_equal(with_them[:3], designs)
     assert np.array_equal(with_them[3:], without[3:])
 
@@ -29,7 +30,7 @@ def test_first_generation_begins_with_them_and_the_rest_is_as_without(some, prep
 def test_they_survive_the_run_folder_to_the_last_bit(some, tmp_path):
     prepared, designs = some
     start_run(tmp_path, prepared)
-    assert np.array_equal(open_run(tmp_path).settings.search.first, designs)
+    assert np.array_equal(read_problem(tmp_path).settings.search.first, designs)
 
 
 def test_settings_without_them_do_not_mention_them():
@@ -55,7 +56,7 @@ def test_best_of_them_is_the_least_that_is_found(some):
     prepared, designs = some
     scores, _ = InProcess(prepared).evaluate(designs, np.full(3, np.inf))
     if np.isfinite(scores.fitness).any():
-        assert search(prepared).best.fitness <= scores.fitness.min()
+        assert search(prepared).evaluation.fitness <= scores.fitness.min()
 
 
 @pytest.mark.parametrize(
@@ -69,4 +70,4 @@ def test_best_of_them_is_the_least_that_is_found(some):
 def test_designs_that_do_not_fit_are_refused(prepare_for, first, sentence):
     prepared = prepare_for(3, first=first)
     with pytest.raises(SettingsError, match=sentence):
-        new_swarm(prepared.settings.search, prepared.space())
+        new_swarm(prepared.settings.search, prepared.space)

@@ -40,7 +40,7 @@ def records(asked, tasks, tmp_path_factory):
     for unit in designs.plan(asked, tasks):
         place = above / unit.name
         place.mkdir()
-        carry_out(place, unit.prepared, InProcess(unit.prepared), fresh=True)
+        carry_out(place, unit.problem, InProcess(unit.problem), fresh=True)
         content = json.loads((place / "result.json").read_text(encoding="utf-8"))
         found.append(Record(unit, "finished", "", content, place))
     return found

@@ -32,7 +32,7 @@ def records(asked, tasks, fitness, effort):
     """Finished searches that found what the two functions of a unit's search settings say."""
     found = []
     for unit in rapso.plan(asked, tasks):
-        search = unit.prepared.settings.search
+        search = unit.problem.settings.search
         content = {"fitness": fitness(search), "computational_effort": effort(search)}
         found.append(Record(unit, "finished", "", content, Path(unit.name)))
     return found
@@ -53,8 +53,8 @@ def test_every_seed_has_its_pso_and_all_variants(asked, tasks):
     for n in asked.dof:
         for seed in asked.seeds:
             search = [
-                u.prepared.settings.search for u in units
-                if u.prepared.settings.design.dof == n and u.prepared.settings.search.seed == seed
+                u.problem.settings.search for u in units
+                if u.problem.settings.design.dof == n and u.problem.settings.search.seed == seed
             ]  # fmt: skip
             assert sum(s.algorithm == "pso" for s in search) == 1
             variants = {(s.angle_interval, s.range) for s in search if s.algorithm == "rapso"}

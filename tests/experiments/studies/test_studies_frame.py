@@ -22,14 +22,14 @@ def case(request):
     scenario, n = request.param
     study = Settings().replace({"design": {"dof": n}, "fitness": {"scenario": scenario}})
     prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), study)
-    Phi = prepared.space().sample(np.random.default_rng(n), 1)[0]
-    return prepared, prepared.space().table(Phi)
+    Phi = prepared.space.sample(np.random.default_rng(n), 1)[0]
+    return prepared, prepared.space.table(Phi)
 
 
 @pytest.fixture
 def fitness(case):
     prepared, table = case
-    return FrameFitness(table, prepared.problem(), FRAME)
+    return FrameFitness(table, prepared.path_problem, FRAME)
 
 
 def poses(fitness, count=5):
@@ -67,7 +67,7 @@ def test_every_solver_ends_within_the_limits_at_the_value_it_tells(case):
     solvers = FrameSolvers(prepared)
     for name in (name for name in SOLVERS if name not in ALGORITHMS):
         found = solvers.solve(name, table, FRAME, 400, seed=3)
-        fitness = FrameFitness(table, prepared.problem(), FRAME)
+        fitness = FrameFitness(table, prepared.path_problem, FRAME)
         assert (found.q >= fitness.limits[:, 0] - 1e-9).all()
         assert (found.q <= fitness.limits[:, 1] + 1e-9).all()
         assert found.evaluations > 0

@@ -62,7 +62,7 @@ def test_what_is_told_is_the_fitness_of_the_design(records, tasks):
 def test_no_search_ends_above_the_best_of_the_common_first_generation(records, tasks):
     prepared = tasks["packaging", 4]
     for record in records:
-        first = prepared.space().sample(np.random.default_rng(record.seed), SMALL["particles"])
+        first = prepared.space.sample(np.random.default_rng(record.seed), SMALL["particles"])
         scores, _ = prepared.objective().evaluate(first)
         assert record.content["fitness"] <= scores.fitness.min() * (1.0 + 1e-9)
 

@@ -65,7 +65,7 @@ def asked(**options):
 def test_plan_has_every_algorithm_with_every_seed():
     ready = prepared()
     units = plan(asked(budget=500, swarms=4000), {("packaging", 3): ready})
-    searches = [unit.prepared.settings.search for unit in units]
+    searches = [unit.problem.settings.search for unit in units]
     assert {(each.algorithm, each.seed) for each in searches} == {
         (name, seed) for name in ("multibasin", "rapso") for seed in (0, 1)
     }

@@ -49,7 +49,7 @@ def test_rows_tell_what_the_runs_found(whole, rows_of):
 
 def test_run_of_a_sweep_is_the_search_of_the_same_settings(whole, ask, rows_of):
     unit = units_of(*ask())[-1]
-    assert rows_of(whole)[-1]["fitness"] == repr(search(unit.prepared).best.fitness)
+    assert rows_of(whole)[-1]["fitness"] == repr(search(unit.problem).evaluation.fitness)
 
 
 def test_finished_runs_are_never_touched_again(copy, ask, sweep_here):
@@ -129,7 +129,7 @@ def test_damaged_result_of_a_finished_run_is_not_written_over(copy, ask, sweep_h
 
 
 def test_run_of_other_settings_under_the_same_name_is_not_written_over(copy, ask, sweep_here):
-    settings = copy / "packaging-pso-n4-seed0" / "study.toml"
+    settings = copy / "packaging-pso-n4-seed0" / "settings.toml"
     settings.write_text(settings.read_text().replace("particles = 8", "particles = 9"))
     with pytest.raises(RunFolderError, match=r"packaging-pso-n4-seed0 holds another run.*Move it away"):
         sweep_here(copy, ask())

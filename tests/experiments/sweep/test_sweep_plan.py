@@ -25,17 +25,17 @@ def test_every_combination_is_one_unit_in_the_order_of_the_lists(ask):
 
 def test_units_search_what_their_names_say(ask):
     for unit in units_of(*ask(dof=(3, 4), angle_intervals=(2, 5))):
-        search, design = unit.prepared.settings.search, unit.prepared.settings.design
+        search, design = unit.problem.settings.search, unit.problem.settings.design
         interval = "" if search.algorithm == "pso" else f"-D{search.angle_interval}"
         assert unit.name == f"packaging-{search.algorithm}-n{design.dof}{interval}-seed{search.seed}"
         assert unit.angle_interval == (None if search.algorithm == "pso" else search.angle_interval)
         assert search.particles == 8
-        assert unit.prepared.problem().dof == design.dof
+        assert unit.problem.path_problem.dof == design.dof
 
 
 def test_settings_that_hang_on_the_joints_are_those_of_a_single_search(ask):
     asked, tasks = ask(dof=(3, 6))
-    by_dof = {unit.prepared.settings.design.dof: unit.prepared.settings.solver for unit in units_of(asked, tasks)}
+    by_dof = {unit.problem.settings.design.dof: unit.problem.settings.solver for unit in units_of(asked, tasks)}
     assert by_dof == {n: tasks[asked.recordings[0], n].settings.solver for n in (3, 6)}
 
 

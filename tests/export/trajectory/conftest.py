@@ -6,9 +6,9 @@ import pytest
 
 from armdesign.demonstration import read_recording
 from armdesign.kinematics.dh import DHTable
-from armdesign.runs.reading import FinishedRun
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
+from armdesign.search.result import Result
 from armdesign.settings.sections import Settings
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -33,7 +33,7 @@ def finished(scenario):
     table = ARMS[scenario]
     settings = {"design": {"dof": table.dof}, "fitness": {"scenario": scenario, "reach_tolerance": 0.002}}
     prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), Settings().replace(settings))
-    return FinishedRun(scenario, prepared, evaluate_design(table, prepared), {}, {})
+    return Result(scenario, prepared, evaluate_design(table, prepared), {}, {})
 
 
 @pytest.fixture(scope="session")

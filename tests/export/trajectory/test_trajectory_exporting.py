@@ -48,7 +48,7 @@ def test_all_kinds_carry_the_same_motion(tmp_path, run):
 def test_the_rate_is_that_asked_for_or_the_demonstrations(tmp_path, run):
     for rate in (None, 250.0):
         time, *_ = read_csv(export_trajectory(run, "csv", tmp_path, rate=rate, overwrite=True).path)
-        np.testing.assert_allclose(np.diff(time), run.prepared.task.dt if rate is None else 1 / rate, rtol=1e-6)
+        np.testing.assert_allclose(np.diff(time), run.problem.task.dt if rate is None else 1 / rate, rtol=1e-6)
 
 
 def test_the_notes_state_the_deviation_that_the_angles_show(run):
@@ -133,8 +133,8 @@ def test_joints_held_inside_their_limits_are_named(runs):
     run = runs["packaging"]
     q = run.evaluation.path.q
     limits = np.degrees([np.minimum(q.min(axis=0) - 1e-5, 0.0), np.maximum(q.max(axis=0) + 1e-5, 0.0)]).T.tolist()
-    settings = run.prepared.settings.replace({"design": {"joint_limits": limits}})
-    narrow = replace(run, prepared=replace(run.prepared, settings=settings))
+    settings = run.problem.settings.replace({"design": {"joint_limits": limits}})
+    narrow = replace(run, prepared=replace(run.problem, settings=settings))
     trajectory = make_trajectory(narrow, rate=1000.0)
     assert trajectory.path.bounded
     assert f"joint_{trajectory.path.bounded[0] + 1}" in trajectory.notes[1]

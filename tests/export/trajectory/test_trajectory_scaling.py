@@ -9,7 +9,7 @@ from armdesign.export.trajectory.smooth import fit_path
 
 
 def path_of(run):
-    return fit_path(run.prepared.task.time, run.evaluation.path.q, run.limits)
+    return fit_path(run.problem.task.time, run.evaluation.path.q, run.limits)
 
 
 @pytest.mark.parametrize("speed", [0.25, 0.5, 2.0])
@@ -67,7 +67,7 @@ def test_ramps_leave_the_path_where_it_is(run):
 
 
 def test_without_ramps_the_frames_come_back_at_their_times(run):
-    path, task = path_of(run), run.prepared.task
+    path, task = path_of(run), run.problem.task
     motion = sample(path, timing_of(path, ramp=0.0), 1.0 / task.dt)
     np.testing.assert_allclose(motion.time, task.time - task.time[0], atol=1e-9)
     np.testing.assert_allclose(motion.q, path.at(task.time), atol=1e-9)

@@ -19,8 +19,8 @@ STIFF = Servo(frequency=20.0)
 
 
 def simulated(run, servo):
-    path = fit_path(run.prepared.task.time, run.evaluation.path.q, run.limits)
-    return path, SimulatedArm(arm_urdf(run.evaluation, run.prepared), path, servo)
+    path = fit_path(run.problem.task.time, run.evaluation.path.q, run.limits)
+    return path, SimulatedArm(arm_urdf(run.evaluation, run.problem), path, servo)
 
 
 def test_a_slow_trajectory_is_tracked_to_a_few_millimetres(run):
@@ -31,7 +31,7 @@ def test_a_slow_trajectory_is_tracked_to_a_few_millimetres(run):
 
 def test_the_hand_is_followed_as_well_as_the_design_follows_it(run):
     tracking = simulate(run, servo=STIFF, speed=0.5)
-    missed = np.linalg.norm(tool_poses(run.table, run.evaluation.path.q)[:, :3, 3] - run.prepared.task.P[:, -1], axis=1)
+    missed = np.linalg.norm(tool_poses(run.table, run.evaluation.path.q)[:, :3, 3] - run.problem.task.P[:, -1], axis=1)
     assert tracking.error.mean() < missed.mean() + 2e-3
     assert tracking.error.max() < missed.max() + 3e-3
 
@@ -45,7 +45,7 @@ def test_errors_are_distances_of_what_is_given(run):
 
 
 def test_the_target_is_the_demonstrated_hand(run):
-    tracking, task = simulate(run, ramp=0.0), run.prepared.task
+    tracking, task = simulate(run, ramp=0.0), run.problem.task
     np.testing.assert_allclose(tracking.target, task.P[:, -1], atol=1e-6)
     np.testing.assert_allclose(tracking.demonstrated, task.time, atol=1e-9)
 
@@ -107,7 +107,7 @@ def test_links_that_touch_are_named(run):
 
 def test_an_arm_without_such_joints_is_refused(run):
     with pytest.raises(DesignError, match="'joint_1'"):
-        simulate(run, urdf=arm_urdf(run.evaluation, run.prepared).replace('"joint_1"', '"elbow"'))
+        simulate(run, urdf=arm_urdf(run.evaluation, run.problem).replace('"joint_1"', '"elbow"'))
 
 
 @pytest.mark.parametrize(

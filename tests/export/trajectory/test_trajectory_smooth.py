@@ -66,7 +66,7 @@ def test_the_cutoff_means_the_same_at_another_frame_rate():
 
 
 def test_the_stated_joint_deviation_is_the_largest_at_the_frames(run):
-    task, q = run.prepared.task, run.evaluation.path.q
+    task, q = run.problem.task, run.evaluation.path.q
     path = fit_path(task.time, q, run.limits)
     np.testing.assert_allclose(path.deviation, np.abs(path.at(task.time) - q).max(axis=0), atol=1e-13)
     assert 0.0 < np.degrees(path.deviation.max()) < 5.0
@@ -74,7 +74,7 @@ def test_the_stated_joint_deviation_is_the_largest_at_the_frames(run):
 
 
 def test_a_higher_cutoff_follows_closer_and_accelerates_more(run):
-    task, q = run.prepared.task, run.evaluation.path.q
+    task, q = run.problem.task, run.evaluation.path.q
     paths = [fit_path(task.time, q, cutoff=cutoff) for cutoff in (3.0, 6.0, 12.0)]
     deviations = [path.deviation.max() for path in paths]
     peaks = [np.abs(path.at(peak_times(path), 2)).max() for path in paths]
@@ -119,7 +119,7 @@ def test_tool_poses_are_those_of_the_matrix_products():
 
 
 def test_the_end_effector_deviation_is_that_of_brute_force(run):
-    task, q = run.prepared.task, run.evaluation.path.q
+    task, q = run.problem.task, run.evaluation.path.q
     path = fit_path(task.time, q)
     found = tool_deviation(run.table, q, path)
     for t in (0, 17, len(q) // 2, len(q) - 1):
@@ -131,7 +131,7 @@ def test_the_end_effector_deviation_is_that_of_brute_force(run):
 
 
 def test_smoothing_hardly_changes_how_well_the_hand_is_followed(run):
-    task, q = run.prepared.task, run.evaluation.path.q
+    task, q = run.problem.task, run.evaluation.path.q
     path = fit_path(task.time, q)
     solved, fitted = (
         np.linalg.norm(tool_poses(run.table, angles)[:, :3, 3] - task.P[:, -1], axis=1).mean()

@@ -18,7 +18,8 @@ from typer.testing import CliRunner
 from armdesign.cli import app
 from armdesign.demonstration import read_recording
 from armdesign.errors import SearchError
-from armdesign.runs.resumable import carry_out, open_run, start_run
+from armdesign.runs.reading import read_problem
+from armdesign.runs.resumable import carry_out, start_run
 from armdesign.search.backends import InProcess
 from armdesign.search.backends.dask_cluster import FEWEST, LARGEST, SMALLEST, DaskCluster, cut
 from armdesign.search.backends.dask_connection import check_address, connect
@@ -39,7 +40,7 @@ def prepared():
 def generation(prepared):
     """Designs with cutoffs of which some hold and some do not, and their scores in one process."""
     rng = np.random.default_rng(5)
-    Phi = prepared.space().sample(rng, 60)
+    Phi = prepared.space.sample(rng, 60)
     backend = InProcess(prepared)
     fitness = backend.evaluate(Phi, np.full(60, np.inf))[0].fitness
     cutoff = fitness * np.where(np.isfinite(fitness), rng.uniform(0.5, 1.5, 60), 1.0)
@@ -233,9 +234,9 @@ def test_ctrl_c_finishes_the_iteration_and_the_run_goes_on_elsewhere(client, pre
     start_run(tmp_path, prepared)
     with Meddling(client, prepared, meddle=lambda: os.kill(os.getpid(), signal.SIGINT)) as backend:
         result, _ = carry_out(tmp_path, prepared, backend)
-    assert result.stopped_by == "interrupted"
+    assert result.facts.stopped_by == "interrupted"
     assert len(result.history.best) == 3
-    again = open_run(tmp_path)
+    again = read_problem(tmp_path)
     with InProcess(again) as backend:
         carry_out(tmp_path, again, backend)
     assert (tmp_path / "history.csv").read_bytes() == alone
@@ -259,7 +260,7 @@ def dask_setup(worker):
 
 
 def test_a_candidate_that_kills_workers_is_named(prepared, tmp_path):
-    Phi = prepared.space().sample(np.random.default_rng(1), 12)
+    Phi = prepared.space.sample(np.random.default_rng(1), 12)
     (tmp_path / "killer.py").write_text(KILLER.replace("ENTRY", repr(float(Phi[7, 0]))))
     with processes(tmp_path, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0") as own:
         for _ in range(3):

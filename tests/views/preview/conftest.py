@@ -11,9 +11,10 @@ from armdesign.demonstration import read_recording
 from armdesign.demonstration.task import Task
 from armdesign.fitness.block import BlockEvaluator
 from armdesign.kinematics.dh import DHTable
-from armdesign.runs.reading import FinishedRun
-from armdesign.search.evaluation import Evaluation, evaluate_design
-from armdesign.search.prepare import Prepared, prepare
+from armdesign.search.design_problem import Demonstration, DesignProblem
+from armdesign.search.evaluation import Evaluation, PathEvaluation, evaluate_design
+from armdesign.search.prepare import prepare
+from armdesign.search.result import Result
 from armdesign.settings.sections import Settings
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -52,7 +53,7 @@ def example_runs():
         table = DHTable.from_rows(rows)
         changes = {"design": {"dof": table.dof}, "fitness": {"scenario": name}}
         prepared = prepare(read_recording(ROOT / "examples" / f"{name}.csv"), Settings().replace(changes))
-        runs[name] = FinishedRun(name, prepared, evaluate_design(table, prepared), {}, {})
+        runs[name] = Result(name, prepared, evaluate_design(table, prepared), {}, {})
     return runs
 
 
@@ -75,10 +76,11 @@ def any_run():
         settings = Settings().replace(
             {"design": {"dof": dof}, "fitness": {"weights": weights, "orientation_weight": 0.0}}
         )
-        prepared = Prepared(settings, task)
+        problem = DesignProblem(settings, (Demonstration(settings, task),))
         q = 2.5 * waves
-        path = BlockEvaluator(prepared.problem(), block=1).replay(table, q, np.eye(3))
-        return FinishedRun(name, prepared, Evaluation(table, 1.0, 0.1, 0.1, path), {}, {})
+        path = BlockEvaluator(problem.path_problem, block=1).replay(table, q, np.eye(3))
+        evaluation = Evaluation(table, 1.0, 0.1, 0.1, (PathEvaluation(1.0, 0.1, 0.1, path),))
+        return Result(problem, evaluation, name=name)
 
     return make
 

@@ -13,7 +13,9 @@ import pytest
 from typer.testing import CliRunner
 
 from armdesign.cli import app
-from armdesign.runs import folder as runfolder
+from armdesign.runs.folder import claim_folder
+from armdesign.runs.writing import write_result
+from armdesign.search.result import Result
 
 
 @pytest.fixture(scope="session")
@@ -21,8 +23,8 @@ def folder(example_runs, tmp_path_factory):
     """A run folder with a result, and a name of its own."""
     run = example_runs["packaging"]
     out = tmp_path_factory.mktemp("runs") / "<b>one"
-    runfolder.claim_folder(out, overwrite=False)
-    runfolder.write_evaluation(out, run.evaluation, run.prepared)
+    claim_folder(out, overwrite=False)
+    write_result(out, Result(run.problem, run.evaluation))
     return out
 
 

@@ -132,7 +132,7 @@ def test_the_speed_is_said(example_runs):
 @pytest.fixture(scope="session")
 def probe(pages, example_runs, browser):
     """What a browser makes of the page with two designs, at some frames."""
-    times = example_runs["packaging"].prepared.task.time
+    times = example_runs["packaging"].problem.task.time
     page = probed((pages / "two.html").read_text(encoding="utf-8"), [float(times[k] - times[0]) for k in FRAMES])
     (pages / "probe.html").write_text(page, encoding="utf-8")
     dom, log = browser((pages / "probe.html").as_uri(), "--dump-dom")
@@ -157,7 +157,7 @@ def test_the_browser_has_the_arms_where_pinocchio_has_them(probe, example_runs):
                 exact = base @ data.oMi[i].homogeneous  # the housing of joint i stands at its frame
                 np.testing.assert_allclose(pose(seen[f"design_{number}/arm/visuals/link_{i}_0"]), exact, atol=2e-6)
             hand = pose(seen[f"design_{number}/demonstrator/point_3"])[:3, 3]
-            np.testing.assert_allclose(hand, (base[:3, 3] + run.prepared.task.P[k, -1]), atol=2e-6)
+            np.testing.assert_allclose(hand, (base[:3, 3] + run.problem.task.P[k, -1]), atol=2e-6)
 
 
 def pose(elements):

@@ -68,8 +68,8 @@ def test_times_and_points_are_the_recording_s_own(any_run):
     assert scene.duration == pytest.approx(1.7)
     for i in range(3):
         times, values = tracks(scene)[f"design_1/demonstrator/point_{i + 1}", ".position"]
-        np.testing.assert_allclose(times, run.prepared.task.time - 3.0, atol=TOLERANCE)
-        np.testing.assert_allclose(values, run.prepared.task.P[:, i], atol=TOLERANCE)
+        np.testing.assert_allclose(times, run.problem.task.time - 3.0, atol=TOLERANCE)
+        np.testing.assert_allclose(values, run.problem.task.P[:, i], atol=TOLERANCE)
 
 
 def test_rods_reach_from_point_to_place_as_long_as_the_distance(any_run):
@@ -110,7 +110,7 @@ def test_orientations_are_shown_where_the_task_has_them(example_runs):
     moving = tracks(build_scene([run]))
     for name in ("hand_frame", "tool_frame"):
         turns = rotation_matrices(moving[f"design_1/orientations/{name}", ".quaternion"][1].astype(float))
-        angle = np.arccos(np.clip((np.einsum("tij,tij->t", turns, run.prepared.task.R) - 1.0) / 2.0, -1.0, 1.0))
+        angle = np.arccos(np.clip((np.einsum("tij,tij->t", turns, run.problem.task.R) - 1.0) / 2.0, -1.0, 1.0))
         allowed = run.evaluation.path.orientation_error if name == "tool_frame" else 0.0
         np.testing.assert_allclose(angle, allowed, atol=2e-3)
 

@@ -12,12 +12,15 @@ from armdesign.demonstration import read_recording
 from armdesign.demonstration.task import Task
 from armdesign.fitness.block import BlockEvaluator
 from armdesign.kinematics.dh import DHTable
-from armdesign.runs.folder import claim_folder, write_search
-from armdesign.runs.reading import FinishedRun
-from armdesign.search.evaluation import Evaluation
-from armdesign.search.prepare import Prepared, prepare
+from armdesign.runs.folder import claim_folder
+from armdesign.runs.writing import write_result
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.evaluation import Evaluation, PathEvaluation
+from armdesign.search.prepare import prepare
+from armdesign.search.result import Result, SearchFacts
 from armdesign.search.search import search
 from armdesign.settings.sections import Settings
+from armdesign.swarm import History
 from armdesign.views.report import plots, sketch, tracking
 from armdesign.views.report import report_scene as scene
 from armdesign.views.report.drawing import Picture
@@ -31,7 +34,7 @@ TOLD = {
     "computational_effort": 12.0,
     "converged_at": 3,
     "rejected": {"constraints": 4, "reach": 3, "start": 2, "pruned": 1},
-    "stopped_by": "iterations",
+    "mean_valid": 4.0,
     "wall_time": 1.5,
 }
 
@@ -98,15 +101,16 @@ def invented():
             table = DHTable.from_rows(rows.T)
         time = prepared.task.time
         q = rng.uniform(-1, 1, dof) + 0.5 * np.sin(rng.uniform(1, 3, dof) * time[:, None] + rng.uniform(0, 3, dof))
-        path = BlockEvaluator(prepared.problem(), block=1).replay(table, q)
+        path = BlockEvaluator(prepared.path_problem, block=1).replay(table, q)
         f, E = float(path.g.mean()), float(path.area.mean())
         fitness = prepared.settings.fitness
-        evaluation = Evaluation(table, fitness.lambda_f * f + fitness.lambda_E * E, f, E, path)
+        r = fitness.lambda_f * f + fitness.lambda_E * E
+        evaluation = Evaluation(table, r, f, E, (PathEvaluation(r, f, E, path),))
         if stopped_by is None:
-            return FinishedRun(name, prepared, evaluation, {}, {})
+            return Result(prepared, evaluation, name=name)
         best = np.array([np.inf, 0.9, 0.7, 0.7])
-        history = {"best": best, "mean": best + 0.1, "valid": np.array([0.0, 4, 5, 3])}
-        return FinishedRun(name, prepared, evaluation, history, TOLD | {"stopped_by": stopped_by})
+        history = History(best, best + 0.1, np.array([0, 4, 5, 3]), 20 * np.arange(1, 5))
+        return Result(prepared, evaluation, history, SearchFacts(**TOLD, stopped_by=stopped_by), name=name)
 
     return make
 
@@ -125,7 +129,8 @@ def prepared_for(scenario, dof, names=None):
         return prepared
     task = prepared.task
     renamed = Task(task.time, task.P, None, task.quaternions, names, task.base, task.steps)
-    return Prepared(prepared.settings, renamed, prepared.steps, prepared.origin)
+    demonstration = dataclasses.replace(prepared.first, task=renamed)
+    return DesignProblem(prepared.settings, (demonstration,))
 
 
 @pytest.fixture
@@ -144,13 +149,13 @@ def longer():
     """A run on a task that is repeated many times over."""
 
     def stretch(run, times):
-        task, path = run.prepared.task, run.evaluation.path
+        task, path = run.problem.task, run.evaluation.path
         frames = len(task.time) * times
         time = task.time[0] + task.dt * np.arange(frames)
         P = np.tile(task.P, (times, 1, 1))
-        prepared = dataclasses.replace(run.prepared, task=Task(time, P, None, None, task.points, task.base))
+        prepared = dataclasses.replace(run.problem, task=Task(time, P, None, None, task.points, task.base))
         q = np.tile(np.concatenate([path.q, path.q[::-1]]), (times // 2, 1))
-        path = BlockEvaluator(prepared.problem(), block=1).replay(run.table, q)
+        path = BlockEvaluator(prepared.path_problem, block=1).replay(run.table, q)
         return dataclasses.replace(run, prepared=prepared, evaluation=dataclasses.replace(run.evaluation, path=path))
 
     return stretch
@@ -165,6 +170,6 @@ def folders(tmp_path_factory):
         settings = small.settings.replace({"search": {"particles": 20, "iterations": 3}})
         folder = claim_folder(tmp_path_factory.mktemp("runs") / scenario)
         folder.mkdir(exist_ok=True)
-        write_search(folder, search(Prepared(settings, small.task, small.steps, small.origin)))
+        write_result(folder, search(DesignProblem(settings, small.demonstrations)))
         made[scenario] = folder
     return made

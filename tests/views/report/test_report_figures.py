@@ -25,7 +25,7 @@ def test_the_parts_of_the_fitness_add_up(invented, scenario):
     parts = fitness_parts(run)
     assert parts.path == pytest.approx(run.evaluation.path_fitness, rel=1e-12)
     assert parts.total == pytest.approx(run.evaluation.fitness, rel=1e-12)
-    weights = run.prepared.settings.fitness.weights
+    weights = run.problem.settings.fitness.weights
     assert all((part > 0.0) == (weight > 0.0) for part, weight in zip(parts.points, weights, strict=True))
 
 
@@ -45,8 +45,8 @@ def test_the_scene_ends_where_the_arm_does(invented):
         frames = run.table.frames(q[t])
         assert scene.corners[k, -1] == pytest.approx(1e3 * frames[-1, :3, 3])
         assert scene.joints[k] == pytest.approx(1e3 * frames[:-1, :3, 3])
-    assert scene.times[0] == run.prepared.task.time[0]
-    assert scene.times[-1] == run.prepared.task.time[-1]
+    assert scene.times[0] == run.problem.task.time[0]
+    assert scene.times[-1] == run.problem.task.time[-1]
 
 
 def test_a_thinned_series_keeps_its_ends_and_peaks():
