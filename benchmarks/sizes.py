@@ -46,7 +46,7 @@ def tables(plan: Plan) -> Iterator[Table]:
 
 def rows_of(plan: Plan, size: str, tasks: dict[int, DesignProblem]) -> list[Row]:
     """A row for every size, start and path apart."""
-    cases = [(task.problem(), *task.space().rows(designs(task, DESIGNS))) for task in tasks.values()]
+    cases = [(task.path_problem, *task.space.rows(designs(task, DESIGNS))) for task in tasks.values()]
     for problem, _, _ in cases:
         compile_kernels(problem)
     return [

@@ -109,9 +109,9 @@ def test_given_arm_is_no_search(run, packaging, packaged, place, line):
         ("result.json", "[]", "result.json holds no result"),
         ("result.json", "{}", "result.json is damaged: KeyError('fitness')"),
         ("result.json", '{"fitness": "x"}', "result.json is damaged"),
-        ("settings.toml", "[search", "study.toml is damaged"),
-        ("settings.toml", "", "study.toml is damaged: 'search'"),
-        ("settings.toml", None, "study.toml cannot be read: No such file"),
+        ("settings.toml", "[search", "settings.toml is damaged"),
+        ("settings.toml", "", "settings.toml is damaged: 'search'"),
+        ("settings.toml", None, "settings.toml cannot be read: No such file"),
     ],
 )
 def test_broken_run_is_a_row_that_says_so(packaged, run, line, place, name, content, why):

@@ -13,7 +13,7 @@ from armdesign.search.search import Search
 
 @pytest.fixture
 def settings_of(run, place, packaging, small):
-    """Settings in the study.toml of a search with these flags, and what the command printed."""
+    """Settings in the settings.toml of a search with these flags, and what the command printed."""
 
     def settings(*flags, recording=packaging):
         outcome = run("search", recording, *small, "--out", place / "run", "--overwrite", *flags)

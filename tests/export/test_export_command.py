@@ -51,7 +51,7 @@ def test_every_kind_is_written_as_its_function_says(invoke, finished, folder, tm
     outcome = invoke("export", folder, "--format", ALL, "--out", out)
     assert outcome.exit_code == 0, outcome.output
     run = finished["packaging"].run
-    robot = finished_robot(run.evaluation, run.problem)
+    robot = finished_robot(run)
     expected = {name: text for kind in FORMATS for name, text in robot_files(robot, kind).items()}
     assert {path.name: path.read_text() for path in out.iterdir()} == expected
     for name in expected:

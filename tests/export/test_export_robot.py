@@ -19,19 +19,24 @@ from armdesign.export.joints import narrowed
 from armdesign.export.mjcf import robot_mjcf
 from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions, TagOptions, assumptions
 from armdesign.export.robot_file import finished_robot
-from armdesign.export.urdf import robot_urdf
-from armdesign.runs.folder import arm_urdf
+from armdesign.export.urdf import result_urdf, robot_urdf
 
 TAGS = RobotOptions(tags=TagOptions(ros2_control="mock", transmissions=True))
 
 
 def robot_of(finished, options=None):
-    return finished_robot(finished.run.evaluation, finished.run.problem, options)
+    return finished_robot(finished.run, options)
+
+
+def with_task(run, task):
+    """The run with another task."""
+    demonstration = replace(run.problem.first, task=task)
+    return replace(run, problem=replace(run.problem, demonstrations=(demonstration,)))
 
 
 def test_the_urdf_of_a_run_is_the_default_export(each):
     assert (each.folder / "arm.urdf").read_text() == robot_urdf(robot_of(each))
-    assert arm_urdf(each.run.evaluation, each.run.problem) == robot_urdf(robot_of(each))
+    assert result_urdf(each.run) == robot_urdf(robot_of(each))
 
 
 def test_neighbours_stay_apart_along_the_demonstration(each):
@@ -103,10 +108,10 @@ def test_narrowing_by_hand():
 def test_points_are_named_for_every_reader(finished):
     run = finished["packaging"].run
     odd = replace(run.problem.task, points=("Ellbogen (außen)", "ellbogen auen", "<hand & wrist>"))
-    robot = finished_robot(run.evaluation, replace(run.problem, task=odd))
+    robot = finished_robot(with_task(run, odd))
     assert list(robot.paths) == ["Ellbogen_auen", "ellbogen_auen", "hand_wrist"]
     same = replace(odd, points=("手", "手 ", "P"))
-    assert list(finished_robot(run.evaluation, replace(run.problem, task=same)).paths) == ["point", "point_2", "P"]
+    assert list(finished_robot(with_task(run, same)).paths) == ["point", "point_2", "P"]
     assert ElementTree.fromstring(robot_mjcf(robot)) is not None
 
 

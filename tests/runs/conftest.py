@@ -40,7 +40,7 @@ def begin(tmp_path_factory, task):
     """Flags that begin the small search in a folder; further flags go over its settings."""
     config = tmp_path_factory.mktemp("settings") / "small.toml"
     config.write_text(SMALL.to_toml())
-    compile_kernels(task.problem())
+    compile_kernels(task.path_problem)
 
     def flags(folder, *more):
         return ("search", RECORDING, "--config", config, "--workers", "1", "--no-report", "--out", folder, *more)

@@ -123,7 +123,7 @@ def test_a_candidate_that_kills_is_kept_and_named(tmp_path, begin, cli, monkeypa
     assert ended.exit_code == 2
     assert ended.output.startswith("armdesign: a candidate has killed 3 worker processes")
     saved = json.loads((folder / "failed_candidate.json").read_text())
-    wanted = task.space().table(designs[0])
+    wanted = task.space.table(designs[0])
     assert saved["error"] == "a candidate has killed 3 worker processes"
     assert [row["alpha"] for row in saved["dh"]["rows"]] == wanted.alpha.tolist()
     assert read_design(folder / "failed_candidate.json").length == wanted.length
@@ -142,7 +142,7 @@ def test_a_candidate_that_kills_real_workers_is_kept_and_named(tmp_path, begin, 
         ended = cli(*begin(folder, "-q", "--workers", 2))
     assert ended.exit_code == 2
     assert f"Phi = {Phi.tolist()}" in ended.output
-    saved, wanted = read_design(folder / "failed_candidate.json"), task.space().table(Phi)
+    saved, wanted = read_design(folder / "failed_candidate.json"), task.space.table(Phi)
     assert [saved.alpha.tolist(), saved.a.tolist(), saved.d.tolist()] == [
         wanted.alpha.tolist(), wanted.a.tolist(), wanted.d.tolist()
     ]  # fmt: skip

@@ -8,9 +8,8 @@ import pytest
 
 from armdesign.demonstration import About, Recording, Step, read_recording, write_plain_csv
 from armdesign.demonstration.convert import convert, write_conversion
-from armdesign.demonstration.provenance import Provenance, Source, fingerprint, read_task_json, write_task_json
+from armdesign.demonstration.provenance import Provenance, Source, fingerprint, read_task_json, task_json
 from armdesign.errors import RunFolderError
-from armdesign.runs.listing import read_runs
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import start_run
 from armdesign.search.prepare import prepare
@@ -65,28 +64,16 @@ def test_an_opened_run_knows_where_it_comes_from(captured, tmp_path):
     start_run(tmp_path / "run", prepared)
     again = read_problem(tmp_path / "run")
     assert again.notes == prepared.notes
-    assert again.origin.sources == prepared.origin.sources
-    assert (again.origin.points, again.origin.base) == (prepared.origin.points, prepared.origin.base)
+    assert again.first.provenance.sources == prepared.first.provenance.sources
+    assert (again.first.provenance.points, again.first.provenance.base) == (
+        prepared.first.provenance.points,
+        prepared.first.provenance.base,
+    )
     assert again.settings == prepared.settings
     assert again.task.P.tobytes() == prepared.task.P.tobytes()
     first = (tmp_path / "run" / "task.json").read_bytes()
     start_run(tmp_path / "run", again)
     assert (tmp_path / "run" / "task.json").read_bytes() == first
-
-
-def test_a_run_of_an_earlier_version_can_be_opened(captured, tmp_path):
-    recording, path = captured
-    prepared = prepare(recording, Settings().replace({"task": {"recording": str(path)}}))
-    folder = tmp_path / "run"
-    folder.mkdir()
-    start_run(folder, prepared)
-    (folder / "task.json").unlink()
-    (folder / "notes.json").write_text(json.dumps({"base": "shoulder", "notes": ["One.", "Two."]}))
-    again = read_problem(folder)
-    assert again.notes == ("One.", "Two.")
-    assert again.task.base == "shoulder"
-    assert again.origin.sources == (Source(str(path), fingerprint(str(path))),)
-    assert [run.state for run in read_runs(folder)] == ["stopped"]
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"base_name": "s"}', '{"notes": 3, "base": "s"}', "{"])
@@ -102,14 +89,14 @@ def test_what_is_written_is_read_again(tmp_path):
         (Source("a.c3d", "00"), Source("b.c3d")), "C3D", "mm", "y", True, "s", ("a=b+c", "d"), "d", "fixed"
     )
     steps = (Step("units", "Metres.", {"unit": "m"}), Step("note", "Nothing."))
-    write_task_json(tmp_path / "t.json", origin, steps, base="s", frames=10, rate=100.0)
+    (tmp_path / "t.json").write_text(task_json(origin, steps, base="s", frames=10, rate=100.0))
     base, again, told = read_task_json(tmp_path / "t.json")
     assert (base, again, told) == ("s", origin, steps)
 
 
 def test_numbers_of_numpy_are_written_as_numbers(tmp_path):
     steps = (Step("x", "X.", {"a": np.float64(0.5), "b": np.int64(3), "c": float("nan"), "d": np.array([1.0, 2.0])}),)
-    write_task_json(tmp_path / "t.json", Provenance(), steps, base="s", frames=1, rate=1.0)
+    (tmp_path / "t.json").write_text(task_json(Provenance(), steps, base="s", frames=1, rate=1.0))
     assert content(tmp_path / "t.json")["steps"][0]["details"] == {"a": 0.5, "b": 3, "c": None, "d": [1.0, 2.0]}
 
 

@@ -5,7 +5,8 @@ import pytest
 
 from armdesign.demonstration import About, Recording, Task
 from armdesign.search.continuity import pace_steps, settled_continuity, turned
-from armdesign.search.prepare import prepare, recorded_step
+from armdesign.search.prepare import prepare
+from armdesign.search.prepare_demonstration import recorded_step
 from armdesign.settings.sections import Settings
 
 

@@ -1,4 +1,4 @@
-"""The study.toml of a run repeats it to the last bit: here, in a fresh process, for any block size."""
+"""The settings.toml of a run repeats it to the last bit: here, in a fresh process, for any block size."""
 
 import json
 

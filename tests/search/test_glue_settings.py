@@ -151,7 +151,7 @@ def test_file_may_be_given_as_text(tmp_path):
     [
         (b"[design\n", "not valid TOML: .*line 1.*--write-config"),
         (b"\xff\xfe", "are not UTF-8 text"),
-        (b"[design]\ndof = 99\n", r"study\.toml: setting 'design.dof' is 99"),
+        (b"[design]\ndof = 99\n", r"settings\.toml: setting 'design.dof' is 99"),
         (b"[design]\ndof = " + b"1" * 5000, "settings.toml"),
     ],
 )

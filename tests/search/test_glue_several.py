@@ -16,8 +16,10 @@ from armdesign.runs.folder import claim_folder
 from armdesign.runs.reading import read_problem, read_result
 from armdesign.runs.resumable import carry_out, finished
 from armdesign.search.backends import InProcess, WorkerPool
-from armdesign.search.evaluation import evaluate_design
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.evaluation import combined_evaluation, evaluate_design
 from armdesign.search.prepare import prepare
+from armdesign.search.result import Result
 from armdesign.search.search import Search, search
 from armdesign.settings.sections import Settings, read_settings
 
@@ -64,7 +66,7 @@ def prepared(takes):
 @pytest.fixture(scope="module")
 def designs(prepared):
     """Random designs of four joints."""
-    return prepared([0]).space().sample(np.random.default_rng(3), 40)
+    return prepared([0]).space.sample(np.random.default_rng(3), 40)
 
 
 @pytest.fixture(scope="module")
@@ -157,7 +159,7 @@ def test_start_poses_of_another_shape_are_refused(prepared, designs):
 
 def test_one_tool_is_bolted_on_once(prepared, designs, scores):
     task = prepared([0, 1], scenario="welding")
-    best = task.space().table(designs[int(np.argmin(scores(0, 1, scenario="welding").fitness))])
+    best = task.space.table(designs[int(np.argmin(scores(0, 1, scenario="welding").fitness))])
     evaluation = evaluate_design(best, task)
     first, second = evaluation.demonstrations
     np.testing.assert_array_equal(first.path.mount, second.path.mount)
@@ -168,7 +170,7 @@ def test_one_tool_is_bolted_on_once(prepared, designs, scores):
 @pytest.mark.parametrize("scenario", ["packaging", "welding"])
 def test_a_holdout_equal_to_the_demonstration_has_its_fitness(prepared, designs, scores, scenario):
     task = prepared([0], scenario=scenario, unseen=[0, 3])
-    best = task.space().table(designs[int(np.argmin(scores(0, scenario=scenario).fitness))])
+    best = task.space.table(designs[int(np.argmin(scores(0, scenario=scenario).fitness))])
     evaluation = evaluate_design(best, task)
     assert evaluation.holdouts[0].fitness == evaluation.fitness
     assert evaluation.holdouts[1].fitness != evaluation.fitness
@@ -276,9 +278,11 @@ def test_every_demonstration_is_a_run_of_its_own(run):
 
 def test_the_urdf_s_limits_cover_every_demonstration(run):
     _, task, result = run
-    whole = finished_robot(result.evaluation, task).limits
+    whole = finished_robot(result).limits
     for each, scored in zip(task.demonstrations, result.evaluation.demonstrations, strict=True):
-        alone = finished_robot(scored, each).limits
+        alone = finished_robot(
+            Result(DesignProblem(each.settings, (each,)), combined_evaluation(result.table, [scored]))
+        ).limits
         assert (whole.velocity >= alone.velocity).all()
         assert (whole.effort >= alone.effort).all()
 

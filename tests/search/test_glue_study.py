@@ -162,5 +162,5 @@ def test_problem_and_space_follow_the_settings(recording):
 
 def test_continuity_as_a_speed_counts_per_frame(recording):
     for changes, expected in (({}, 10.0), ({"continuity": 3.0}, 3.0), ({"continuity_speed": 50.0}, 5.0)):
-        radius = prepare(recording, settings(fitness=changes)).problem().record[0]["radius"]
+        radius = prepare(recording, settings(fitness=changes)).path_problem.record[0]["radius"]
         assert np.rad2deg(radius) == pytest.approx(expected, rel=1e-9)

@@ -14,10 +14,10 @@ from armdesign.demonstration import read_recording
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.fitness.constraints import design_space
 from armdesign.kinematics.dh import DHTable
-from armdesign.runs.alternatives import different, read_designs, write_alternatives
+from armdesign.runs.alternatives import read_designs, write_alternatives
 from armdesign.runs.reading import read_problem, read_result
 from armdesign.runs.writing import write_result
-from armdesign.search.arm_symmetry import arm_distances, canonical_form, length_slab
+from armdesign.search.arm_symmetry import arm_distances, canonical_form, different_arms, length_slab
 from armdesign.search.backends import InProcess, WorkerPool
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
@@ -220,7 +220,7 @@ def test_alternatives_differ_and_are_runs_of_their_own(folder, reference):
     assert found[0].evaluation.fitness == pytest.approx(reference.evaluation.fitness, rel=1e-12)
     space = ready.space()
     Phi = np.array([space.phi(each.evaluation.table) for each in found])
-    assert different(Phi, space, 0.3, 9) == [0, 1, 2]
+    assert different_arms(Phi, space, 0.3, 9) == [0, 1, 2]
     for each in found:
         again = read_result(each.folder)
         assert again.evaluation.fitness == each.evaluation.fitness
@@ -234,7 +234,7 @@ def test_twins_count_once():
     Phi = space.sample(np.random.default_rng(3), 1)
     twin = Phi.copy()
     twin[0, -1] *= -1.0  # the tool's twist, whose a is 0
-    assert different(np.vstack([Phi, twin]), space, 0.01, 9) == [0]
+    assert different_arms(np.vstack([Phi, twin]), space, 0.01, 9) == [0]
 
 
 def test_swarms_leave_alternatives_too(tmp_path):

@@ -14,6 +14,7 @@ from armdesign.experiments.compare.ready_made import open_ready_made, plain_name
 from armdesign.experiments.compare.serial_arm import SerialArm, read_arm
 from armdesign.fitness.constraints import joint_limits
 from armdesign.kinematics.dh_files import read_design
+from armdesign.runs.folder import settings_file
 from armdesign.search.evaluation import check_design
 from armdesign.settings.sections import Settings
 
@@ -81,7 +82,7 @@ def open_entrant(text: str, settings: Settings, tool: str | None = None) -> Entr
     if tool is not None:
         raise SettingsError(f"--tool is for URDFs, '{text}' is none", value=tool)
     if path.is_dir() and not holds_design:
-        fix = f"Finish the search first: armdesign search --resume {text}" if (path / "study.toml").exists() else None
+        fix = f"Finish the search first: armdesign search --resume {text}" if settings_file(path).exists() else None
         raise DesignError(f"{text} holds no result: result.json is missing", value=text, fix=fix)
     if not path.exists():
         if len(path.parts) > 1 or path.suffix:

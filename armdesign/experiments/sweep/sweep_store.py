@@ -13,6 +13,7 @@ from armdesign.demonstration import Task, task_recording
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
 from armdesign.experiments.sweep.sweep_plan import Sweep, Tasks
 from armdesign.files import write_whole
+from armdesign.runs.folder import settings_file
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import start_run
 from armdesign.settings.kinds import toml_value
@@ -54,7 +55,7 @@ def keep_tasks(folder: Path, tasks: Tasks) -> None:
     """
     for (path, n), task in tasks.items():
         place = task_folder(folder, path, n)
-        if not (place / "study.toml").exists():
+        if not settings_file(place).exists():
             place.mkdir(parents=True, exist_ok=True)
             start_run(place, task)
 

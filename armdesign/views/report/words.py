@@ -88,7 +88,7 @@ def changed_settings(settings: Settings) -> list[Setting]:
 
 
 def shown(value: Any) -> str:  # noqa: ANN401 (values of settings)
-    """A value as in study.toml."""
+    """A value as in settings.toml."""
     return "not set" if value is None else toml_value(value)
 
 

@@ -14,7 +14,7 @@ from armdesign.settings.sections import Settings
 @pytest.fixture
 def some(prepare_for):
     """Settings with three designs to begin with, and these."""
-    space = prepare_for(3).space()
+    space = prepare_for(3).space
     designs = space.sample(np.random.default_rng(9), 3)
     return prepare_for(3, first=[[float(x) for x in Phi] for Phi in designs]), designs
 

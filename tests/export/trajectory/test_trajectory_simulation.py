@@ -12,7 +12,7 @@ from armdesign.export.trajectory.simulated_arm import Servo, SimulatedArm
 from armdesign.export.trajectory.simulation import simulate
 from armdesign.export.trajectory.smooth import fit_path
 from armdesign.export.trajectory.tool_poses import tool_poses
-from armdesign.runs.folder import arm_urdf
+from armdesign.export.urdf import result_urdf
 
 mujoco = pytest.importorskip("mujoco")
 STIFF = Servo(frequency=20.0)
@@ -20,7 +20,7 @@ STIFF = Servo(frequency=20.0)
 
 def simulated(run, servo):
     path = fit_path(run.problem.task.time, run.evaluation.path.q, run.limits)
-    return path, SimulatedArm(arm_urdf(run.evaluation, run.problem), path, servo)
+    return path, SimulatedArm(result_urdf(run), path, servo)
 
 
 def test_a_slow_trajectory_is_tracked_to_a_few_millimetres(run):
@@ -107,7 +107,7 @@ def test_links_that_touch_are_named(run):
 
 def test_an_arm_without_such_joints_is_refused(run):
     with pytest.raises(DesignError, match="'joint_1'"):
-        simulate(run, urdf=arm_urdf(run.evaluation, run.problem).replace('"joint_1"', '"elbow"'))
+        simulate(run, urdf=result_urdf(run).replace('"joint_1"', '"elbow"'))
 
 
 @pytest.mark.parametrize(

@@ -101,7 +101,7 @@ def test_a_chunk_on_which_a_worker_died_is_dealt_with_alone():
 def test_chunks_that_overlap_are_scored_as_apart(task):
     backend = InProcess(task, block=5)
     rng = np.random.default_rng(3)
-    chunks = [Generation(task.space().sample(rng, count), np.full(count, 0.9)) for count in (7, 0, 1, 23, 2)]
+    chunks = [Generation(task.space.sample(rng, count), np.full(count, 0.9)) for count in (7, 0, 1, 23, 2)]
     behind = deque(chunks[1:])
     asked = itertools.count()
 
@@ -119,7 +119,7 @@ def test_chunks_that_overlap_are_scored_as_apart(task):
 
 
 def test_slopes_are_the_same_on_real_workers_and_between_generations_without(task, three):
-    Phi = task.space().sample(np.random.default_rng(4), 120)
+    Phi = task.space.sample(np.random.default_rng(4), 120)
     cutoff, alone = np.full(120, np.inf), InProcess(task, block=3)
     for slopes in (False, True, True, False, True):
         assert same(three.evaluate(Phi, cutoff, slopes=slopes)[0], alone.evaluate(Phi, cutoff, slopes=slopes)[0])
@@ -157,7 +157,7 @@ def history(task, backend):
 
 
 def test_real_workers_score_as_this_process_does_also_when_one_is_killed(task, three):
-    Phi = task.space().sample(np.random.default_rng(1), 30)
+    Phi = task.space.sample(np.random.default_rng(1), 30)
     cutoff = np.full(30, np.inf)
     scores, removed = InProcess(task).evaluate(Phi, cutoff)
     before = three.pids
@@ -171,7 +171,7 @@ def test_real_workers_score_as_this_process_does_also_when_one_is_killed(task, t
 
 def test_start_poses_reach_the_candidates_they_belong_to(task, three):
     """Of many chunks, hinted and not, on any number of workers."""
-    Phi = task.space().sample(np.random.default_rng(4), 150)
+    Phi = task.space.sample(np.random.default_rng(4), 150)
     cutoff = np.full(len(Phi), np.inf)
     pure, _ = InProcess(task).evaluate(Phi, cutoff)
     poses = np.where(np.arange(len(Phi))[:, None] % 3 > 0, pure.q0, np.nan)
