@@ -22,10 +22,7 @@ from armdesign.swarm import ALGORITHMS
 from armdesign.runs.folder import RESULT, TASK_JSON, settings_file
 from armdesign.files import read_json
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+import tomllib
 
 MARKS = (RESULT, CURRENT, PREVIOUS, TASK_JSON)
 """A folder that holds one of these is a run folder ..."""
