@@ -12,34 +12,17 @@ Mutation = Callable[[bytes, Rng], bytes]
 
 _NUMBER = re.compile(rb"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
 _ODD_NUMBERS = (
-    b"nan",
-    b"-NaN",
-    b"inf",
-    b"-Infinity",
-    b"1e400",
-    b"1e308",
-    b"-7e160",
-    b"1e40",
-    b"-0",
-    b"0",
-    b"-1",
-    b"1e-320",
-    b"9" * 400,
-    b"0." + b"3" * 400,
-    b"1_000",
-    b"0x10",
-    b"1,5",
-    b"--1",
-    b"1e",
-    b"\xef\xbc\x91",  # a full-width 1
-    b"999999999999",
-    b"4294967296",
-    b"",
-    b" ",
-    b"NULL",
-    b"abc",
-    b'"',
-    b"#REF!",
+    *b"nan -NaN inf -Infinity 1e400 1e308 -7e160 1e40 -0 0 -1 1e-320 1_000 0x10 1,5 --1 1e NULL abc #REF!".split(),
+    *(
+        b"9" * 400,
+        b"0." + b"3" * 400,
+        b"999999999999",
+        b"4294967296",
+        b"",
+        b" ",
+        b'"',
+        "\N{FULLWIDTH DIGIT ONE}".encode(),
+    ),
 )
 _DELIMITERS = (b",", b"\t", b";", b" ", b"|", b", ")
 _ENDS = (b"\n", b"\r\n", b"\r", b"\n\n", b"\x0b", b"\xe2\x80\xa8")
@@ -230,31 +213,12 @@ def long_names(content: bytes, rng: Rng) -> bytes:
 
 
 BINARY: tuple[Mutation, ...] = (
-    flip_bytes,
-    flip_bits,
-    extreme_bytes,
-    truncate,
-    drop_beginning,
-    delete_block,
-    duplicate_block,
-    swap_blocks,
-    insert_zeros,
+    *(flip_bytes, flip_bits, extreme_bytes, truncate, drop_beginning),
+    *(delete_block, duplicate_block, swap_blocks, insert_zeros),
 )
 TEXT: tuple[Mutation, ...] = (
-    *BINARY,
-    odd_numbers,
-    counts_changed,
-    drop_lines,
-    duplicate_lines,
-    shuffle_lines,
-    blank_lines,
-    change_cells,
-    exchange_delimiters,
-    exchange_line_ends,
-    change_encoding,
-    odd_letters,
-    same_names,
-    long_names,
+    *(*BINARY, odd_numbers, counts_changed, drop_lines, duplicate_lines, shuffle_lines, blank_lines, change_cells),
+    *(exchange_delimiters, exchange_line_ends, change_encoding, odd_letters, same_names, long_names),
 )
 
 
