@@ -12,18 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from armdesign._types import Array
 
-from armdesign.search.arm_symmetry import DIFFERENT, KEPT, different_arms
+from armdesign._types import Array
+from armdesign.errors import RunFolderError, SearchError, SettingsError
+from armdesign.fitness.constraints import DesignSpace
 from armdesign.runs.folder import ALTERNATIVES
 from armdesign.runs.writing import ALTERNATIVES_FOLDER, remove_alternatives, write_result
-from armdesign.search.result import Result
-from armdesign.errors import RunFolderError, SearchError, SettingsError
-from armdesign.search.evaluation import Evaluation, evaluate_design
-from armdesign.fitness.constraints import DesignSpace
+from armdesign.search.arm_symmetry import DIFFERENT, KEPT, different_arms
 from armdesign.search.design_problem import DesignProblem
-
+from armdesign.search.evaluation import Evaluation, evaluate_design
+from armdesign.search.result import Result
 
 
 @dataclass(frozen=True)

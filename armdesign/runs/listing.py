@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import sys
 import time
+import tomllib
 import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,14 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from armdesign.runs.checkpoint import CURRENT, PREVIOUS
 from armdesign.errors import RunFolderError
+from armdesign.files import read_json
+from armdesign.runs.checkpoint import CURRENT, PREVIOUS
+from armdesign.runs.folder import RESULT, TASK_JSON, settings_file
 from armdesign.runs.lock import holder_of
 from armdesign.swarm import ALGORITHMS
-from armdesign.runs.folder import RESULT, TASK_JSON, settings_file
-from armdesign.files import read_json
-
-import tomllib
 
 MARKS = (RESULT, CURRENT, PREVIOUS, TASK_JSON)
 """A folder that holds one of these is a run folder ..."""

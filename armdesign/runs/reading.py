@@ -121,9 +121,7 @@ def read_inner(folder: Path, pattern: str, recordings: Sequence[str] | None) -> 
     return tuple(read_demonstration(place) for place in found)
 
 
-def read_path(
-    place: Path, demonstration: Demonstration, content: dict[str, Any], table: DHTable
-) -> PathEvaluation:
+def read_path(place: Path, demonstration: Demonstration, content: dict[str, Any], table: DHTable) -> PathEvaluation:
     """What an arm does on the task of a run folder, out of its trajectory and its result.json.
 
     Args:

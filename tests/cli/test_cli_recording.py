@@ -63,7 +63,6 @@ def test_units_axis_and_mirror_can_be_said(run, take):
 
 @pytest.mark.parametrize("ending", ["png", "svg"])
 def test_plot_writes_a_picture_once(run, take, tmp_path, ending):
-    pytest.importorskip("matplotlib")
     out = tmp_path / f"picture.{ending}"
     assert run("recording", "plot", take, "--out", out).exit_code == 0
     content = out.read_bytes()
@@ -75,7 +74,6 @@ def test_plot_writes_a_picture_once(run, take, tmp_path, ending):
 
 
 def test_plot_names_its_picture_after_the_file(run, take, tmp_path, monkeypatch):
-    pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
     assert "Written: take.png" in run("recording", "plot", "take.trc").stdout
     assert (tmp_path / "take.png").is_file()
@@ -168,7 +166,7 @@ def test_points_that_are_not_there(run, take, tmp_path):
     assert not (tmp_path / "out.csv").exists()
 
 
-@pytest.mark.skipif(not BOX.is_file(), reason="the recordings are not at hand")
+@pytest.mark.skipif(not BOX.is_file(), reason="the shared recordings are not at hand")
 def test_a_real_take_from_the_file_to_plain_csv(run, tmp_path):
     out = tmp_path / "box.csv"
     assert "308" in run("recording", "convert", BOX, out, "--orientation", "hand").stderr

@@ -77,12 +77,10 @@ def test_settings_file_is_a_task_with_its_scenario(run, place, welding):
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
 )
 def test_bad_input_is_one_sentence(refused, words, sentence):
-    pytest.importorskip("opytimizer")
     assert sentence in refused("study", "temporal", *words)
 
 
 def test_bad_input_of_the_other_studies(refused):
-    pytest.importorskip("opytimizer")
     assert "there is no search algorithm 'de'" in refused("study", "robot", "--algorithm", "de")
     assert "a budget of 120 evaluations" in refused("study", "robot", "--particles", "40", "--iterations", "3")
     assert "Raise --iterations" in refused("study", "robot", "--iterations", "3")

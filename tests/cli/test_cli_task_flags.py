@@ -16,7 +16,7 @@ from armdesign.settings.sections import Task as TaskSettings
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 BOX = ("--base", "ACRO_tip", "--points", "elbow=EPICl+EPICm,wrist=STYLr+STYLu,hand=INDEX+LASTC+MEDH+LATH")
-real = pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings are not at hand")
+real = pytest.mark.skipif(not SHARED.is_dir(), reason="the shared recordings are not at hand")
 
 FLAGS = {
     "--base": ("shoulder", "base", "shoulder"),

@@ -169,7 +169,7 @@ BOX = {
 }
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings are not at hand")
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared recordings are not at hand")
 class TestRealRecordings:
     def test_one_trial_in_two_formats_is_one_task(self):
         one, other = (build_task(box_lift(name), **BOX) for name in ("box_lift_vicon.csv", "box_lift.c3d"))

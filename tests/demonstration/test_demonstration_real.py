@@ -11,7 +11,7 @@ FOLDER = Path(__file__).resolve().parents[3] / "shared" / "recordings" / "conver
 FILES = ("box_lift.csv", "handover_giver.csv")
 ARMS = {"box_lift.csv": (0.308, 0.261), "handover_giver.csv": (0.252, 0.235)}  # upper arm, forearm [m], published
 
-pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the recordings are not at hand")
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the shared recordings are not at hand")
 
 
 @pytest.fixture(params=FILES)

@@ -90,7 +90,7 @@ def test_times_have_to_increase(tmp_path):
         bone_csv.read(path)
 
 
-@pytest.mark.skipif(not FOLDER.exists(), reason="needs the shared recordings")
+@pytest.mark.skipif(not FOLDER.exists(), reason="the shared recordings are not at hand")
 def test_real_bones_hang_together():
     takes = [bone_csv.read_bone_csv(FOLDER / f"giver_{bone}_pose_saved.csv", 120.0) for bone in ("RUArm", "RFArm")]
     upper, fore = (next(iter(take.points.values())) for take in takes)

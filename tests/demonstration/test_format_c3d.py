@@ -73,14 +73,14 @@ def poses(frames: int, ratio: int, segments: int) -> np.ndarray:
     return pose
 
 
-@pytest.mark.skipif(not REAL.is_dir(), reason="the recordings are not at hand")
+@pytest.mark.skipif(not REAL.is_dir(), reason="the shared recordings are not at hand")
 def test_a_real_recording_reads_as_by_ezc3d_bit_for_bit():
     library = pytest.importorskip("ezc3d")
     given = library.c3d(str(REAL / "box_lift.c3d"))["data"]["points"][:3].transpose(2, 1, 0)
     np.testing.assert_array_equal(given, positions(c3d.read(REAL / "box_lift.c3d")))
 
 
-@pytest.mark.skipif(not REAL.is_dir(), reason="the recordings are not at hand")
+@pytest.mark.skipif(not REAL.is_dir(), reason="the shared recordings are not at hand")
 def test_the_same_trial_reads_alike_from_vicon_csv():
     take = c3d.read(REAL / "box_lift.c3d")
     with (REAL / "box_lift_vicon.csv").open(newline="") as stream:

@@ -285,7 +285,7 @@ def test_later_versions_are_read_with_a_word_about_it(tmp_path):
     assert "1.31" in steps(read(tmp_path, motive_text(arm(), "1.31")))["version"]
 
 
-@pytest.mark.skipif(not FOLDER.exists(), reason="needs the shared recordings")
+@pytest.mark.skipif(not FOLDER.exists(), reason="the shared recordings are not at hand")
 def test_real_bones_are_those_of_the_kth_files():
     take = motive_csv.read(FOLDER / "motive_layout" / "motive125_bones_from_kth_giver.csv")
     assert (take.units, take.rate, len(take.time)) == ("mm", 120.0, 801)
@@ -295,7 +295,7 @@ def test_real_bones_are_those_of_the_kth_files():
         assert same_turns(take.orientations[f"giver:{bone}"], table[:, 3:])
 
 
-@pytest.mark.skipif(not FOLDER.exists(), reason="needs the shared recordings")
+@pytest.mark.skipif(not FOLDER.exists(), reason="the shared recordings are not at hand")
 def test_real_bodies_carry_their_markers_rigidly():
     take = motive_csv.read(FOLDER / "motive_layout" / "motive123_rigidbodies_from_ktk_racing.csv")
     assert list(take.orientations) == ["Shoulder", "UpperArm", "Forearm", "Hand"]

@@ -192,7 +192,7 @@ REAL = {
 }
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings are not at hand")
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared recordings are not at hand")
 @pytest.mark.parametrize("name", REAL)
 def test_real_files(name):
     frames, markers, rate, told = REAL[name]
@@ -202,7 +202,7 @@ def test_real_files(name):
     assert np.nanmedian(np.abs(np.diff(take.time) * rate - 1)) < 1e-9
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings are not at hand")
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared recordings are not at hand")
 def test_segments_of_real_files_are_rigid():
     take = trc.read(SHARED / "opensim/markers_walk.trc")
     forearm = np.linalg.norm(take.points["R.Elbow"] - take.points["R.Wrist"], axis=1)

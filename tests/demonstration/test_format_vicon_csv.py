@@ -137,7 +137,7 @@ def test_a_rate_that_makes_no_sense(tmp_path, rate):
         vicon_csv.read(tmp_path / "trial.csv")
 
 
-@pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings are not at hand")
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared recordings are not at hand")
 def test_real_file():
     take = vicon_csv.read(SHARED / "pyomeca/box_lift_vicon.csv")
     assert (len(take.time), len(take.points), take.rate, take.units, take.steps) == (580, 51, 100.0, "mm", ())

@@ -32,7 +32,7 @@ UPRIGHT = {  # which axis points up in the file
     "motive_layout/motive123_rigidbodies_from_ktk_racing.csv": "y",
 }
 
-pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the recordings are not at hand")
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the shared recordings are not at hand")
 
 
 @pytest.mark.parametrize("file", SEGMENTS)

@@ -72,7 +72,7 @@ def problem_for(P, n, weights, *, R=None, w_0=0.0, limits=None, solver=None, dt=
 def recorded(name):
     """Points (T, 3, 3) and hand rotations (T, 3, 3) or None of a recording; skips where it is absent."""
     if not RECORDINGS[name].exists():
-        pytest.skip(f"{RECORDINGS[name].name} is not here")
+        pytest.skip("the shared recordings are not at hand")
     recording = read_recording(RECORDINGS[name])
     oriented = "hand" if "hand" in recording.orientations else None
     task = build_task(recording, orientation=oriented, max_gap=1.0)

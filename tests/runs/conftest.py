@@ -11,8 +11,8 @@ from armdesign.cli import app
 from armdesign.demonstration import read_recording
 from armdesign.fitness.block import compile_kernels
 from armdesign.runs.resumable import finished
-from armdesign.settings.sections import Settings
 from armdesign.search.prepare import prepare
+from armdesign.settings.sections import Settings
 
 collect_ignore = [] if hasattr(os, "fork") else ["test_survival_interrupts.py", "test_survival_kills.py"]
 RECORDING = runs.EXAMPLES / "packaging.csv"

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from armdesign.runs import checkpoint
 from armdesign.cli import app
-from armdesign.search.backends import InProcess, processes
+from armdesign.runs import checkpoint
 from armdesign.runs.folder import PREVIEW, REPORT
+from armdesign.search.backends import InProcess, processes
 from armdesign.search.search import Search
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import survival_runs as runs
 
-from armdesign.runs import checkpoint
-from armdesign.search.backends import InProcess
 from armdesign.errors import ArmDesignError, RunFolderError
+from armdesign.runs import checkpoint
 from armdesign.runs.resumable import identity
+from armdesign.search.backends import InProcess
 from armdesign.search.search import Search
 from armdesign.swarm.generator_state import BIT_GENERATORS
 

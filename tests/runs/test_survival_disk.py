@@ -6,10 +6,10 @@ import sys
 import pytest
 import survival_runs as runs
 
-from armdesign.runs import resumable as running
-from armdesign.search.backends import InProcess
 from armdesign.errors import RunFolderError
+from armdesign.runs import resumable as running
 from armdesign.runs.lock import locked
+from armdesign.search.backends import InProcess
 from armdesign.search.search import Search
 
 FAILURES = {
@@ -174,6 +174,7 @@ def small_disk(tmp_path):
     subprocess.run(["umount", "-l", str(disk)], check=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [1, 4, 6])
 def test_a_disk_that_really_fills_up(small_disk, task, undisturbed, check, k):
     folder, filler = small_disk / "run", small_disk / "filler"

@@ -7,9 +7,9 @@ import sys
 import pytest
 import survival_runs as runs
 
+from armdesign.kinematics.dh_files import read_design
 from armdesign.search.backends import InProcess, processes
 from armdesign.search.backends.processes import CandidateKillsWorkersError
-from armdesign.kinematics.dh_files import read_design
 from armdesign.search.search import Search
 
 BOTH = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -5,8 +5,8 @@ import time
 import pytest
 import survival_runs as runs
 
-from armdesign.runs import lock
 from armdesign.errors import RunFolderError, SearchError
+from armdesign.runs import lock
 from armdesign.runs.lock import holder_of, locked
 
 

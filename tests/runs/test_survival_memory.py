@@ -4,12 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from armdesign.demonstration import Recording
 from armdesign.runs import checkpoint
 from armdesign.search.backends import InProcess, WorkerPool
-from armdesign.demonstration import Recording
+from armdesign.search.prepare import prepare
 from armdesign.search.search import Search
 from armdesign.settings.sections import Settings
-from armdesign.search.prepare import prepare
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 MEGABYTE = 2**20

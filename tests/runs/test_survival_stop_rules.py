@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 import survival_runs as runs
 
-from armdesign.runs.checkpoint import pack, unpack
 from armdesign.cli.setting_flags import read_flag
-from armdesign.settings.kinds import Number
-from armdesign.search.backends import InProcess
 from armdesign.errors import SettingsError
+from armdesign.runs.checkpoint import pack, unpack
+from armdesign.search.backends import InProcess
 from armdesign.search.search import Search, stalled
+from armdesign.settings.kinds import Number
 from armdesign.settings.sections import Settings
 
 

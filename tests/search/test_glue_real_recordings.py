@@ -16,7 +16,7 @@ from armdesign.kinematics.dh import DHTable
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "recordings" / "converted"
 FILES = ("box_lift.csv", "handover_giver.csv")
 
-pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the recordings are not at hand")
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the shared recordings are not at hand")
 
 
 @pytest.mark.parametrize("scenario", ["packaging", "welding"])

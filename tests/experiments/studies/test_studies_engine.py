@@ -249,7 +249,6 @@ def test_plan_refuses_what_cannot_be(ask):
 
 
 def test_budget_that_does_not_last_an_iteration_is_refused(ask):
-    pytest.importorskip("opytimizer")
     with pytest.raises(SettingsError, match="a budget of 399 evaluations is too small"):
         planned(*ask(algorithms=("pso",), budget=399))
 

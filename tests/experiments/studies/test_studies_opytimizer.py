@@ -6,8 +6,6 @@ import logging
 import numpy as np
 import pytest
 
-pytest.importorskip("opytimizer")
-
 from armdesign.errors import MissingExtraError, SettingsError
 from armdesign.experiments.studies import opytimizer_swarms
 from armdesign.experiments.studies.opytimizer_swarms import ALGORITHMS, check_opytimizer, minimise

@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("opytimizer")
-
 from armdesign import Settings, prepare, read_recording
 from armdesign.errors import SearchError, SettingsError
 from armdesign.experiments.studies import Asked

@@ -9,9 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip("distributed")
-
 from dask_processes import processes, until
 from typer.testing import CliRunner
 

@@ -9,9 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("distributed")
-
 from dask_processes import processes, until
 from typer.testing import CliRunner
 
