@@ -20,7 +20,6 @@ def read_csv(path):
 
 @pytest.mark.parametrize("kind", FILES)
 def test_every_kind_is_written_under_its_name(tmp_path, run, kind):
-    if kind == "ros2-bag":
     exported = export_trajectory(run, kind, tmp_path / "new" / "folder")
     assert exported.path == tmp_path / "new" / "folder" / FILES[kind]
     assert exported.path.exists()

@@ -1,0 +1,1 @@
+"""Run folders: what is in them, writing, reading, and searches that survive being killed."""
