@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 import typer
 
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
+from armdesign.settings.sections import ALGORITHM_SETTINGS
 
 Arguments = ParamSpec("Arguments")
 Outcome = TypeVar("Outcome")
@@ -57,6 +58,41 @@ def refuse_beside_resume(context: typer.Context, what: str, fix: str, also: tupl
     if given:
         message = f"--resume goes on with {what} as it was asked for, but {', '.join(given)} is given as well"
         raise SettingsError(message, value=given, fix=fix)
+
+
+def refuse_without(needed: str, given: Mapping[str, object]) -> None:
+    """Refuse flags that have no effect without another one that is not there.
+
+    Args:
+        needed: The other one, in words.
+        given: Flags with what was given for them.
+
+    Raises:
+        SettingsError: One of them was given.
+    """
+    for flag, value in given.items():
+        if value is not None and value is not False:
+            raise SettingsError(f"{flag} is given without {needed}", value=value, fix="Leave it out, or add that")
+
+
+def refuse_other_algorithms(given: Mapping[str, object], algorithms: Sequence[str]) -> None:
+    """Refuse settings of the search that none of the algorithms in use has.
+
+    Args:
+        given: The settings whose flags were given.
+        algorithms: The algorithms in use.
+
+    Raises:
+        SettingsError: One of the settings belongs to other algorithms only.
+    """
+    for name, value in given.items():
+        owners = [owner for owner, settings in ALGORITHM_SETTINGS.items() if name in settings]
+        if owners and not set(owners) & set(algorithms):
+            flag = f"--{name.replace('_', '-')}"
+            raise SettingsError(
+                f"{flag} is given, but the algorithm is {', '.join(algorithms)}", value=value,
+                allowed=f"{flag} with {', '.join(owners)}", fix="Leave it out, or choose another --algorithm",
+            )  # fmt: skip
 
 
 def was_given(context: typer.Context, name: str) -> bool:

@@ -9,9 +9,9 @@ from typing import Annotated
 
 import typer
 
-from armdesign.cli.command_errors import one_sentence_errors, refuse_existing
+from armdesign.cli.command_errors import one_sentence_errors, refuse_existing, refuse_without
 from armdesign.cli.command_options import ConfigOption, QuietOption, settings_from_flags
-from armdesign.cli.input_recordings import open_recording
+from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.cli.screen import StatusBar, announce_compiling, clock, say, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
@@ -88,6 +88,8 @@ def compare(
     if catalogue:
         typer.echo(catalogue_text())
         return
+    if json_file is None and csv_file is None:
+        refuse_without("--json or --csv", {"--overwrite": overwrite})
     how = BaseSearch(evaluations, box, seed)
     if not 0.0 <= payload <= 1e4:
         raise SettingsError(f"--payload is {payload:g} kg", value=payload, allowed="0 to 10000 kg")
@@ -96,6 +98,8 @@ def compare(
     folder = task_folder(recording, arms or []) if recording is not None or config is None else None
     if folder is None:
         settings = first_study(arms or []) if config is None else settings_from_flags(config, {})
+        if config is not None and recording is None:
+            settings = from_run_folder(settings, config.parent)
         entrants = open_entrants(arms or [], settings, tool or ())
         problem = task_of_recording(recording, settings.replace(given), scenario, weights, entrants)
     else:

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import typer
 
-from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.command_errors import one_sentence_errors, refuse_without
 from armdesign.cli.command_options import OUTPUT, ConfigOption, OverwriteOption, QuietOption, settings_from_flags
-from armdesign.cli.input_recordings import open_demonstrations
+from armdesign.cli.input_recordings import from_run_folder, open_demonstrations
 from armdesign.cli.screen import announce_compiling, say, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.tables import show_evaluation
@@ -64,6 +64,8 @@ def evaluate(
     The settings are those of --config, else those a result.json carries, else the published ones.
     """
     scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
+    if out is None:
+        refuse_without("--out", {"--overwrite": overwrite})
     table = read_design(design, convention)
     check_design(table)
     carried = {} if config is not None else settings_of(design)
@@ -73,6 +75,9 @@ def evaluate(
         raise SettingsError(f"{config or design}: {error}", value=error.value) from error
     held = {"holdouts": None} if recordings else {}
     settings = settings.replace({"task": given["task"] | held, "design": {"dof": table.dof}})
+    if not recordings:
+        source = config or design
+        settings = from_run_folder(settings, source if source.is_dir() else source.parent)
     opened = open_demonstrations(recordings, settings, scenario, weights, "evaluate DESIGN")
     problem = opened.problem(longest=table.length)
     with announce_compiling(quiet):

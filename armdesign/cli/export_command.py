@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.command_errors import one_sentence_errors, refuse_without
 from armdesign.cli.command_options import QuietOption
 from armdesign.cli.screen import announce_compiling, say, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
@@ -55,9 +55,11 @@ def export(
         ),
     ] = None,
     speed: Annotated[
-        float,
-        typer.Option("--speed", metavar="X", rich_help_panel=TRAJECTORY, help="Factor on the demonstrated speed."),
-    ] = 1.0,
+        float | None,
+        typer.Option(
+            "--speed", metavar="X", rich_help_panel=TRAJECTORY, help="Factor on the demonstrated speed (default 1)."
+        ),
+    ] = None,
     fit_limits: Annotated[
         bool,
         typer.Option(
@@ -98,16 +100,21 @@ def export(
     kinds = [] if wanted is None else chosen(wanted, tuple(FORMATS), "--format")
     motions = [] if trajectory is None else chosen(trajectory, tuple(FILES), "--trajectory")
     check_convention(convention)
+    timing = {
+        "rate": rate, "speed": speed, "fit_limits": fit_limits or None, "max_velocity": max_velocity,
+        "max_acceleration": max_acceleration, "cutoff": cutoff, "ramp": ramp,
+    }  # fmt: skip
+    if not kinds:
+        options_given = [name for section in given.values() for name in section]
+        refuse_without("--format", {f"--{name.replace('_', '-')}": name for name in options_given})
+    if not motions:
+        refuse_without("--trajectory", {f"--{name.replace('_', '-')}": value for name, value in timing.items()})
     folder = out if out is not None else run / FOLDER
     with announce_compiling(quiet):
         finished = read_result(run)
     check_places(folder, [name for kind in kinds for name in FORMATS[kind]], overwrite=overwrite)
     for kind in motions:
         place_for(kind, folder, overwrite=overwrite)
-    timing = {
-        "rate": rate, "speed": speed, "fit_limits": fit_limits, "max_velocity": max_velocity,
-        "max_acceleration": max_acceleration, "cutoff": cutoff, "ramp": ramp,
-    }  # fmt: skip
     options = RobotOptions(
         BodyOptions(**given["body"]),
         LimitOptions(**given["limits"]),

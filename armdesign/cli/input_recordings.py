@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from armdesign.cli.command_options import with_weights
+from armdesign.cli.screen import say
 from armdesign.demonstration import Recording, read_recording, read_recordings
 from armdesign.errors import SettingsError
+from armdesign.runs.folder import DEMONSTRATIONS, HOLDOUTS, TASK, TASK_JSON, inner_folders
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import for_one, prepare
 from armdesign.search.prepare_demonstration import ORIGIN, choose
@@ -73,6 +75,26 @@ def open_demonstrations(
     paths = {"more_recordings": resolved(others), "holdouts": resolved(unseen)}
     counted_how = {"demonstrations": settings.fitness.demonstrations}
     return Demonstrations(source, seen, held, single.replace({"task": paths, "fitness": counted_how}))
+
+
+def from_run_folder(settings: Settings, folder: Path) -> Settings:
+    """The settings of a run folder; where their recordings are gone, as after a move, with the tasks that lie beside.
+
+    Args:
+        settings: The settings.
+        folder: The folder that they were read from.
+    """
+    task = settings.task
+    first: list[str | None] = [*task.files.values()] or [task.recording]
+    named = [path for path in (*first, *(task.more_recordings or ()), *(task.holdouts or ())) if path is not None]
+    gone = next((path for path in named if not Path(path).exists()), None)
+    if gone is None or not all((folder / name).is_file() for name in (TASK, TASK_JSON)):
+        return settings
+    others = [str(place / TASK) for place in inner_folders(folder, DEMONSTRATIONS)]
+    holdouts = [str(place / TASK) for place in inner_folders(folder, HOLDOUTS)]
+    say(f"{gone} does not exist any more: the task in {folder} is used instead (--base {ORIGIN}).")
+    tasks = {"recording": str(folder / TASK), "more_recordings": others or None, "holdouts": holdouts or None}
+    return settings.replace({"task": {**tasks, "files": {}, "base": ORIGIN}})
 
 
 def resolved(paths: Sequence[str]) -> list[str] | None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.command_errors import one_sentence_errors, refuse_without
 from armdesign.cli.screen import announce_compiling
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.files import write_whole
@@ -40,6 +40,7 @@ def preview(
             raise SettingsError("--port is of no use with --html: a file needs no server", fix="Leave one of them out")
         write_page(runs, speed, html, overwrite=overwrite)
         return
+    refuse_without("--html", {"--overwrite": overwrite})
     with PageServer(port) as server:
         server.show(draw(runs, speed), browse=browse, say=typer.echo)
 

@@ -10,7 +10,13 @@ from typing import Annotated
 import typer
 
 from armdesign.cli.auto_dof_command import resume_auto, search_auto
-from armdesign.cli.command_errors import INTERRUPTED, one_sentence_errors, refuse_beside_resume
+from armdesign.cli.command_errors import (
+    INTERRUPTED,
+    one_sentence_errors,
+    refuse_beside_resume,
+    refuse_other_algorithms,
+    refuse_without,
+)
 from armdesign.cli.command_options import (
     OUTPUT,
     ConfigOption,
@@ -19,7 +25,7 @@ from armdesign.cli.command_options import (
     settings_from_flags,
     with_weights,
 )
-from armdesign.cli.input_recordings import Demonstrations, open_demonstrations
+from armdesign.cli.input_recordings import Demonstrations, from_run_folder, open_demonstrations
 from armdesign.cli.screen import SearchBar, announce_compiling, clock, say, say_in_handler, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.tables import show_evaluation
@@ -125,11 +131,15 @@ def search(
     auto = given["design"].get("dof") == AUTO
     if auto:
         del given["design"]["dof"]
-    refuse_without_auto(auto=auto, within=within, enough=enough)
+    else:
+        refuse_without("--dof auto", {"--within": within, "--enough": enough})
+    if out is None:
+        refuse_without("--out", {"--overwrite": overwrite})
     scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
     if holdout:
         given["task"]["holdouts"] = [str(path.resolve()) for path in holdout]
     settings = settings_from_flags(config, given)
+    refuse_other_algorithms(given["search"], [settings.search.algorithm])
     if write_config:
         if recordings:
             first, *more = (str(path.resolve()) for path in recordings)
@@ -137,6 +147,8 @@ def search(
         weighted = with_weights(settings, scenario, weights, lambda: len(settings.task.points) or 3)
         typer.echo(weighted.to_toml(comments=True), nl=False)
         return
+    if config is not None and not recordings:
+        settings = from_run_folder(settings, config.parent)
     opened = open_demonstrations(recordings, settings, scenario, weights)
     if given["fitness"].get("demonstrations") is not None and len(opened.seen) == 1:
         raise SettingsError(
@@ -152,17 +164,6 @@ def search(
         return
     folder = folder_for(opened, out)
     begin(opened.problem(), folder, workers, cluster, report=report, overwrite=overwrite, quiet=quiet)
-
-
-def refuse_without_auto(*, auto: bool, **given: float | None) -> None:
-    """Refuse flags that mean something with --dof auto alone.
-
-    Raises:
-        SettingsError: One is given without it.
-    """
-    for name, value in given.items():
-        if value is not None and not auto:
-            raise SettingsError(f"--{name} is given without --dof auto", value=value, fix="Leave it out, or add that")
 
 
 def folder_for(opened: Demonstrations, out: Path | None) -> Path:

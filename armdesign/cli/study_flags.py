@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from armdesign.cli.command_options import settings_from_flags
-from armdesign.cli.input_recordings import open_recording
+from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError, SettingsError
 from armdesign.experiments.studies import Asked, study_module
@@ -199,7 +199,9 @@ def open_task(name: str, word: str, settings: Settings, scenario: str | None) ->
         return word, recording, own
     path = Path(word)
     if path.suffix.lower() == ".toml":
-        _, recording, own = open_recording(None, read_settings(path), scenario, None, command)
+        _, recording, own = open_recording(
+            None, from_run_folder(read_settings(path), path.parent), scenario, None, command
+        )
     else:
         _, recording, own = open_recording(path, settings, scenario, None, command)
     return str(path.resolve()), recording, own

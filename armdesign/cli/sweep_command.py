@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import typer
 
-from armdesign.cli.command_errors import INTERRUPTED, one_sentence_errors, refuse_beside_resume
+from armdesign.cli.command_errors import INTERRUPTED, one_sentence_errors, refuse_beside_resume, refuse_other_algorithms
 from armdesign.cli.command_options import OUTPUT, ConfigOption, QuietOption, settings_from_flags
-from armdesign.cli.input_recordings import open_recording
+from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.cli.screen import announce_compiling, clock, say_in_handler, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.sweep_progress import SweepBar
@@ -111,7 +111,10 @@ def sweep(
     else:
         scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
         settings = settings_from_flags(config, given)
+        if config is not None and not recordings:
+            settings = from_run_folder(settings, config.parent)
         lists = asked_lists(settings, dof, seeds, algorithm, d)
+        refuse_other_algorithms(given["search"], lists["algorithms"])
         asked, tasks = prepared_for(recordings, settings, lists, scenario, weights)
         folder = out or default_folder(asked)
     count = workers or available_cores()
