@@ -1,18 +1,15 @@
 """Recordings of a human arm, and the tasks made of them."""
 
-from armdesign.demonstration.cleaning.cleaning import Cleaning
 from armdesign.demonstration.files.plain_csv import read_plain_csv, write_plain_csv
 from armdesign.demonstration.files.readers import read_recording, read_recordings, read_take
-from armdesign.demonstration.points.selection import Chosen, resolve
+from armdesign.demonstration.points.selection import Selection, resolve
 from armdesign.demonstration.recording import About, Recording, Step, Take
-from armdesign.demonstration.task import BASE_MODES, Task, build_task, task_from_recording, task_recording
+from armdesign.demonstration.task import Task, build_task, task_from_recording, task_recording
 
 __all__ = [
-    "BASE_MODES",
     "About",
-    "Chosen",
-    "Cleaning",
     "Recording",
+    "Selection",
     "Step",
     "Take",
     "Task",

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from armdesign.demonstration import Recording, Step, resolve, write_plain_csv
+from armdesign.demonstration.cleaning.cleaning import settled_cleaning
 from armdesign.demonstration.provenance import Provenance, provenance_of, task_json
 from armdesign.demonstration.task import cleaned_points
 from armdesign.files import write_whole
-from armdesign.search.prepare_demonstration import cleaning_of
 from armdesign.settings.sections import Settings
 
 
@@ -52,10 +52,9 @@ def convert(recording: Recording, settings: Settings, *, oriented: bool = False)
     """
     task = settings.task
     chosen = resolve(recording, task.base, task.points, task.orientation, oriented=oriented)
-    how = cleaning_of(task).settled(chosen.recording)
+    how = settled_cleaning(task, chosen.recording)
     cleaned, steps = cleaned_points(chosen, how)
-    used = settings.replace({"task": {"outliers": how.outliers, "repeats": how.repeats, "low_pass": how.low_pass}})
-    return Conversion(cleaned, chosen.base, steps, provenance_of(chosen, used.task))
+    return Conversion(cleaned, chosen.base, steps, provenance_of(chosen, how))
 
 
 def write_conversion(path: Path, conversion: Conversion) -> tuple[Path, Path]:

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from armdesign._version import __version__
-from armdesign.demonstration import Chosen, Step
+from armdesign.demonstration import Selection, Step
+from armdesign.demonstration.cleaning.cleaning import CLEANING_ENTRIES
 from armdesign.errors import RunFolderError
 from armdesign.settings.sections import Task as TaskSettings
 
@@ -62,7 +63,7 @@ class Provenance:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-def provenance_of(chosen: Chosen, settings: TaskSettings) -> Provenance:
+def provenance_of(chosen: Selection, settings: TaskSettings) -> Provenance:
     """The origin of points chosen from a recording.
 
     Args:
@@ -72,7 +73,7 @@ def provenance_of(chosen: Chosen, settings: TaskSettings) -> Provenance:
     about = chosen.recording.about
     named = {step.name: step.details for step in about.steps}
     paths = list(settings.files.values()) or ([settings.recording] if settings.recording else [])
-    names = ("outliers", "max_gap", "repeats", "low_pass", "start", "stop", "cut", "rate", "scale", "file_rate")
+    names = (*CLEANING_ENTRIES, "file_rate")
     return Provenance(
         sources=tuple(Source(path, fingerprint(path)) for path in paths),
         format=about.format,

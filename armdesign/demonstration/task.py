@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.cleaning.cleaning import Cleaning, Off, clean, crop
-from armdesign.demonstration.cleaning.cuts import Stretch
+from armdesign.demonstration.cleaning.cleaning import clean, crop
 from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.findings import base_steps, check_arm_length, points_step, recording_step, task_step
-from armdesign.demonstration.points.selection import Chosen, resolve
+from armdesign.demonstration.points.selection import Selection, resolve
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step, first_bad_step, median_step
 from armdesign.demonstration.sanity import sanity_steps, side_steps
 from armdesign.errors import TaskError
+from armdesign.settings.sections import Task as TaskSettings
 
 _UNIT = 1e-3  # norms of quaternions may differ from 1 by a few printed digits
-BASE_MODES = ("shoulder", "fixed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,101 +98,76 @@ class Task:
         object.__setattr__(self, name, array)
 
 
-def build_task(
-    recording: Recording,
-    *,
-    base: str | None = None,
-    points: Sequence[str] = (),
-    orientation: str | None = None,
-    base_mode: str = "shoulder",
-    outliers: bool | None = None,
-    max_gap: float = 0.2,
-    repeats: bool | None = None,
-    low_pass: float | Off | None = None,
-    cut: tuple[Stretch, ...] = (),
-    start: float | None = None,
-    stop: float | None = None,
-    rate: float | None = None,
-    scale: float = 1.0,
-) -> Task:
+def build_task(recording: Recording, settings: TaskSettings | None = None) -> Task:
     """Make a task of a recording: choose the points, clean them, then subtract the base.
 
-    Only the points that the task uses are looked at. The frames keep the recording's times. For the cleaning see
-    ``Cleaning``: captured recordings are cleaned by default, finished ones are taken as they are.
+    Only the points that the task uses are looked at. The frames keep the recording's times. Captured recordings are
+    cleaned by default, finished ones are taken as they are.
 
     Args:
         recording: The recording, z up.
-        base: Point at which the robot stands, the shoulder; see ``resolve``.
-        points: Points along the arm from the base to the hand; see ``resolve``.
-        orientation: Oriented point whose turns the tool has to follow; None for none.
-        base_mode: ``shoulder``: each frame minus the base in that frame; ``fixed``: minus the base's mean.
-        outliers: Whether to take out outliers; None: by the recording.
-        max_gap: Longest gap to be filled [s].
-        repeats: Whether to interpolate repeated frames; None: by the recording.
-        low_pass: Cutoff of a zero-phase low-pass [Hz], or ``off``; None: by the recording.
-        cut: Stretches to cut out where the hand stands still, as pairs of times [s].
-        start: First time wanted [s]; None for the recording's first.
-        stop: Last time wanted [s]; None for the recording's last.
-        rate: Frames per second to resample to [1/s]; None to keep the frames.
-        scale: Factor on all positions.
+        settings: Which points, and how to clean them; files, units and up axis are those of the recording already.
 
     Returns:
         The task; its steps say what was found and done.
 
     Raises:
-        TaskError: A name or mode is unknown, a point is used twice or never seen, or the arm has no human size.
+        TaskError: A name is unknown, a point is used twice or never seen, or the arm has no human size.
         RecordingError: A gap is too long, or a quaternion is zero.
         SettingsError: A number is out of range.
     """
-    how = Cleaning(outliers, max_gap, repeats, low_pass, cut, start, stop, rate, scale)
-    return task_of_chosen(resolve(recording, base, points, orientation), how, base_mode)
+    how = settings or TaskSettings()
+    return task_of_selection(resolve(recording, how.base, how.points, how.orientation), how)
 
 
-def task_of_chosen(chosen: Chosen, how: Cleaning, base_mode: str = "shoulder") -> Task:
-    """Make a task of the points chosen from a recording.
+def task_of_selection(selection: Selection, settings: TaskSettings) -> Task:
+    """Make a task of points selected from a recording.
 
     Args:
-        chosen: The points, from ``resolve``.
-        how: How to clean them.
-        base_mode: ``shoulder``: each frame minus the base in that frame; ``fixed``: minus the base's mean.
-
-    Raises:
-        TaskError: The mode is unknown, or the arm has no human size.
-        RecordingError: A gap is too long, or a quaternion is zero.
-        SettingsError: A number is out of range.
-    """
-    if base_mode not in BASE_MODES:
-        raise TaskError(f"base_mode '{base_mode}' is unknown", value=base_mode, allowed=BASE_MODES)
-    base, names = chosen.base, chosen.points
-    cleaned, steps = cleaned_points(chosen, how)
-    path = cleaned.points[base]
-    origin = path if base_mode == "shoulder" else path.mean(axis=0, keepdims=True)
-    places = np.stack([cleaned.points[name] for name in names], axis=1)
-    length = check_arm_length(places - path[:, None], cleaned.source, how.scale)
-    steps = (*steps, *base_steps(path, base, base_mode), task_step(cleaned, length))
-    quaternions = None if chosen.orientation is None else cleaned.orientations[chosen.orientation]
-    return Task(cleaned.time, places - origin[:, None], None, quaternions, names, base, steps, chosen.orientation)
-
-
-def cleaned_points(chosen: Chosen, how: Cleaning) -> tuple[Recording, tuple[Step, ...]]:
-    """The points chosen from a recording, cleaned but still in the room, with everything found and done so far.
+        selection: The points, from ``resolve``.
+        settings: How to clean them, and ``base_mode``: each frame minus the base in that frame, or minus its mean.
 
     Raises:
         TaskError: The arm has no human size.
         RecordingError: A gap is too long, or a quaternion is zero.
         SettingsError: A number is out of range.
     """
-    recording, base, names = chosen.recording, chosen.base, chosen.points
-    part, _ = crop(recording, how.start, how.stop)
+    base, names = selection.base, selection.points
+    cleaned, steps = cleaned_points(selection, settings)
+    path = cleaned.points[base]
+    origin = path if settings.base_mode == "shoulder" else path.mean(axis=0, keepdims=True)
+    places = np.stack([cleaned.points[name] for name in names], axis=1)
+    length = check_arm_length(places - path[:, None], cleaned.source, settings.scale)
+    steps = (*steps, *base_steps(path, base, settings.base_mode), task_step(cleaned, length))
+    turn = selection.orientation
+    quaternions = None if turn is None else cleaned.orientations[turn]
+    return Task(cleaned.time, places - origin[:, None], None, quaternions, names, base, steps, turn)
+
+
+def cleaned_points(selection: Selection, settings: TaskSettings) -> tuple[Recording, tuple[Step, ...]]:
+    """The points selected from a recording, cleaned but still in the room, with everything found and done so far.
+
+    Args:
+        selection: The points, from ``resolve``.
+        settings: How to clean them.
+
+    Raises:
+        TaskError: The arm has no human size.
+        RecordingError: A gap is too long, or a quaternion is zero.
+        SettingsError: A number is out of range.
+    """
+    recording, base, names = selection.recording, selection.base, selection.points
+    part, _ = crop(recording, settings.start, settings.stop)
     places = np.stack([part.points[name] for name in names], axis=1)
-    check_arm_length(how.scale * (places - part.points[base][:, None]), recording.source, how.scale)
-    cleaned, done = clean(recording, how)
+    scale = settings.scale
+    check_arm_length(scale * (places - part.points[base][:, None]), recording.source, scale)
+    cleaned, done = clean(recording, settings)
     steps = (
         recording_step(recording),
         *recording.about.steps,
-        *chosen.steps,
-        points_step(base, names, chosen.orientation, chosen.expressions),
-        *side_steps(chosen.expressions.values(), is_mirrored(recording)),
+        *selection.steps,
+        points_step(base, names, selection.orientation, selection.expressions),
+        *side_steps(selection.expressions.values(), is_mirrored(recording)),
         *done,
         *sanity_steps(cleaned, base, names),
     )

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration import Chosen, Cleaning, Recording, Step, Task, resolve, task_from_recording
+from armdesign.demonstration import Recording, Selection, Step, Task, resolve, task_from_recording
+from armdesign.demonstration.cleaning.cleaning import CLEANING_ENTRIES, settled_cleaning
 from armdesign.demonstration.points.expressions import unquoted
 from armdesign.demonstration.provenance import provenance_of
-from armdesign.demonstration.task import task_of_chosen
+from armdesign.demonstration.task import task_of_selection
 from armdesign.errors import SettingsError, TaskError, counted
 from armdesign.fitness.problem import SCENARIOS, resolve_weights, start_effort
 from armdesign.search.continuity import pace_steps, settled_continuity
@@ -39,11 +40,11 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
     w_0, weights = weights_for(settings, len(chosen.points))
     if w_0 > 0.0:
         chosen = choose(recording, settings, oriented=True)
-    how = cleaning_of(settings.task).settled(chosen.recording)
+    how = settled_cleaning(settings.task, chosen.recording)
     if counts_from_base(recording, settings):
         task = replace(task_from_recording(chosen.recording, base=ORIGIN), steps=chosen.steps)
     else:
-        task = task_of_chosen(chosen, how, settings.task.base_mode)
+        task = task_of_selection(chosen, how)
     steps = list(task.steps)
     wanted = settings.task.orientation
     if wanted is not None and chosen.orientation is None:
@@ -59,7 +60,7 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
     return Demonstration(settings, task, tuple(steps), provenance)
 
 
-def choose(recording: Recording, settings: Settings, *, oriented: bool) -> Chosen:
+def choose(recording: Recording, settings: Settings, *, oriented: bool) -> Selection:
     """The points that the settings ask for.
 
     Args:
@@ -88,7 +89,7 @@ def counts_from_base(recording: Recording, settings: Settings) -> bool:
     return settings.task.base == ORIGIN and ORIGIN not in recording.points
 
 
-def choose_relative(recording: Recording, settings: Settings, *, oriented: bool) -> Chosen:
+def choose_relative(recording: Recording, settings: Settings, *, oriented: bool) -> Selection:
     """The points that the settings ask for, of a recording whose points count from the base already.
 
     Of an expression, as in the settings of a run on the recording itself, the name counts.
@@ -109,7 +110,7 @@ def choose_relative(recording: Recording, settings: Settings, *, oriented: bool)
     unused = unused_settings(settings)
     sentence = f"The points count from the base already; not used: {', '.join(unused)}."
     steps = (Step("unused", sentence, {"settings": unused}),) if unused else ()
-    return Chosen(kept, ORIGIN, names, turn, steps, {})
+    return Selection(kept, ORIGIN, names, turn, steps, {})
 
 
 def named(text: str, recording: Recording) -> str:
@@ -127,18 +128,15 @@ def pick(recording: Recording, name: str) -> Array:
 def unused_settings(settings: Settings) -> list[str]:
     """Task settings that are set but do nothing where points count from the base already."""
     default = TaskSettings()
-    names = ("units", "up", "mirror", "base_mode", *(entry.name for entry in fields(Cleaning)))
+    names = ("units", "up", "mirror", "base_mode", *CLEANING_ENTRIES)
     nothing = (False, "off")
     values = {name: getattr(settings.task, name) for name in names}
     return [name for name, value in values.items() if value not in nothing and value != getattr(default, name)]
 
 
-def cleaning_of(settings: TaskSettings) -> Cleaning:
-    """The cleaning that the settings ask for."""
-    return Cleaning(**{entry.name: getattr(settings, entry.name) for entry in fields(Cleaning)})
-
-
-def settled(settings: Settings, chosen: Chosen, how: Cleaning, w_0: float, weights: tuple[float, ...]) -> Settings:
+def settled(
+    settings: Settings, chosen: Selection, how: TaskSettings, w_0: float, weights: tuple[float, ...]
+) -> Settings:
     """The study with everything entered that was left to the recording, so that it prepares the same again."""
     meant = chosen.expressions
     turn = chosen.orientation

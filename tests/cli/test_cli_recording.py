@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import build_task, read_recording
+from armdesign.settings.sections import Task as TaskSettings
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 BOX = SHARED / "pyomeca" / "box_lift.c3d"
@@ -89,7 +90,7 @@ def test_a_converted_recording_has_the_same_task(run, take, tmp_path, flags):
     assert result.exit_code == 0, result.stderr
     names = {"--rate": "rate", "--from": "start", "--to": "stop", "--scale": "scale"}
     settings = {names[flag]: float(value) for flag, value in zip(flags[::2], flags[1::2], strict=True)}
-    ours, theirs = build_task(read_recording(out)), build_task(read_recording(take), **settings)
+    ours, theirs = build_task(read_recording(out)), build_task(read_recording(take), TaskSettings(**settings))
     assert ours.points == theirs.points == ("elbow", "wrist")
     assert ours.P.tobytes() == theirs.P.tobytes()
     assert ours.time.tobytes() == theirs.time.tobytes()
@@ -170,6 +171,6 @@ def test_points_that_are_not_there(run, take, tmp_path):
 def test_a_real_take_from_the_file_to_plain_csv(run, tmp_path):
     out = tmp_path / "box.csv"
     assert "308" in run("recording", "convert", BOX, out, "--orientation", "hand").stderr
-    ours, theirs = (build_task(read_recording(file), orientation="hand") for file in (out, BOX))
+    ours, theirs = (build_task(read_recording(file), TaskSettings(orientation="hand")) for file in (out, BOX))
     assert ours.P.tobytes() == theirs.P.tobytes()
     np.testing.assert_allclose(ours.R, theirs.R, atol=1e-12)

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tasks import task_of
 
 from armdesign import Settings
-from armdesign.demonstration import About, Cleaning, Recording, build_task, read_recording, read_recordings
+from armdesign.demonstration import About, Recording, read_recording, read_recordings
 from armdesign.demonstration.cleaning.cleaning import clean
 from armdesign.demonstration.convert import convert, write_conversion
 from armdesign.demonstration.files.quaternions import product, rotation_matrices
@@ -50,14 +51,14 @@ def test_what_is_captured_is_cleaned_and_what_is_finished_is_not():
     names = [step.name for step in clean(arm())[1]]
     assert names == ["outliers", "gaps", "repeats", "low_pass"]
     assert [step.name for step in clean(arm(About()))[1]] == ["gaps"]
-    how = Cleaning(outliers=False, repeats=False, low_pass="off")
+    how = TaskSettings(outliers=False, repeats=False, low_pass="off")
     assert [step.name for step in clean(arm(), how)[1]] == ["gaps"]
-    how = Cleaning(outliers=True, repeats=True, low_pass=5.0)
+    how = TaskSettings(outliers=True, repeats=True, low_pass=5.0)
     assert [step.name for step in clean(arm(About()), how)[1]] == names
 
 
 def test_the_order_is_the_one_told():
-    steps = clean(arm(), Cleaning(start=5.4, stop=8.6, rate=60.0, scale=2.0))[1]
+    steps = clean(arm(), TaskSettings(start=5.4, stop=8.6, rate=60.0, scale=2.0))[1]
     assert [step.name for step in steps] == ["outliers", "gaps", "repeats", "low_pass", "crop", "resample", "scale"]
     assert all(step.sentence.endswith(".") for step in steps)
 
@@ -65,13 +66,13 @@ def test_the_order_is_the_one_told():
 def test_slow_captures_are_not_smoothed_unless_asked():
     given = arm(bad=False)
     slow = Recording(np.arange(400) / 10.0, given.points, given.orientations, "r.c3d", CAPTURED)
-    assert "low_pass" not in [step.name for step in clean(slow, Cleaning(outliers=False))[1]]
-    assert "low_pass" in [step.name for step in clean(slow, Cleaning(outliers=False, low_pass=2.0))[1]]
+    assert "low_pass" not in [step.name for step in clean(slow, TaskSettings(outliers=False))[1]]
+    assert "low_pass" in [step.name for step in clean(slow, TaskSettings(outliers=False, low_pass=2.0))[1]]
 
 
 def test_a_finished_recording_gives_the_task_recording_minus_base_to_the_last_bit():
     given = arm(About(), bad=False)
-    task = build_task(given)
+    task = task_of(given)
     for i, name in enumerate(task.points):
         assert task.P[:, i].tobytes() == (given.points[name] - given.points["shoulder"]).tobytes()
 
@@ -80,8 +81,8 @@ def test_a_finished_recording_gives_the_task_recording_minus_base_to_the_last_bi
 def test_cleaning_commutes_with_quarter_turns_of_the_scene(axes):
     quarter = {"xyz": [0, 0, 0, 1.0], "yzx": [0.5, 0.5, 0.5, 0.5], "zxy": [-0.5, -0.5, -0.5, 0.5]}[axes]
     q, shift = np.array(quarter), np.array([3.0, -1.0, 0.5])
-    first, _ = clean(turned(arm(), q, shift), Cleaning(**FULL))
-    second = turned(clean(arm(), Cleaning(**FULL))[0], q, shift)
+    first, _ = clean(turned(arm(), q, shift), TaskSettings(**FULL))
+    second = turned(clean(arm(), TaskSettings(**FULL))[0], q, shift)
     for name, places in first.points.items():
         np.testing.assert_allclose(places, second.points[name], atol=1e-12)
     R, S = (rotation_matrices(r.orientations["hand"]) for r in (first, second))
@@ -91,7 +92,7 @@ def test_cleaning_commutes_with_quarter_turns_of_the_scene(axes):
 def test_cleaning_commutes_with_any_turn_where_nothing_is_interpolated():
     """Cubic interpolation that does not overshoot works axis by axis; all else is free of axes."""
     q = np.array([0.1, 0.5, -0.3, 0.8]) / np.linalg.norm([0.1, 0.5, -0.3, 0.8])
-    how, shift = Cleaning(start=5.4), np.array([3.0, -1.0, 0.5])
+    how, shift = TaskSettings(start=5.4), np.array([3.0, -1.0, 0.5])
     first, steps = clean(turned(arm(bad=False), q, shift), how)
     assert [step.name for step in steps] == ["low_pass", "crop"]
     second = turned(clean(arm(bad=False), how)[0], q, shift)
@@ -101,14 +102,14 @@ def test_cleaning_commutes_with_any_turn_where_nothing_is_interpolated():
 
 @pytest.mark.parametrize("factor", [0.8, 2.5])
 def test_scale_multiplies_the_task_and_nothing_else(factor):
-    one, other = build_task(arm(), **FULL), build_task(arm(), **FULL, scale=factor)
+    one, other = task_of(arm(), **FULL), task_of(arm(), **FULL, scale=factor)
     np.testing.assert_allclose(other.P, factor * one.P, atol=1e-13)
     assert other.time.tobytes() == one.time.tobytes()
 
 
 def test_the_filter_goes_before_the_crop():
     whole, _ = clean(arm(bad=False))
-    part, _ = clean(arm(bad=False), Cleaning(start=6.0, stop=7.0))
+    part, _ = clean(arm(bad=False), TaskSettings(start=6.0, stop=7.0))
     np.testing.assert_array_equal(part.points["hand"], whole.points["hand"][100:201])
 
 
@@ -120,7 +121,7 @@ def test_a_gap_that_outliers_made_too_long_is_refused_with_the_times():
     worse = Recording(given.time, {**given.points, "hand": hand}, given.orientations, "r.c3d", CAPTURED)
     with pytest.raises(RecordingError, match=r"point 'hand' is not seen from 5.99 s to 6.21 s.*--no-outliers"):
         clean(worse)
-    clean(worse, Cleaning(max_gap=0.25))
+    clean(worse, TaskSettings(max_gap=0.25))
 
 
 def test_all_gaps_that_are_too_long_are_told():
@@ -172,7 +173,7 @@ BOX = {
 @pytest.mark.skipif(not SHARED.is_dir(), reason="the shared recordings are not at hand")
 class TestRealRecordings:
     def test_one_trial_in_two_formats_is_one_task(self):
-        one, other = (build_task(box_lift(name), **BOX) for name in ("box_lift_vicon.csv", "box_lift.c3d"))
+        one, other = (task_of(box_lift(name), **BOX) for name in ("box_lift_vicon.csv", "box_lift.c3d"))
         np.testing.assert_allclose(one.P, other.P, atol=1e-5)
         np.testing.assert_allclose(one.R, other.R, atol=1e-3)
         assert {"outliers", "gaps", "low_pass"} <= {step.name for step in one.steps}
@@ -181,7 +182,7 @@ class TestRealRecordings:
         folder = SHARED / "kth_handover"
         bones = ("RUArm", "RFArm", "RHand")
         files = {name: folder / f"giver_{name}_pose_saved.csv" for name in bones}
-        task = build_task(read_recordings(files, rate=120.0), base="RUArm", points=("elbow=RFArm", "wrist=RHand"))
+        task = task_of(read_recordings(files, rate=120.0), base="RUArm", points=("elbow=RFArm", "wrist=RHand"))
         steps = {step.name: step for step in task.steps}
         assert steps["repeats"].details["frames"] == 76
         (slides,) = [step for step in task.steps if step.name == "warning"]
@@ -207,8 +208,8 @@ class TestRealRecordings:
     def test_a_capture_with_long_gaps_is_refused_or_bridged(self):
         given = read_recording(SHARED / "motive_layout" / "motive123_rigidbodies_from_ktk_racing.csv")
         with pytest.raises(RecordingError, match=r"point 'Shoulder' is not seen from .* --max-gap"):
-            build_task(given)
-        assert np.isfinite(build_task(given, max_gap=0.5).P).all()
+            task_of(given)
+        assert np.isfinite(task_of(given, max_gap=0.5).P).all()
 
     def test_minutes_are_cleaned_in_seconds(self):
         """Not a measurement: a clean-up that is not linear in time would take minutes."""
@@ -216,5 +217,5 @@ class TestRealRecordings:
         points = {name: np.tile(values, (40, 1)) for name, values in given.points.items()}
         time = np.arange(40 * given.frames) / 200.0
         bodies = replace(given.about, steps=())
-        task = build_task(Recording(time, points, {}, "long.c3d", bodies), **BOX | {"orientation": None})
+        task = task_of(Recording(time, points, {}, "long.c3d", bodies), **BOX | {"orientation": None})
         assert len(task.time) > 20_000

@@ -3,7 +3,6 @@ import pytest
 
 from armdesign.demonstration import Recording
 from armdesign.demonstration.cleaning.cleaning import (
-    Cleaning,
     clean,
     crop,
     filter_low_pass,
@@ -12,6 +11,7 @@ from armdesign.demonstration.cleaning.cleaning import (
     unify_quaternions,
 )
 from armdesign.errors import RecordingError, SettingsError
+from armdesign.settings.sections import Task as TaskSettings
 
 TIME = np.arange(401) / 100 + 2.0
 LINE = np.outer(TIME, [1.0, -2.0, 0.5])
@@ -200,7 +200,7 @@ def test_cleaning_in_the_order_told():
     ):
         by_hand, more = step(by_hand)
         steps += more
-    result, said = clean(given, Cleaning(low_pass=5.0, rate=50.0, scale=2.0, start=3.0, stop=4.0))
+    result, said = clean(given, TaskSettings(low_pass=5.0, rate=50.0, scale=2.0, start=3.0, stop=4.0))
     assert sentences(said) == sentences(steps)
     assert result.points["hand"].tobytes() == by_hand.points["hand"].tobytes()
     assert result.orientations["hand"].tobytes() == by_hand.orientations["hand"].tobytes()
@@ -216,4 +216,4 @@ def test_a_senseless_part_is_refused_before_its_gaps():
     hand = LINE.copy()
     hand[100:300] = np.nan
     with pytest.raises(SettingsError, match=r"start \(--from\) is 9"):
-        clean(recording(hand), Cleaning(start=9.0))
+        clean(recording(hand), TaskSettings(start=9.0))

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
 
-from armdesign.demonstration import Cleaning, Recording
+from armdesign.demonstration import Recording
 from armdesign.demonstration.cleaning.cleaning import clean
 from armdesign.demonstration.cleaning.cuts import cut_out, moved_up
 from armdesign.errors import RecordingError, SettingsError
+from armdesign.settings.sections import Task as TaskSettings
 
 TIME = np.arange(601) / 100 + 1.0
 
@@ -41,13 +42,13 @@ def test_the_chain_cuts_before_anything_else():
     hand[200:300] = np.nan
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (601, 1))
     turn[250] = 0.0  # would be refused
-    result, steps = clean(recording(hand, turn=turn), Cleaning(cut=((2.5, 4.5),)))
+    result, steps = clean(recording(hand, turn=turn), TaskSettings(cut=((2.5, 4.5),)))
     assert [step.name for step in steps] == ["cut"]
     assert np.isfinite(result.points["hand"]).all()
 
 
 def test_crop_times_are_those_of_the_recording():
-    result, _ = clean(recording(), Cleaning(cut=((2.5, 4.5),), start=1.5, stop=6.0))
+    result, _ = clean(recording(), TaskSettings(cut=((2.5, 4.5),), start=1.5, stop=6.0))
     assert result.time[0] == pytest.approx(1.5)
     assert result.time[-1] == pytest.approx(6.0 - 1.99)
     np.testing.assert_array_equal(result.points["hand"][-1], resting()[500])

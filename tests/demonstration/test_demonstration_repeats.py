@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
-from armdesign.demonstration import About, Cleaning, Recording
+from armdesign.demonstration import About, Recording
 from armdesign.demonstration.cleaning.cleaning import clean
 from armdesign.demonstration.cleaning.repeats import find_repeats, refill_repeats, stale_frames
+from armdesign.settings.sections import Task as TaskSettings
 
 TIME = np.arange(201) / 100
 LINE = np.outer(TIME, [1.0, -2.0, 0.5]) + 0.3
@@ -77,7 +78,7 @@ def test_the_chain_undoes_repetitions_beside_gaps_and_cut_ends():
     hand[:3] = np.nan  # cut off
     hand[49:58] = np.nan  # around a repetition
     both = Recording(TIME, {**given.points, "hand": hand}, given.orientations, "r.c3d", About(captured=True))
-    result, steps = clean(both, Cleaning(low_pass="off"))
+    result, steps = clean(both, TaskSettings(low_pass="off"))
     np.testing.assert_allclose(result.time, TIME[3:])
     np.testing.assert_allclose(result.points["hand"], LINE[3:], atol=1e-14)
     assert [step.name for step in steps] == ["gaps", "ends", "repeats"]
@@ -92,5 +93,5 @@ def test_stale_frames_are_those_that_are_refilled():
 def test_finished_recordings_keep_theirs_unless_asked():
     given = recording((10, 12), captured=False)
     assert clean(given)[1] == ()
-    assert [step.name for step in clean(given, Cleaning(repeats=True))[1]] == ["repeats"]
-    assert clean(recording((10, 12)), Cleaning(outliers=False, repeats=False, low_pass="off"))[1] == ()
+    assert [step.name for step in clean(given, TaskSettings(repeats=True))[1]] == ["repeats"]
+    assert clean(recording((10, 12)), TaskSettings(outliers=False, repeats=False, low_pass="off"))[1] == ()

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+from tasks import task_of
 
-from armdesign.demonstration import Recording, build_task
+from armdesign.demonstration import Recording
 from armdesign.demonstration.sanity import FASTEST, sanity_steps, side_steps
 
 TIME = np.arange(300) / 100
@@ -101,7 +102,7 @@ def test_an_arm_given_from_the_hand_on_is_noticed():
 
 
 def test_warnings_are_among_the_steps_of_a_task():
-    task = build_task(arm((0.1, 0.25, 0.08)))
+    task = task_of(arm((0.1, 0.25, 0.08)))
     assert [step.name for step in task.steps].count("warning") == 1
     assert any(note.startswith("Warning: 'shoulder' to 'elbow'") for note in task.notes)
 

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tasks import task_of
 
-from armdesign.demonstration import build_task, read_recording, read_recordings, resolve
+from armdesign.demonstration import read_recording, read_recordings, resolve
 from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.picture import draw_recording
 from armdesign.demonstration.summary import summarise, summary_text
@@ -51,7 +52,7 @@ def test_the_up_axis_is_found(file):
 
 
 def test_the_same_trial_from_vicon_and_c3d_is_the_same_task():
-    one, other = (build_task(read_recording(file), orientation="hand") for file in BOX)
+    one, other = (task_of(read_recording(file), orientation="hand") for file in BOX)
     assert one.points == other.points == ("elbow", "wrist", "hand")
     np.testing.assert_allclose(one.P, other.P, atol=1e-5)
     np.testing.assert_allclose(one.R, other.R, atol=1e-3)

@@ -3,7 +3,8 @@
 In this order: stretches cut out, signs of quaternions, outliers, gaps, repeated frames, low-pass, crop, resampling,
 scale. The low-pass comes before the crop, so that it has something to go on at the ends.
 
-Every function leaves its input alone and returns the new recording with what it did.
+Every function leaves its input alone and returns the new recording with what it did. What to do is declared once, in
+the settings of the task.
 """
 
 from __future__ import annotations
@@ -11,10 +12,9 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
-from armdesign.demonstration.cleaning.cuts import Stretch, cut_out, moved_up
+from armdesign.demonstration.cleaning.cuts import cut_out, moved_up
 from armdesign.demonstration.cleaning.gaps import TIME_TOLERANCE, fill_gaps, seconds
 from armdesign.demonstration.cleaning.outliers import take_out_outliers
 from armdesign.demonstration.cleaning.repeats import find_repeats, refill_repeats, stale_frames
@@ -22,79 +22,49 @@ from armdesign.demonstration.cleaning.signs import unify_quaternions
 from armdesign.demonstration.cleaning.smoothing import filter_low_pass, resample
 from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step
 from armdesign.errors import RecordingError, SettingsError
+from armdesign.settings.sections import CLEANING
+from armdesign.settings.sections import Task as TaskSettings
 
-__all__ = [
-    "Cleaning",
-    "clean",
-    "crop",
-    "cut_out",
-    "fill_gaps",
-    "filter_low_pass",
-    "refill_repeats",
-    "resample",
-    "scale_positions",
-    "take_out_outliers",
-    "unify_quaternions",
-]
+Result = tuple[Recording, tuple[Step, ...]]
 
-Cleaned = tuple[Recording, tuple[Step, ...]]
-Off = Literal["off"]
+CLEANING_ENTRIES = tuple(
+    entry.name for entry in dataclasses.fields(TaskSettings) if entry.metadata["panel"] == CLEANING
+)
+"""Names of the settings that say how to clean a recording."""
 
 LOW_PASS = 6.0
 """Cutoff for captured recordings where none is set [Hz]."""
 
 
-@dataclass(frozen=True)
-class Cleaning:
-    """What to do to a recording. Where None, it hangs on the recording: done if it was captured, else left out.
+def settled_cleaning(settings: TaskSettings, recording: Recording) -> TaskSettings:
+    """The settings with everything decided that they leave to the recording: captured ones are cleaned, others not.
 
-    Attributes:
-        outliers: Whether to take out outliers.
-        max_gap: Longest gap to be filled [s].
-        repeats: Whether to interpolate repeated frames.
-        low_pass: Cutoff of the filter [Hz], or ``off``.
-        cut: Stretches to take out, as pairs of times [s].
-        start: First time wanted [s]; None for the recording's first.
-        stop: Last time wanted [s]; None for the recording's last.
-        rate: Frames per second to resample to [1/s]; None to keep the frames.
-        scale: Factor on all positions.
+    Args:
+        settings: How to clean; None stands for what the recording needs.
+        recording: What is to be cleaned.
     """
-
-    outliers: bool | None = None
-    max_gap: float = 0.2
-    repeats: bool | None = None
-    low_pass: float | Off | None = None
-    cut: tuple[Stretch, ...] = ()
-    start: float | None = None
-    stop: float | None = None
-    rate: float | None = None
-    scale: float = 1.0
-
-    def settled(self, recording: Recording) -> Cleaning:
-        """The same with everything decided that was left to the recording."""
-        captured = recording.about.captured
-        fast = recording.rate > 2.0 * LOW_PASS
-        usual: float | Off = LOW_PASS if captured and fast else "off"
-        return dataclasses.replace(
-            self,
-            outliers=captured if self.outliers is None else self.outliers,
-            repeats=captured if self.repeats is None else self.repeats,
-            low_pass=usual if self.low_pass is None else self.low_pass,
-        )
+    captured = recording.about.captured
+    usual: float | Literal["off"] = LOW_PASS if captured and recording.rate > 2.0 * LOW_PASS else "off"
+    return dataclasses.replace(
+        settings,
+        outliers=captured if settings.outliers is None else settings.outliers,
+        repeats=captured if settings.repeats is None else settings.repeats,
+        low_pass=usual if settings.low_pass is None else settings.low_pass,
+    )
 
 
-def clean(recording: Recording, how: Cleaning | None = None) -> Cleaned:
+def clean(recording: Recording, settings: TaskSettings | None = None) -> Result:
     """Do all of it, in the order above; what is not asked for is left out.
 
     Args:
         recording: Any recording, its last point the hand.
-        how: What to do; by default what the recording needs.
+        settings: What to do; by default what the recording needs.
 
     Raises:
         RecordingError: A gap is too long, a quaternion is zero, or the arm moves over a stretch to be cut out.
         SettingsError: A number is out of range.
     """
-    how = (how or Cleaning()).settled(recording)
+    how = settled_cleaning(settings or TaskSettings(), recording)
     crop(recording, how.start, how.stop)  # a senseless part is refused before its gaps are looked at
     start, stop = (moved_up(recording, how.cut, time) for time in (how.start, how.stop))
     recording, steps = cut_out(recording, how.cut)
@@ -112,8 +82,8 @@ def clean(recording: Recording, how: Cleaning | None = None) -> Cleaned:
 
 
 def _what_to_do(
-    how: Cleaning, recording: Recording, start: float | None, stop: float | None
-) -> list[Callable[[Recording], Cleaned]]:
+    how: TaskSettings, recording: Recording, start: float | None, stop: float | None
+) -> list[Callable[[Recording], Result]]:
     """The functions to call after the cuts, in their order; start and stop as they are after them.
 
     Frames are told to be repeated before anything is filled, and neither outliers nor gaps go by them.
@@ -121,7 +91,7 @@ def _what_to_do(
     low_pass, rate = how.low_pass, how.rate
     repeats = find_repeats(recording) if how.repeats else []
     stale = stale_frames(recording, how.max_gap) if how.repeats else None
-    steps: list[Callable[[Recording], Cleaned]] = []
+    steps: list[Callable[[Recording], Result]] = []
     if how.outliers:
         steps.append(lambda current: take_out_outliers(current, stale))
     steps.append(lambda current: fill_gaps(current, how.max_gap, start, stop, stale))
@@ -137,7 +107,7 @@ def _what_to_do(
     return steps
 
 
-def scale_positions(recording: Recording, factor: float) -> Cleaned:
+def scale_positions(recording: Recording, factor: float) -> Result:
     """Multiply all positions by a factor, as for a mock-up recorded at 1:k or for millimetres.
 
     Args:
@@ -153,7 +123,7 @@ def scale_positions(recording: Recording, factor: float) -> Cleaned:
     return result, (Step("scale", f"Scaled all positions by {factor:.6g}.", {"factor": factor}),)
 
 
-def crop(recording: Recording, start: float | None = None, stop: float | None = None) -> Cleaned:
+def crop(recording: Recording, start: float | None = None, stop: float | None = None) -> Result:
     """Keep the frames from ``start`` to ``stop``, both included; the frames keep their times.
 
     Args:

@@ -18,7 +18,7 @@ from armdesign.errors import TaskError
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
+class Selection:
     """The points that a task uses, under the names it calls them.
 
     Attributes:
@@ -45,7 +45,7 @@ def resolve(
     orientation: str | None,
     *,
     oriented: bool = False,
-) -> Chosen:
+) -> Selection:
     """Find or make the points that a task is to use.
 
     Args:
@@ -84,7 +84,7 @@ def resolve(
         more += turn.steps
         expressions.setdefault(turn.name, turn.expression)
     used = Recording(recording.time, places, turns, recording.source, recording.about)
-    return Chosen(used, first, names, turn.name if turn else None, (*steps, *more), expressions)
+    return Selection(used, first, names, turn.name if turn else None, (*steps, *more), expressions)
 
 
 class _Turn(NamedTuple):
