@@ -168,7 +168,8 @@ class Search:
         """Go on where a state was taken."""
         search = dict(state["search"])
         swarm = {name: value for name, value in state.items() if name != "search"}
-        self.swarm = algorithm_from_state(swarm, search_space(self.settings, self.space))
+        length = getattr(self.settings, self.swarm.length)  # may be more than it was, to extend the search
+        self.swarm = algorithm_from_state(swarm, search_space(self.settings, self.space), length)
         self.rejections = Rejections(**search["rejections"])
         r, f, E = search["leader"]
         self.leader = float(r), float(f), float(E)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -245,12 +245,14 @@ class Algorithm(ABC):
         }
 
     @classmethod
-    def from_state(cls: type[A], state: Mapping[str, Any], space: SearchSpace) -> A:
+    def from_state(cls: type[A], state: Mapping[str, Any], space: SearchSpace, length: int | None = None) -> A:
         """The search that :meth:`state` described.
 
         Args:
             state: The state; arrays may come back as nested lists.
             space: The search space that it ran in.
+            length: How long it shall go on, in its unit; by default as long as before. A search that is made longer on
+                the way, or at its end, is another run than one of that length from the start.
 
         Raises:
             SearchError: The state is that of another algorithm or space, or an entry is missing or does not fit.
@@ -258,7 +260,10 @@ class Algorithm(ABC):
         """
         saved.check_algorithm(state, cls.name)
         rng = generator_state.decode(saved.entry(state, "generator"))
-        search = cls(space, rng, saved.parameters(state, cls.Parameters))
+        parameters = saved.parameters(state, cls.Parameters)
+        if length is not None:
+            parameters = replace(parameters, **{cls.length: length})
+        search = cls(space, rng, parameters)
         drawn = saved.array(state, "positions", (None, space.box.dimension))
         search._X = checks.positions(drawn, space.box.lower, space.box.upper, len(drawn))
         search._asked = bool(saved.entry(state, "asked"))

@@ -416,3 +416,13 @@ class MultiBasin(Algorithm):
         self._evolutions = [Evolution.from_state(state, f"evolution_{k}") for k in range(count)]
         if saved.entry(state, "descending"):
             self._descents = Descents.from_state(state, self.region, sloped=self._sloped)
+        if self.budget > int(state["parameters"]["budget"]) and self._stage in (EVOLVE, OVER):
+            self._resume_screening()
+
+    def _resume_screening(self) -> None:
+        """Go on from the basins with a larger budget: what was at its end is not any more."""
+        self._asked, self._descents, self._evolutions = False, None, []
+        self._mark_at, self._stage = self.evaluations, SCREEN
+        if not len(self._archive):
+            self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
+        self._settle(self.evaluations)

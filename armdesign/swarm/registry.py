@@ -40,18 +40,19 @@ def make_algorithm(
     return kind(space, rng, kind.Parameters(**given))
 
 
-def algorithm_from_state(state: Mapping[str, Any], space: SearchSpace) -> Algorithm:
+def algorithm_from_state(state: Mapping[str, Any], space: SearchSpace, length: int | None = None) -> Algorithm:
     """The search, by whichever algorithm, that :meth:`Algorithm.state` described.
 
     Args:
         state: The state; arrays may come back as nested lists.
         space: The search space that it ran in.
+        length: How long it shall go on, in its unit; by default as long as before.
 
     Raises:
         SettingsError: The algorithm or a parameter is unknown or out of range.
         SearchError: An entry is missing or does not fit.
     """
-    return _kind(saved.entry(state, "algorithm")).from_state(state, space)
+    return _kind(saved.entry(state, "algorithm")).from_state(state, space, length)
 
 
 def _kind(name: object) -> type[Algorithm]:

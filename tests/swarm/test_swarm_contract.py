@@ -151,6 +151,36 @@ def test_resumed_after_every_batch_equals_uninterrupted(name, slopes, asked):
 
 
 @every_algorithm
+@pytest.mark.parametrize("part", [0.4, 0.97, 1.0])
+def test_a_search_made_longer_goes_on_from_what_it_has(name, part):
+    search = build(name)
+    while not search.done and search.progress[0] < part * search.progress[1]:
+        run(search, 1)
+    search.done or search.ask()
+    longer = algorithm_from_state(through_json(search.state()), SPACE, 2 * SMALL[search.length])
+    assert not longer.done
+    assert longer.best_fitness == search.best_fitness
+    before = search.iteration
+    run(longer)
+    assert longer.progress[1] == 2 * SMALL[search.length]
+    assert longer.progress[0] > 1.8 * SMALL[search.length]
+    assert np.array_equal(longer.history.best[:before], search.history.best)
+    assert longer.best_fitness <= search.best_fitness
+
+
+@every_algorithm
+def test_a_search_that_found_nothing_can_be_made_longer(name):
+    search = build(name)
+    for factor in (1, 2):
+        search = algorithm_from_state(search.state(), SPACE, factor * SMALL[search.length])
+        while not search.done:
+            X = search.ask()
+            values, valid, hints = evaluate(X)
+            search.tell(values if factor == 2 else np.full(len(X), np.inf), valid, hints)
+    assert np.isfinite(search.best_fitness)
+
+
+@every_algorithm
 def test_taking_the_state_changes_nothing_and_it_is_arrays_and_plain_values(name):
     watched, plain = build(name), build(name)
     while not plain.done:
