@@ -77,7 +77,7 @@ def _numbers(path: Path, layout: C3DLayout) -> tuple[Array, Array]:
 def _points(path: Path, layout: C3DLayout, positions: Array, steps: list[Step]) -> dict[str, Array]:
     """Positions by label, model outputs left out."""
     labels = _labels(layout, steps)
-    outputs = {name for kind in _MODEL_OUTPUTS for name in layout.texts("POINT", kind)}
+    outputs = {name for kind in _MODEL_OUTPUTS for name in layout.parameters.texts("POINT", kind)}
     left_out = [label for label in labels if label in outputs]
     if left_out:
         sentence = f"Left out {len(left_out)} model outputs, which are not positions: {listed(left_out)}."
@@ -96,7 +96,7 @@ def _points(path: Path, layout: C3DLayout, positions: Array, steps: list[Step]) 
 
 def _labels(layout: C3DLayout, steps: list[Step]) -> list[str]:
     """One label for each point, as it stands in the file; ``unlabeled 7`` for the seventh point where there is none."""
-    given = layout.texts("POINT", "LABELS")[: layout.points]
+    given = layout.parameters.texts("POINT", "LABELS")[: layout.points]
     labels = [given[i] if i < len(given) and given[i] else f"unlabeled {i + 1}" for i in range(layout.points)]
     count = sum(not label for label in given) + layout.points - len(given)
     if count:
@@ -117,7 +117,7 @@ def _poses(
     path: Path, layout: C3DLayout, poses: Array, points: dict[str, Array], steps: list[Step]
 ) -> dict[str, Array]:
     """Orientations by segment; the segments' origins are added to the points where no marker has the name."""
-    given = layout.texts("ROTATION", "LABELS")
+    given = layout.parameters.texts("ROTATION", "LABELS")
     labels = [given[i] if i < len(given) and given[i] else f"segment {i + 1}" for i in range(layout.rotations)]
     names, renamed = once_each(
         [label[:-4] or label if label.upper().endswith(_POSE_ENDING) else label for label in labels]
@@ -150,7 +150,7 @@ def _whole(pose: Array, name: str, steps: list[Step]) -> Array:
 
 def _units(layout: C3DLayout, steps: list[Step]) -> str | None:
     """What POINT:UNITS says, if it is a length."""
-    stated = next((text for text in layout.texts("POINT", "UNITS") if text), "")
+    stated = next((text for text in layout.parameters.texts("POINT", "UNITS") if text), "")
     units = UNITS.get(stated.lower())
     if stated and units is None:
         steps.append(Step("units", f"The file states its units as '{stated[:40]}', which is no known length."))
@@ -159,7 +159,7 @@ def _units(layout: C3DLayout, steps: list[Step]) -> str | None:
 
 def _up(layout: C3DLayout, steps: list[Step]) -> str | None:
     """The axis that points up on the screen on which the capture software shows the points, POINT:Y_SCREEN."""
-    stated = next((text for text in layout.texts("POINT", "Y_SCREEN") if text), "")
+    stated = next((text for text in layout.parameters.texts("POINT", "Y_SCREEN") if text), "")
     up = _UP.get(stated.upper())
     if stated and up is None:
         steps.append(Step("up", f"The file states the upward axis as '{stated[:40]}', which is not taken over."))
