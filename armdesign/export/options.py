@@ -37,7 +37,7 @@ def _mass(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclass field)
     return parameter(default, Number(LIGHTEST, 1000.0, "kg", above=True), f"{doc} [kg].")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BodyOptions(Section):
     """What the arm is built of: assumptions, since the design is but lines; lengths in metres, masses in kilograms.
 
@@ -90,7 +90,7 @@ class BodyOptions(Section):
         return max(housing, self.tube_diameter / 2.0) + self.clearance
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LimitOptions(Section):
     """How the joints' limits come about."""
 
@@ -122,7 +122,7 @@ class LimitOptions(Section):
         return {name: getattr(self, name) for name in names}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SimulationOptions(Section):
     """What simulators ask for beyond the solids: the drives, in MJCF and SDF."""
 
@@ -155,7 +155,7 @@ class SimulationOptions(Section):
         return "simulation"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TagOptions(Section):
     """What the files say around the arm itself."""
 

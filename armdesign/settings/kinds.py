@@ -7,8 +7,10 @@ a value, the message that names the allowed range, the commented TOML and the do
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
 import sys
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -258,6 +260,13 @@ class Section:
 
     panel: ClassVar[str | None] = None
 
+    def __init_subclass__(cls) -> None:
+        """Add the entries to the docstring, so that ``help`` shows what each means, takes and is by default."""
+        entries = {name: entry for name, entry in vars(cls).items() if isinstance(entry, dataclasses.Field)}
+        wrap = textwrap.TextWrapper(100, initial_indent=" " * 4, subsequent_indent=" " * 8).fill
+        lines = [wrap(f"{name}: {described(entry)}") for name, entry in entries.items()]
+        cls.__doc__ = "\n".join([inspect.cleandoc(cls.__doc__ or ""), "", "Attributes:", *lines])
+
     def __post_init__(self) -> None:
         """Check and normalise every value.
 
@@ -269,6 +278,15 @@ class Section:
             if value is None and entry.metadata["optional"]:
                 continue
             object.__setattr__(self, entry.name, entry.metadata["kind"].check(self.full_name(entry.name), value))
+
+    def __repr__(self) -> str:
+        """What differs from the defaults, as one would write it."""
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self.changed().items())})"
+
+    def changed(self) -> dict[str, Any]:
+        """The entries that differ from their defaults."""
+        default = type(self)()
+        return {name: getattr(self, name) for name in self.names() if getattr(self, name) != getattr(default, name)}
 
     @classmethod
     def title(cls) -> str:
@@ -284,6 +302,18 @@ class Section:
     def names(cls) -> tuple[str, ...]:
         """Names of the section's entries."""
         return tuple(entry.name for entry in dataclasses.fields(cls))  # type: ignore[arg-type]
+
+
+def described(entry: dataclasses.Field[Any]) -> str:
+    """An entry's meaning, allowed values and default in one line.
+
+    Args:
+        entry: A field made by :func:`parameter`.
+    """
+    made = entry.default_factory
+    default = entry.default if made is dataclasses.MISSING else made()
+    meaning = " ".join(str(entry.metadata["doc"]).split())
+    return f"{meaning} Allowed: {entry.metadata['kind'].describe()}. Default: {default!r}."
 
 
 def is_unicode(text: str) -> bool:

@@ -6,12 +6,13 @@ Angles stand here in degrees, lengths in metres: this is the edge the user sees.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from armdesign.errors import SettingsError, counted
 from armdesign.settings.kinds import (
@@ -28,6 +29,7 @@ from armdesign.settings.kinds import (
     section_toml,
 )
 
+S = TypeVar("S")
 DEGREES = Number(-360.0, 360.0, "deg")
 METRES = Number(0.0, 10.0, "m")
 RECORDING, POINTS, CLEANING, ARM, FITNESS, SEARCH, STOP = (
@@ -36,7 +38,7 @@ RECORDING, POINTS, CLEANING, ARM, FITNESS, SEARCH, STOP = (
 """Panels of the command line's help."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Task(Section):
     """From the recording to the task (method section 1)."""
 
@@ -132,7 +134,7 @@ class Task(Section):
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Design(Section):
     """Freedom and limits of the arm (method sections 2 and 6)."""
 
@@ -167,7 +169,7 @@ class Design(Section):
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fitness(Section):
     """What a good arm is (method sections 3 to 5)."""
 
@@ -202,7 +204,7 @@ class Fitness(Section):
     )
     continuity_speed: float | None = parameter(
         None, Number(0.0, 1e6, "deg/s", above=True),
-        "The same as a speed [deg/s], times the time between frames; goes over continuity.", optional=True,
+        "eps as a speed [deg/s], times the time between frames; goes over continuity.", optional=True,
     )  # fmt: skip
     reach_tolerance: float = parameter(
         0.001, Number(0.0, 1.0, "m", above=True), "How near the end-effector must come to the hand at the start [m]."
@@ -221,7 +223,7 @@ class Fitness(Section):
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Solver(Section):
     """Damped least squares along the path (method sections 3 and 4)."""
 
@@ -248,7 +250,7 @@ class Solver(Section):
         1e-5, Number(0.0, 0.1, above=True),
         "A frame is solved when the model promises less than this relative decrease of g.",
     )  # fmt: skip
-    floor: float = parameter(1e-9, Number(0.0, 0.1, "m"), "The same, absolute [m].")
+    floor: float = parameter(1e-9, Number(0.0, 0.1, "m"), "A frame is solved, too, when the model promises less than this decrease of g [m].")
     max_steps: int = parameter(50, Number(2, 10000, integer=True), "Most steps spent on one frame.")
     second_order: bool = parameter(
         True, Switch(), "Use the full second derivative where it is convex, not only its Gauss-Newton part."
@@ -266,9 +268,39 @@ SIZES = {"budget": ("up to ", "candidate"), "particles": ("", "particle"), "iter
 """Settings whose product is the number of candidates, and the words around them."""
 
 
-@dataclass(frozen=True)
+def with_algorithm(entries: Mapping[str, Any], algorithm: str = "multibasin") -> dict[str, Any]:
+    """Entries of the search with the algorithm they mean: RA-PSO where they set a swarm's parameters and name none.
+
+    Args:
+        entries: Values by name; None stands for not set.
+        algorithm: The algorithm so far.
+    """
+    named = entries.get("algorithm") is not None
+    asks_for_swarm = any(entries.get(name) is not None for name in ALGORITHM_SETTINGS["rapso"])
+    if asks_for_swarm and not named and not set(SWARM) & set(ALGORITHM_SETTINGS[algorithm]):
+        return {**entries, "algorithm": "rapso"}
+    return {"algorithm": algorithm, **entries}
+
+
+def means_algorithm(section: type[S]) -> type[S]:
+    """Make a section of the search with the algorithm that its entries mean, as a file of settings does."""
+    made = section.__init__
+
+    @functools.wraps(made)
+    def initialise(self: S, *values: Any, **entries: Any) -> None:  # noqa: ANN401 (whatever the section takes)
+        made(self, *values, **(entries if values else with_algorithm(entries)))
+
+    section.__init__ = initialise  # type: ignore[assignment]
+    return section
+
+
+@means_algorithm
+@dataclass(frozen=True, repr=False)
 class Search(Section):
-    """The search: many basins, or the paper's swarms (method section 7)."""
+    """The search: many basins, or the paper's swarms (method section 7).
+
+    ``Search(particles=100)`` is a search by RA-PSO: what only a swarm has asks for one, where no algorithm is named.
+    """
 
     algorithm: str = parameter(
         "multibasin", Choice(tuple(ALGORITHM_SETTINGS)),
@@ -322,6 +354,12 @@ class Search(Section):
         "table in their order, alpha, a, d row by row [rad, m], then the base yaw; not set: none.", optional=True,
     )  # fmt: skip
 
+    def changed(self) -> dict[str, Any]:
+        """The entries that differ from their defaults, with the algorithm where the others would mean another."""
+        entries = super().changed()
+        algorithm = {name: getattr(self, name) for name in ("algorithm",)}
+        return entries if with_algorithm(entries)["algorithm"] == self.algorithm else algorithm | entries
+
     def has(self, name: str) -> bool:
         """Whether the algorithm uses the setting of that name, one that only some algorithms have."""
         return name in ALGORITHM_SETTINGS[self.algorithm]
@@ -341,15 +379,32 @@ class Search(Section):
 SECTIONS: tuple[type[Section], ...] = (Task, Design, Fitness, Solver, Search)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Settings:
-    """All settings of one search."""
+    """All settings of one search; its attributes are the sections, see ``help(Design)`` and so on for their entries."""
 
     task: Task = dataclasses.field(default_factory=Task)
     design: Design = dataclasses.field(default_factory=Design)
     fitness: Fitness = dataclasses.field(default_factory=Fitness)
     solver: Solver = dataclasses.field(default_factory=Solver)
     search: Search = dataclasses.field(default_factory=Search)
+
+    def __post_init__(self) -> None:
+        """Check that every section is one.
+
+        Raises:
+            SettingsError: A section is of another type.
+        """
+        for kind in SECTIONS:
+            value = getattr(self, kind.title())
+            if not isinstance(value, kind):
+                what = f"the section '{kind.title()}' is {value!r}"
+                raise SettingsError(what, value=value, fix=f"Write {kind.title()}={kind.__name__}(...)")
+
+    def __repr__(self) -> str:
+        """What differs from the defaults, as one would write it."""
+        sections = {kind.title(): getattr(self, kind.title()) for kind in SECTIONS}
+        return f"Settings({', '.join(f'{title}={each!r}' for title, each in sections.items() if each.changed())})"
 
     def replace(self, changes: Mapping[str, Mapping[str, Any]]) -> Settings:
         """A copy with other values, given as {section: {entry: value}}.
@@ -390,15 +445,6 @@ class Settings:
         return "\n".join(section_toml(getattr(self, kind.title()), comments=comments) for kind in SECTIONS)
 
 
-def with_algorithm(entries: Mapping[str, Any], algorithm: str) -> Mapping[str, Any]:
-    """Changes to the search with the algorithm they mean: RA-PSO where they set a swarm's parameters and name none."""
-    named = entries.get("algorithm") is not None
-    asks_for_swarm = any(entries.get(name) is not None for name in ALGORITHM_SETTINGS["rapso"])
-    if asks_for_swarm and not named and not set(SWARM) & set(ALGORITHM_SETTINGS[algorithm]):
-        return {**entries, "algorithm": "rapso"}
-    return entries
-
-
 def read_settings(path: str | Path) -> Settings:
     """Read a TOML file of settings; entries left out keep their defaults.
 
@@ -428,7 +474,7 @@ def read_settings(path: str | Path) -> Settings:
 
 
 def beside(settings: Settings, folder: Path) -> Settings:
-    """The study with the paths of its recordings counted from a folder."""
+    """Settings with the paths of their recordings counted from a folder."""
     task = settings.task
     files = {name: str(folder / file) for name, file in task.files.items()}
     recording = None if task.recording is None else str(folder / task.recording)

@@ -6,7 +6,9 @@ import pytest
 
 from armdesign.errors import SettingsError
 from armdesign.fitness.problem import SCENARIOS
-from armdesign.settings.sections import SECTIONS, Settings, read_settings
+from armdesign.settings import Design, Fitness, Search, Settings, Solver, Task, read_settings
+from armdesign.settings.kinds import Number
+from armdesign.settings.sections import SECTIONS
 
 PUBLISHED = {
     "design": {
@@ -41,6 +43,69 @@ def test_what_only_a_swarm_has_asks_for_one(changes, algorithm):
     for entries in changes:
         settings = settings.replace({"search": {name: value for name, value in entries.items() if value is not None}})
     assert settings.search.algorithm == algorithm
+
+
+@pytest.mark.parametrize(
+    ("entries", "algorithm"),
+    [
+        ({"seed": 1}, "multibasin"),
+        ({"budget": 500}, "multibasin"),
+        ({"particles": 40}, "rapso"),
+        ({"particles": 400}, "rapso"),  # also where the value is the default
+        ({"algorithm": "pso", "particles": 40}, "pso"),
+        ({"algorithm": "multibasin", "particles": 40}, "multibasin"),
+    ],
+)
+def test_section_made_by_hand_has_the_algorithm_that_a_file_would_mean(entries, algorithm):
+    made = Settings(search=Search(**entries))
+    assert made.search.algorithm == algorithm
+    assert made == Settings().replace({"search": entries})
+    assert dataclasses.replace(made.search, iterations=7).algorithm == algorithm
+
+
+MADE = [
+    Task(recording="a.csv", points=("x", "y")),
+    Design(dof=4, bounds={"d_tool": (0.2, 0.2)}),
+    Fitness(),
+    Solver(starts=8),
+    Search(budget=10_000),
+    Search(particles=400),
+    Search(algorithm="multibasin", particles=40),
+]
+
+
+@pytest.mark.parametrize("section", MADE, ids=repr)
+def test_shown_as_one_would_write_it_without_the_defaults(section):
+    names = {kind.__name__: kind for kind in (*SECTIONS, Settings)}
+    assert eval(repr(section), names) == section  # noqa: S307
+    whole = Settings(**{section.title(): section})
+    assert eval(repr(whole), names) == whole  # noqa: S307
+    assert repr(Settings()) == "Settings()"
+
+
+@pytest.mark.parametrize("kind", SECTIONS)
+def test_help_of_a_section_lists_every_entry_as_it_is_declared(kind):
+    text = " ".join(kind.__doc__.split())
+    for entry in dataclasses.fields(kind):
+        assert f" {entry.name}: {' '.join(entry.metadata['doc'].split())}" in text
+        assert entry.metadata["kind"].describe() in text
+
+
+@pytest.mark.parametrize("value", [{"dof": 3}, 3, None, Search()])
+def test_section_of_another_type_is_refused(value):
+    with pytest.raises(SettingsError, match="'design'") as refused:
+        Settings(design=value)
+    assert refused.value.value == value
+
+
+def test_change_checks_only_the_sections_that_change(monkeypatch):
+    checked = []
+    monkeypatch.setattr(Number, "check", lambda kind, name, value: checked.append(name) or value)
+    settings = Settings()
+    checked.clear()
+    changed = settings.replace({"search": {"seed": 3}})
+    assert {name.partition(".")[0] for name in checked} == {"search"}
+    assert all(getattr(changed, each) is getattr(settings, each) for each in ("task", "design", "fitness", "solver"))
 
 
 @pytest.mark.parametrize(("section", "name"), [(s, name) for s, entries in PUBLISHED.items() for name in entries])
