@@ -23,6 +23,7 @@ from armdesign.settings.sections import Search as SearchSettings
 from armdesign.swarm import (
     Algorithm,
     Box,
+    Sampler,
     SearchSpace,
     State,
     algorithm_from_state,
@@ -235,47 +236,45 @@ def search_space(settings: SearchSettings, space: DesignSpace) -> SearchSpace:
     )  # fmt: skip
 
 
-def first_generation(settings: SearchSettings, space: DesignSpace) -> Callable[[np.random.Generator, int], Array]:
+def first_generation(settings: SearchSettings, space: DesignSpace) -> Sampler:
     """Where a search begins: the designs of ``search.first``, the others drawn from Omega_l.
 
     As much is drawn as without them, so that the random numbers of the search stay the same.
 
+    Args:
+        settings: Designs to begin with.
+        space: The design space.
+
     Raises:
-        SettingsError: A design has another number of entries than Phi or lies outside the bounds, or there are more
-            designs than particles.
+        SettingsError: A design has another number of entries than Phi or lies outside the bounds; when drawn, also
+            where there are more designs than the first generation has room for.
     """
     first = settings.first or ()
-    check_first(first, settings.particles, space)
-
-    def sample(rng: np.random.Generator, count: int) -> Array:
-        X = space.sample(rng, count)
-        if first:
-            X[: len(first)] = first[:count]
-        return X
-
-    return sample
-
-
-def check_first(first: tuple[tuple[float, ...], ...], particles: int, space: DesignSpace) -> None:
-    """Refuse designs that a swarm cannot begin with; see first_generation."""
-    if len(first) > particles:
-        raise SettingsError(
-            f"search.first has {len(first)} designs for {counted(particles, 'particle')}",
-            value=len(first), allowed=f"up to {particles}", fix="Leave some out, or raise search.particles",
-        )  # fmt: skip
     names = [name for name, free in zip(space.names, space.free, strict=True) if free]
-    lower, upper = space.bounds
     for k, design in enumerate(first):
         if len(design) != len(names):
             raise SettingsError(
                 f"search.first[{k}] has {counted(len(design), 'number')}", value=len(design),
                 allowed=f"{len(names)}: {', '.join(names)}",
             )  # fmt: skip
-        for name, x, low, high in zip(names, design, lower, upper, strict=True):
+        for name, x, low, high in zip(names, design, *space.bounds, strict=True):
             if not low <= x <= high:
                 raise SettingsError(
                     f"search.first[{k}] has {name} = {x:g}", value=x, allowed=f"{low:g} to {high:g}, its bounds"
                 )
+
+    def sample(rng: np.random.Generator, count: int) -> Array:
+        if len(first) > count:
+            raise SettingsError(
+                f"search.first has {len(first)} designs for a first generation of {counted(count, 'candidate')}",
+                value=len(first), allowed=f"up to {count}", fix="Leave some out, or make the search larger",
+            )  # fmt: skip
+        X = space.sample(rng, count)
+        if first:
+            X[: len(first)] = first
+        return X
+
+    return sample
 
 
 def better(

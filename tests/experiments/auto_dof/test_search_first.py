@@ -64,10 +64,10 @@ def test_best_of_them_is_the_least_that_is_found(some):
     [
         ([[0.1] * 5], "search.first\\[0\\] has 5 numbers; allowed: 8: alpha_0, alpha_1, a_1"),
         ([[0.1] * 8, [9.0] + [0.1] * 7], "search.first\\[1\\] has alpha_0 = 9"),
-        ([[0.1] * 8] * 17, "17 designs for 16 particles"),
+        ([[0.1] * 8] * 17, "17 designs for a first generation of 16 candidates; allowed: up to 16"),
     ],
 )
 def test_designs_that_do_not_fit_are_refused(prepare_for, first, sentence):
     prepared = prepare_for(3, first=first)
     with pytest.raises(SettingsError, match=sentence):
-        new_swarm(prepared.settings.search, prepared.space)
+        new_swarm(prepared.settings.search, prepared.space).ask()
