@@ -70,7 +70,7 @@ def make_case(plan: Plan, job: Job, dof: int) -> Case:
     problem = job.problem(dof)
     path_problem = problem.path_problem
     compile_kernels(path_problem)
-    gauss = job.problem(dof, solver={"second_order": False}).path_problem()
+    gauss = job.problem(dof, solver={"second_order": False}).path_problem
     return Case(job, dof, path_problem, gauss, *problem.space.rows(designs(problem, plan.pick(*DESIGNS[dof]))))
 
 

@@ -10,8 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from armdesign.demonstration import read_recording
-from armdesign.search.design_problem import DesignProblem, prepare
+from armdesign.demonstration import Task, read_recording
+from armdesign.search.design_problem import DesignProblem
+from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Settings
 
 T = TypeVar("T")
@@ -102,7 +103,7 @@ def tiled(problem: DesignProblem, frames: int) -> DesignProblem:
     order = np.resize(there_and_back, frames)
     turns = None if task.quaternions is None else task.quaternions[order]
     time = np.arange(frames) * task.dt
-    return replace(problem, task=replace(task, time=time, P=task.P[order], R=None, quaternions=turns))
+    return with_task(problem, replace(task, time=time, P=task.P[order], R=None, quaternions=turns))
 
 
 def with_points(problem: DesignProblem, count: int) -> DesignProblem:
@@ -119,8 +120,12 @@ def with_points(problem: DesignProblem, count: int) -> DesignProblem:
     names = tuple(f"point_{i}" for i in range(1, count + 1))
     weights = tuple(np.arange(1.0, count + 1) / (count * (count + 1) / 2))
     task = replace(problem.task, P=points, points=names, R=None, quaternions=None, orientation=None)
-    settings = problem.settings.replace({"fitness": {"weights": weights, "orientation_weight": 0.0}})
-    return replace(problem, task=task, settings=settings)
+    return with_task(problem.with_settings({"fitness": {"weights": weights, "orientation_weight": 0.0}}), task)
+
+
+def with_task(problem: DesignProblem, task: Task) -> DesignProblem:
+    """The problem with another task in place of its own."""
+    return replace(problem, demonstrations=(replace(problem.first, task=task),))
 
 
 def designs(problem: DesignProblem, count: int, seed: int = 0) -> Array:

@@ -114,7 +114,7 @@ def search_row(job: Job, search: dict[str, int]) -> Row:
         "glue %": 100.0 * (1.0 - done.evaluating / done.iterating),
         "ends s": done.wall - done.iterating,
         "us/candidate": 1e6 * done.evaluating / int(done.result.history.evaluations[-1]),
-        "r mm": 1e3 * done.result.best.fitness,
+        "r mm": 1e3 * done.result.fitness,
     }
 
 

@@ -55,7 +55,7 @@ def plain_row(plan: Plan, job: Job, dof: int) -> Row:
     many = np.resize(np.arange(len(arms)), 96)  # fills the block, as a generation does
     walker, poses = PathWalker(path_problem), starts.poses[arms]
     speed = pace([walker.walk(rows[many], yaw[many], poses[many]) for _ in range(plan.repeats)])
-    gauss = PathWalker(job.problem(dof, solver={"second_order": False}).path_problem())
+    gauss = PathWalker(job.problem(dof, solver={"second_order": False}).path_problem)
     f = gauss.walk(rows, yaw, poses).scores.path_fitness
     began = time.perf_counter()
     plain = [PlainArm(space.table(Phi[k]), path_problem).follow(starts.poses[k]) for k in arms]

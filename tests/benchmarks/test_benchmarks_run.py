@@ -47,9 +47,9 @@ def test_missing_recordings_are_told(tmp_path, bench):
 @pytest.mark.parametrize("dof", [3, 5])
 def test_plain_evaluation_gives_the_same_f_and_E(dof, bench):
     plan, walks, plain = bench("plan"), bench("walks"), bench("plain")
-    prepared = plan.PACKAGING.prepared(dof, solver={"second_order": False})
-    problem, space = prepared.path_problem, prepared.space
-    Phi = plan.designs(prepared, 60)
+    design_problem = plan.PACKAGING.problem(dof, solver={"second_order": False})
+    problem, space = design_problem.path_problem, design_problem.space
+    Phi = plan.designs(design_problem, 60)
     starts = walks.seek_starts(problem, *space.rows(Phi))
     arms = np.flatnonzero(starts.valid)[:3]
     rows, yaw = space.rows(Phi[arms])
@@ -62,9 +62,9 @@ def test_plain_evaluation_gives_the_same_f_and_E(dof, bench):
 @pytest.mark.parametrize("dof", [3, 6])
 def test_phases_apart_add_up_to_the_whole(dof, bench):
     plan, walks = bench("plan"), bench("walks")
-    prepared = plan.WELDING.prepared(dof)
-    problem = prepared.path_problem
-    rows, yaw = prepared.space.rows(plan.designs(prepared, 30))
+    design_problem = plan.WELDING.problem(dof)
+    problem = design_problem.path_problem
+    rows, yaw = design_problem.space.rows(plan.designs(design_problem, 30))
     whole = walks.BlockEvaluator(problem).evaluate(rows, yaw)
     starts = walks.seek_starts(problem, rows, yaw)
     arms = np.flatnonzero(whole.valid)
@@ -77,10 +77,10 @@ def test_phases_apart_add_up_to_the_whole(dof, bench):
 
 def test_points_along_the_arm_end_at_the_hand_and_tiling_keeps_the_pace(bench):
     plan = bench("plan")
-    prepared = plan.WELDING.prepared(3)
-    P = prepared.task.P
-    assert all(np.allclose(plan.with_points(prepared, m).task.P[:, -1], P[:, -1]) for m in (1, 2, 5))
-    longer = plan.tiled(prepared, 500).task
+    problem = plan.WELDING.problem(3)
+    P = problem.task.P
+    assert all(np.allclose(plan.with_points(problem, m).task.P[:, -1], P[:, -1]) for m in (1, 2, 5))
+    longer = plan.tiled(problem, 500).task
     assert longer.P.shape == (500, *P.shape[1:])
     assert longer.R.shape == (500, 3, 3)
     fastest = np.abs(np.diff(P, axis=0)).max()

@@ -64,7 +64,7 @@ def test_one_joint_more_of_no_length_is_no_worse(uninterrupted, prepare_for):
             continue
         table = read_design(folder / f"n{found.dof}" / "result.json")
         larger = prepare_for(found.dof + 1)
-        designs = with_extra_joint(table, larger.space(), 1000)
+        designs = with_extra_joint(table, larger.space, 1000)
         scores, _ = InProcess(larger).evaluate(designs, np.full(len(designs), np.inf))
         assert scores.valid.all()
         assert scores.path_fitness.min() <= found.path_fitness * (1.0 + 1e-6)
@@ -167,7 +167,7 @@ def test_extended_arm_at_rest_has_the_same_path(uninterrupted, prepare_for):
     table = read_design(folder / f"n{n}" / "result.json")
     evaluation = evaluate_design(table, prepare_for(n))
     larger = prepare_for(n + 1)
-    extended = larger.space().table(with_extra_joint(table, larger.space(), 1)[0])
+    extended = larger.space.table(with_extra_joint(table, larger.space, 1)[0])
     where = int(np.flatnonzero((extended.a == 0.0) & (extended.d == 0.0))[-1])
     q = evaluation.path.q[0]
     candidates = [extended.frames(np.insert(q, k, 0.0))[-1] for k in range(n + 1)]

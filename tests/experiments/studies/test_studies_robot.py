@@ -86,9 +86,7 @@ def test_tables_cope_with_runs_that_are_missing(asked, records):
 
 
 def test_search_without_a_valid_arm_says_so(tasks):
-    prepared = tasks["packaging", 4]
-    study = prepared.settings.replace({"fitness": {"reach_tolerance": 1e-12}})
-    unreachable = type(prepared)(study, prepared.task)
+    unreachable = tasks["packaging", 4].with_settings({"fitness": {"reach_tolerance": 1e-12}})
     with pytest.raises(SearchError, match="no valid arm was found in 40 evaluations"):
         robot.perform(unreachable, {"algorithm": "ga", "seed": 0}, lambda *report: None)
 

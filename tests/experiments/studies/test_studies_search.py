@@ -117,5 +117,5 @@ def test_the_record_of_the_examples_is_reproduced():
         ready = prepare(read_recording(path), study)
         known = best[fingerprint(ready)]
         assert known.dof == 3
-        found = evaluate_design(ready.space().table(np.array(known.phi)), ready)
+        found = evaluate_design(ready.space.table(np.array(known.phi)), ready)
         assert found.fitness == pytest.approx(known.fitness, rel=1e-4)
