@@ -123,15 +123,9 @@ def pruning_row(job: Job, iterations: int) -> Row:
     plain, pruned = (
         searched(job.problem(DOF, search={"iterations": iterations, "prune": prune})) for prune in (False, True)
     )
-    removed, count = pruned.result.facts.rejected, 400 * iterations
-    walked = count - sum(removed[name] for name in ("constraints", "reach", "start", "pruned"))
-    shares = {
-        "constraints": removed["constraints"],
-        "reach": removed["reach"],
-        "start": removed["start"],
-        "pruned": removed["pruned"],
-        "walked": walked,
-    }
+    removed, count = pruned.result.facts.rejected, int(pruned.result.history.evaluations[-1])
+    tests = ("constraints", "reach", "start", "pruned")
+    shares = {name: removed[name] for name in tests} | {"whole path": count - sum(removed[name] for name in tests)}
     return {
         "task": job.name,
         **{f"{name} %": 100.0 * number / count for name, number in shares.items()},
