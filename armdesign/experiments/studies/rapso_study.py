@@ -111,9 +111,9 @@ def pairs_of(asked: Asked, records: Sequence[Record], task: str, n: int, reading
         search = record.unit.problem.settings.search
         if not record.finished or (record.task, record.dof) != (task, n):
             continue
-        if record.algorithm == "rapso" and search.range != reading:
+        if search.has("range") and search.range != reading:
             continue
-        D = search.angle_interval if record.algorithm == "rapso" else 0
+        D = search.angle_interval if search.has("angle_interval") else 0
         values = float(record.content["fitness"]), float(record.content["computational_effort"])
         found.setdefault(record.seed, {})[D] = values
     complete = [by_D for _, by_D in sorted(found.items()) if all(D in by_D for D in (0, *intervals))]
