@@ -3,8 +3,8 @@
 import os
 from types import SimpleNamespace
 
+import child_runs as runs
 import pytest
-import survival_runs as runs
 from typer.testing import CliRunner
 
 from armdesign.cli import app
@@ -14,7 +14,7 @@ from armdesign.runs.resumable import finished
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Settings
 
-collect_ignore = [] if hasattr(os, "fork") else ["test_survival_interrupts.py", "test_survival_kills.py"]
+collect_ignore = [] if hasattr(os, "fork") else ["test_interrupts.py", "test_kills.py"]
 RECORDING = runs.EXAMPLES / "packaging.csv"
 SMALL = Settings().replace({"task": {"stop": 0.4}, "search": {"particles": 12, "iterations": 6}})
 

@@ -52,8 +52,8 @@ def example_runs():
     for name, rows in TABLES.items():
         table = DHTable.from_rows(rows)
         changes = {"design": {"dof": table.dof}, "fitness": {"scenario": name}}
-        prepared = prepare(read_recording(ROOT / "examples" / f"{name}.csv"), Settings().replace(changes))
-        runs[name] = Result(name, prepared, evaluate_design(table, prepared), {}, {})
+        problem = prepare(read_recording(ROOT / "examples" / f"{name}.csv"), Settings().replace(changes))
+        runs[name] = Result(problem, evaluate_design(table, problem), name=name)
     return runs
 
 

@@ -27,7 +27,7 @@ from armdesign.views.report.drawing import Picture
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 VOID = {"meta", "link", "br", "hr", "img", "input", "col"}
-TOLD = {
+FACTS = {
     "algorithm": "rapso",
     "seed": 7,
     "evaluations": 60,
@@ -93,29 +93,29 @@ def invented():
 
     def make(dof=3, scenario="packaging", *, seed=0, names=None, name="made-up", stopped_by="iterations", table=None):
         rng = np.random.default_rng(seed)
-        prepared = prepared_for(scenario, dof, names)
+        problem = problem_for(scenario, dof, names)
         if table is None:
             rows = np.stack(
                 [rng.uniform(-1.5, 1.5, dof + 1), rng.uniform(0, 0.3, dof + 1), rng.uniform(0, 0.3, dof + 1)]
             )
             table = DHTable.from_rows(rows.T)
-        time = prepared.task.time
+        time = problem.task.time
         q = rng.uniform(-1, 1, dof) + 0.5 * np.sin(rng.uniform(1, 3, dof) * time[:, None] + rng.uniform(0, 3, dof))
-        path = BlockEvaluator(prepared.path_problem, block=1).replay(table, q)
+        path = BlockEvaluator(problem.path_problem, block=1).replay(table, q)
         f, E = float(path.g.mean()), float(path.area.mean())
-        fitness = prepared.settings.fitness
+        fitness = problem.settings.fitness
         r = fitness.lambda_f * f + fitness.lambda_E * E
         evaluation = Evaluation(table, r, f, E, (PathEvaluation(r, f, E, path),))
         if stopped_by is None:
-            return Result(prepared, evaluation, name=name)
+            return Result(problem, evaluation, name=name)
         best = np.array([np.inf, 0.9, 0.7, 0.7])
         history = History(best, best + 0.1, np.array([0, 4, 5, 3]), 20 * np.arange(1, 5))
-        return Result(prepared, evaluation, history, SearchFacts(**TOLD, stopped_by=stopped_by), name=name)
+        return Result(problem, evaluation, history, SearchFacts(**FACTS, stopped_by=stopped_by), name=name)
 
     return make
 
 
-def prepared_for(scenario, dof, names=None):
+def problem_for(scenario, dof, names=None):
     """An example's task with other names for its points."""
     settings = Settings().replace(
         {
@@ -124,13 +124,13 @@ def prepared_for(scenario, dof, names=None):
             "fitness": {"scenario": scenario},
         }
     )
-    prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), settings)
+    problem = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), settings)
     if names is None:
-        return prepared
-    task = prepared.task
+        return problem
+    task = problem.task
     renamed = Task(task.time, task.P, None, task.quaternions, names, task.base, task.steps)
-    demonstration = dataclasses.replace(prepared.first, task=renamed)
-    return DesignProblem(prepared.settings, (demonstration,))
+    demonstration = dataclasses.replace(problem.first, task=renamed)
+    return DesignProblem(problem.settings, (demonstration,))
 
 
 @pytest.fixture
@@ -153,10 +153,14 @@ def longer():
         frames = len(task.time) * times
         time = task.time[0] + task.dt * np.arange(frames)
         P = np.tile(task.P, (times, 1, 1))
-        prepared = dataclasses.replace(run.problem, task=Task(time, P, None, None, task.points, task.base))
+        first = dataclasses.replace(run.problem.first, task=Task(time, P, None, None, task.points, task.base))
+        problem = dataclasses.replace(run.problem, demonstrations=(first,))
         q = np.tile(np.concatenate([path.q, path.q[::-1]]), (times // 2, 1))
-        path = BlockEvaluator(prepared.path_problem, block=1).replay(run.table, q)
-        return dataclasses.replace(run, prepared=prepared, evaluation=dataclasses.replace(run.evaluation, path=path))
+        path = BlockEvaluator(problem.path_problem, block=1).replay(run.table, q)
+        score = dataclasses.replace(run.evaluation.demonstrations[0], path=path)
+        return dataclasses.replace(
+            run, problem=problem, evaluation=dataclasses.replace(run.evaluation, demonstrations=(score,))
+        )
 
     return stretch
 
@@ -166,10 +170,8 @@ def folders(tmp_path_factory):
     """The folder of a small search of each scenario."""
     made = {}
     for scenario, dof in (("packaging", 3), ("welding", 5)):
-        small = prepared_for(scenario, dof)
-        settings = small.settings.replace({"search": {"particles": 20, "iterations": 3}})
+        problem = problem_for(scenario, dof).with_settings({"search": {"particles": 20, "iterations": 3}})
         folder = claim_folder(tmp_path_factory.mktemp("runs") / scenario)
-        folder.mkdir(exist_ok=True)
-        write_result(folder, search(DesignProblem(settings, small.demonstrations)))
+        write_result(folder, search(problem))
         made[scenario] = folder
     return made

@@ -79,24 +79,22 @@ def test_the_errors_are_those_of_the_path(both, take_apart, numbers):
     for name, errors in zip(run.problem.task.points, 1e3 * run.evaluation.path.distance.T, strict=True):
         wanted = [errors.mean(), np.median(errors), np.percentile(errors, 95), errors.max()]
         assert numbers(" ".join(row_of(page, f"{name} [mm]")[1:])) == pytest.approx(wanted, abs=0.0051)
-        said = run.content["point_error"][name]
-        assert [said["mean"], said["max"]] == pytest.approx([errors.mean() / 1e3, errors.max() / 1e3], rel=1e-6)
 
 
 def test_the_fitness_and_its_parts_are_those_of_the_result(both, take_apart, numbers):
     run, text = both
     page = take_apart(text)
     total = numbers(row_of(page, "r")[2])[0]
-    assert total == pytest.approx(1e3 * run.content["fitness"], abs=0.0051)
+    assert total == pytest.approx(1e3 * run.fitness, abs=0.0051)
     names = [*run.problem.task.points, "area E"]
-    names += ["orientation"] if run.content["orientation_weight"] else []
+    names += ["orientation"] if run.problem.settings.fitness.orientation_weight else []
     assert sum(numbers(row_of(page, name)[2])[0] for name in names) == pytest.approx(total, abs=0.0051 * len(names))
 
 
 def test_the_start_error_is_that_of_the_result(both):
     run, text = both
-    assert start_error(run) == pytest.approx(run.content["start_error"], rel=1e-3, abs=1e-9)
-    assert f"the end-effector is {1e3 * run.content['start_error']:.3f} mm from" in text
+    assert start_error(run) == pytest.approx(run.evaluation.path.start_error, rel=1e-3, abs=1e-9)
+    assert f"the end-effector is {1e3 * run.evaluation.path.start_error:.3f} mm from" in text
 
 
 def test_limits_are_those_of_the_urdf_in_the_folder(both, take_apart, numbers):
@@ -112,7 +110,7 @@ def test_limits_are_those_of_the_urdf_in_the_folder(both, take_apart, numbers):
 
 def test_the_search_is_told(both):
     run, text = both
-    for part in (f"seed {run.content['seed']}", "60 candidate arms", "all iterations were done", "3 of 3 iterations"):
+    for part in (f"seed {run.facts.seed}", "60 candidate arms", "all iterations were done", "3 of 3 iterations"):
         assert part in text
     for note in run.problem.notes:
         assert note.replace("'", "&#39;") in text

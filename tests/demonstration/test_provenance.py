@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,11 +16,13 @@ from armdesign.runs.resumable import start_run
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Settings
 
+PACKAGING = Path(__file__).resolve().parents[2] / "examples" / "packaging.csv"
+
 
 @pytest.fixture
-def captured(examples, tmp_path):
+def captured(tmp_path):
     """The packaging example as if it came from a capture system, and its file."""
-    plain = read_recording(examples["packaging"])
+    plain = read_recording(PACKAGING)
     path = tmp_path / "capture.csv"
     write_plain_csv(path, plain)
     about = About(
@@ -32,7 +35,7 @@ def content(path):
     return json.loads(path.read_text(encoding="utf-8"))
 
 
-def test_task_json_tells_the_whole_way(captured, tmp_path):
+def test_task_json_says_where_a_task_comes_from_and_what_was_done(captured, tmp_path):
     recording, path = captured
     changes = {
         "recording": str(path),
@@ -40,37 +43,37 @@ def test_task_json_tells_the_whole_way(captured, tmp_path):
         "points": ("elbow=upper_arm", "hand=0.5*forearm+0.5*hand"),
         "rate": 40.0,
     }
-    prepared = prepare(recording, Settings().replace({"task": changes}))
+    problem = prepare(recording, Settings().replace({"task": changes}))
     (tmp_path / "run").mkdir()
-    start_run(tmp_path / "run", prepared)
-    told = content(tmp_path / "run" / "task.json")
-    assert told["sources"] == [{"path": str(path), "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}]
-    assert (told["format"], told["units"], told["up"], told["mirror"]) == ("C3D", "mm", "y", False)
-    assert told["base"] == "shoulder"
-    assert told["points"] == ["elbow=upper_arm", "hand=0.5*forearm+0.5*hand"]
-    assert told["settings"]["low_pass"] == 6.0
-    assert told["settings"]["outliers"] is True
-    assert (told["frames"], told["rate"]) == (len(prepared.task.time), pytest.approx(40.0))
-    assert [step["sentence"] for step in told["steps"]] == list(prepared.notes)
+    start_run(tmp_path / "run", problem)
+    written = content(tmp_path / "run" / "task.json")
+    assert written["sources"] == [{"path": str(path), "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}]
+    assert (written["format"], written["units"], written["up"], written["mirror"]) == ("C3D", "mm", "y", False)
+    assert written["base"] == "shoulder"
+    assert written["points"] == ["elbow=upper_arm", "hand=0.5*forearm+0.5*hand"]
+    assert written["settings"]["low_pass"] == 6.0
+    assert written["settings"]["outliers"] is True
+    assert (written["frames"], written["rate"]) == (len(problem.task.time), pytest.approx(40.0))
+    assert [step["sentence"] for step in written["steps"]] == list(problem.notes)
     assert {"recording", "units", "up", "points", "low_pass", "resample", "segments", "motion", "task"} <= {
-        step["name"] for step in told["steps"]
+        step["name"] for step in written["steps"]
     }
 
 
 def test_an_opened_run_knows_where_it_comes_from(captured, tmp_path):
     recording, path = captured
-    prepared = prepare(recording, Settings().replace({"task": {"recording": str(path)}}))
+    problem = prepare(recording, Settings().replace({"task": {"recording": str(path)}}))
     (tmp_path / "run").mkdir()
-    start_run(tmp_path / "run", prepared)
+    start_run(tmp_path / "run", problem)
     again = read_problem(tmp_path / "run")
-    assert again.notes == prepared.notes
-    assert again.first.provenance.sources == prepared.first.provenance.sources
+    assert again.notes == problem.notes
+    assert again.first.provenance.sources == problem.first.provenance.sources
     assert (again.first.provenance.points, again.first.provenance.base) == (
-        prepared.first.provenance.points,
-        prepared.first.provenance.base,
+        problem.first.provenance.points,
+        problem.first.provenance.base,
     )
-    assert again.settings == prepared.settings
-    assert again.task.P.tobytes() == prepared.task.P.tobytes()
+    assert again.settings == problem.settings
+    assert again.task.P.tobytes() == problem.task.P.tobytes()
     first = (tmp_path / "run" / "task.json").read_bytes()
     start_run(tmp_path / "run", again)
     assert (tmp_path / "run" / "task.json").read_bytes() == first
@@ -90,8 +93,8 @@ def test_what_is_written_is_read_again(tmp_path):
     )
     steps = (Step("units", "Metres.", {"unit": "m"}), Step("note", "Nothing."))
     (tmp_path / "t.json").write_text(task_json(origin, steps, base="s", frames=10, rate=100.0))
-    base, again, told = read_task_json(tmp_path / "t.json")
-    assert (base, again, told) == ("s", origin, steps)
+    base, again, notes = read_task_json(tmp_path / "t.json")
+    assert (base, again, notes) == ("s", origin, steps)
 
 
 def test_numbers_of_numpy_are_written_as_numbers(tmp_path):
@@ -103,16 +106,11 @@ def test_numbers_of_numpy_are_written_as_numbers(tmp_path):
 def test_beside_a_converted_recording(captured, tmp_path):
     recording, path = captured
     settings = Settings().replace({"task": {"recording": str(path), "base": "shoulder", "points": ("forearm", "hand")}})
-    csv, told = write_conversion(tmp_path / "out.csv", convert(recording, settings))
-    assert told.name == "out.task.json"
-    assert content(told)["points"] == ["forearm", "hand"]
-    assert content(told)["sources"][0]["path"] == str(path)
+    csv, beside = write_conversion(tmp_path / "out.csv", convert(recording, settings))
+    assert beside.name == "out.task.json"
+    assert content(beside)["points"] == ["forearm", "hand"]
+    assert content(beside)["sources"][0]["path"] == str(path)
     assert list(read_recording(csv).points) == ["shoulder", "forearm", "hand"]
-
-
-def test_result_names_the_recording(runs, examples):
-    entry = runs["packaging"].content["recording"]
-    assert entry == {"path": str(examples["packaging"]), "sha256": fingerprint(str(examples["packaging"]))}
 
 
 def test_files_that_are_not_there_have_no_digest(tmp_path):

@@ -2,9 +2,9 @@ import hashlib
 import io
 import shutil
 
+import child_runs as runs
 import numpy as np
 import pytest
-import survival_runs as runs
 
 from armdesign.errors import ArmDesignError, RunFolderError
 from armdesign.runs import checkpoint

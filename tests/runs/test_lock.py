@@ -2,8 +2,8 @@ import os
 import signal
 import time
 
+import child_runs as runs
 import pytest
-import survival_runs as runs
 
 from armdesign.errors import RunFolderError, SearchError
 from armdesign.runs import lock

@@ -3,8 +3,8 @@
 import signal
 import time
 
+import child_runs as runs
 import pytest
-import survival_runs as runs
 
 from armdesign.fitness import block as evaluator
 

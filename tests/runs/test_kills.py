@@ -5,8 +5,8 @@ import subprocess
 import sys
 import time
 
+import child_runs as runs
 import pytest
-import survival_runs as runs
 
 from armdesign.runs.resumable import finished
 

@@ -6,18 +6,26 @@ import json
 import re
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import outside_fitness
 import pinocchio as pin
 import pytest
 import yourdfpy
 
 from armdesign import files
+from armdesign.demonstration import read_recording
 from armdesign.errors import RunFolderError
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.folder import claim_folder, free_folder
+from armdesign.runs.reading import read_result
 from armdesign.runs.writing import write_result
+from armdesign.search.prepare import prepare
+from armdesign.search.search import search
+from armdesign.settings.sections import Settings
 
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 KEYS = {
     "schema_version",
     "dof",
@@ -43,6 +51,32 @@ KEYS = {
 }
 
 
+@pytest.fixture(scope="module")
+def searched(tmp_path_factory):
+    """A small search of each scenario in its run folder."""
+    done = {}
+    for scenario in ("packaging", "welding"):
+        recording = EXAMPLES / f"{scenario}.csv"
+        changes = {
+            "task": {"recording": str(recording)},
+            "design": {"dof": 6},
+            "search": {"particles": 10, "iterations": 4},
+            "fitness": {"scenario": scenario},
+        }
+        result = search(prepare(read_recording(recording), Settings().replace(changes)))
+        folder = tmp_path_factory.mktemp(scenario) / "run"
+        write_result(folder, result)
+        content = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        done[scenario] = SimpleNamespace(folder=folder, result=result, content=content)
+    return done
+
+
+@pytest.fixture(params=["packaging", "welding"])
+def run(searched, request):
+    """Each of them."""
+    return searched[request.param]
+
+
 def table_of(content):
     dh = content["dh"]
     assert dh["convention"] == "modified"
@@ -64,8 +98,8 @@ def task_of(folder, points):
     return table[:, places], R
 
 
-def test_folder_holds_what_it_should_and_no_more(finished):
-    assert {path.name for path in finished.folder.iterdir()} == {
+def test_folder_holds_what_it_should_and_no_more(run):
+    assert {path.name for path in run.folder.iterdir()} == {
         "result.json",
         "trajectory.csv",
         "task.csv",
@@ -77,8 +111,8 @@ def test_folder_holds_what_it_should_and_no_more(finished):
     }
 
 
-def test_result_has_every_key(finished):
-    content = finished.content
+def test_result_has_every_key(run):
+    content = run.content
     assert set(content) >= KEYS
     assert content["schema_version"] == 1
     assert len(content["dh"]["rows"]) == content["dof"] + 1 == 7
@@ -90,8 +124,8 @@ def test_result_has_every_key(finished):
     assert all(set(error) == {"mean", "max"} for error in content["point_error"].values())
 
 
-def test_numbers_in_the_result_fit_together(finished):
-    content, settings = finished.content, finished.content["settings"]["fitness"]
+def test_numbers_in_the_result_fit_together(run):
+    content, settings = run.content, run.content["settings"]["fitness"]
     table = table_of(content)
     assert content["length"] == table.length
     assert content["fitness"] == settings["lambda_f"] * content["path_fitness"] + settings["lambda_E"] * content["area"]
@@ -103,16 +137,16 @@ def test_numbers_in_the_result_fit_together(finished):
     assert content["computational_effort"] == pytest.approx(content["mean_valid"] * content["converged_at"])
 
 
-def test_effort_is_that_of_the_history(finished):
-    _, history = columns(finished.folder / "history.csv")
+def test_effort_is_that_of_the_history(run):
+    _, history = columns(run.folder / "history.csv")
     best, valid = history[:, 1], history[:, 3]
     W = int(np.argmax(best <= 1.01 * best[-1])) + 1
-    assert finished.content["converged_at"] == W
-    assert finished.content["mean_valid"] == pytest.approx(valid[:W].mean())
+    assert run.content["converged_at"] == W
+    assert run.content["mean_valid"] == pytest.approx(valid[:W].mean())
 
 
-def test_history_obeys_its_laws(finished):
-    header, rows = columns(finished.folder / "history.csv")
+def test_history_obeys_its_laws(run):
+    header, rows = columns(run.folder / "history.csv")
     assert header == ["iteration", "best", "mean", "valid", "evaluations"]
     iteration, best, mean, valid, evaluations = rows.T
     np.testing.assert_array_equal(iteration, np.arange(1, 5))
@@ -120,23 +154,23 @@ def test_history_obeys_its_laws(finished):
     assert (mean >= best).all()
     assert ((valid >= 0) & (valid <= 10)).all()
     np.testing.assert_array_equal(evaluations, 10 * iteration)
-    assert best[-1] == finished.content["fitness"]
+    assert best[-1] == run.content["fitness"]
 
 
-def test_trajectory_has_a_row_a_frame_within_limits_and_continuity(finished):
-    header, rows = columns(finished.folder / "trajectory.csv")
+def test_trajectory_has_a_row_a_frame_within_limits_and_continuity(run):
+    header, rows = columns(run.folder / "trajectory.csv")
     assert header == ["time", *(f"joint_{i + 1}" for i in range(6))]
-    _, task = columns(finished.folder / "task.csv")
+    _, task = columns(run.folder / "task.csv")
     np.testing.assert_array_equal(rows[:, 0], task[:, 0])
-    assert len(rows) == finished.content["frames"] == len(task)
+    assert len(rows) == run.content["frames"] == len(task)
     q = rows[:, 1:]
     assert np.abs(q).max() <= np.pi
     assert np.linalg.norm(np.diff(q, axis=0), axis=1).max() <= np.deg2rad(10.0) * (1 + 1e-9)
 
 
-def test_task_has_the_recording_s_own_header(runs, examples):
-    for scenario, run in runs.items():
-        recorded, table = columns(examples[scenario])
+def test_task_has_the_recording_s_own_header(searched):
+    for scenario, run in searched.items():
+        recorded, table = columns(EXAMPLES / f"{scenario}.csv")
         header, rows = columns(run.folder / "task.csv")
         turns = ["hand_qx", "hand_qy", "hand_qz", "hand_qw"] if scenario == "welding" else []
         assert header == ["time", *recorded[4:13], *turns]
@@ -146,34 +180,34 @@ def test_task_has_the_recording_s_own_header(runs, examples):
                 np.testing.assert_allclose(rows[:, header.index(f"{point}_{axis}")], moved, rtol=0, atol=1e-12)
 
 
-def test_every_number_has_all_its_digits(finished):
+def test_every_number_has_all_its_digits(run):
     """The shortest text that reads back as the same double: 17 significant digits where it takes them."""
     longest = 0
     for name in ("history.csv", "trajectory.csv", "task.csv", "settings.toml", "result.json", "arm.urdf"):
-        text = (finished.folder / name).read_text(encoding="utf-8")
+        text = (run.folder / name).read_text(encoding="utf-8")
         for number in re.findall(r"(?<![\w.\-/])-?\d+\.\d+(?:e[-+]?\d+)?(?![\w.])", text):
             assert repr(float(number)) == number, (name, number)
             longest = max(longest, len(number.lstrip("-0.").replace(".", "").split("e")[0]))
     assert longest in (16, 17)
 
 
-def test_written_numbers_are_those_computed(finished):
-    best, content = finished.result.evaluation, finished.content
+def test_written_numbers_are_those_computed(run):
+    best, content = run.result.evaluation, run.content
     assert content["fitness"] == best.fitness
     assert content["path_fitness"] == best.path_fitness
     assert content["area"] == best.area
     assert content["mount"] == best.path.mount.tolist()
-    assert columns(finished.folder / "trajectory.csv")[1][:, 1:].tobytes() == best.path.q.tobytes()
+    assert columns(run.folder / "trajectory.csv")[1][:, 1:].tobytes() == best.path.q.tobytes()
     table = table_of(content)
     for name in ("alpha", "a", "d"):
         np.testing.assert_array_equal(getattr(table, name), getattr(best.table, name))
 
 
-def test_outside_recomputation_gives_the_same_fitness(finished, outside):
-    content = finished.content
-    P, R = task_of(finished.folder, content["points"])
-    _, rows = columns(finished.folder / "trajectory.csv")
-    f, E = outside.fitness(
+def test_outside_recomputation_gives_the_same_fitness(run):
+    content = run.content
+    P, R = task_of(run.folder, content["points"])
+    _, rows = columns(run.folder / "trajectory.csv")
+    f, E = outside_fitness.fitness(
         table_of(content), rows[:, 1:], P, np.array(content["weights"]), content["settings"]["fitness"]["delta"],
         content["orientation_weight"], R, np.array(content["mount"]),
     )  # fmt: skip
@@ -181,25 +215,25 @@ def test_outside_recomputation_gives_the_same_fitness(finished, outside):
     assert pytest.approx(content["area"], abs=1e-9) == E
 
 
-def test_errors_per_point_are_those_of_the_trajectory(finished, outside):
-    content = finished.content
-    P, _ = task_of(finished.folder, content["points"])
-    _, rows = columns(finished.folder / "trajectory.csv")
+def test_errors_per_point_are_those_of_the_trajectory(run):
+    content = run.content
+    P, _ = task_of(run.folder, content["points"])
+    _, rows = columns(run.folder / "trajectory.csv")
     table, weights = table_of(content), np.array(content["weights"])
     distances = []
     for q, points in zip(rows[:, 1:], P, strict=True):
-        line = outside.corners(table, q)
-        distances.append(outside.errors(line, outside.place(line, points, weights), points))
+        line = outside_fitness.corners(table, q)
+        distances.append(outside_fitness.errors(line, outside_fitness.place(line, points, weights), points))
     for name, distance in zip(content["points"], np.transpose(distances), strict=True):
         assert content["point_error"][name]["mean"] == pytest.approx(distance.mean(), abs=1e-9)
         assert content["point_error"][name]["max"] == pytest.approx(distance.max(), abs=1e-9)
     assert content["start_error"] == pytest.approx(distances[0][-1], abs=1e-9)
 
 
-def test_urdf_stands_where_the_table_says(finished):
-    table = table_of(finished.content)
-    _, rows = columns(finished.folder / "trajectory.csv")
-    path = finished.folder / "arm.urdf"
+def test_urdf_stands_where_the_table_says(run):
+    table = table_of(run.content)
+    _, rows = columns(run.folder / "trajectory.csv")
+    path = run.folder / "arm.urdf"
     model = pin.buildModelFromUrdf(str(path))
     data = model.createData()
     robot = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=True)
@@ -213,32 +247,32 @@ def test_urdf_stands_where_the_table_says(finished):
             np.testing.assert_allclose(robot.get_transform(name, "base_link"), pose, rtol=0, atol=1e-12)
 
 
-def test_urdf_has_the_joint_limits_of_the_study(finished):
-    model = pin.buildModelFromUrdf(str(finished.folder / "arm.urdf"))
+def test_urdf_has_the_joint_limits_of_the_settings(run):
+    model = pin.buildModelFromUrdf(str(run.folder / "arm.urdf"))
     np.testing.assert_array_equal(model.lowerPositionLimit, np.full(6, -np.pi))
     np.testing.assert_array_equal(model.upperPositionLimit, np.full(6, np.pi))
 
 
-def test_study_in_the_folder_is_that_in_the_result(finished):
-    settings = tomllib.loads((finished.folder / "settings.toml").read_text(encoding="utf-8"))
-    assert json.loads(json.dumps(settings)) == finished.content["settings"]
+def test_settings_in_the_folder_are_those_in_the_result(run):
+    settings = tomllib.loads((run.folder / "settings.toml").read_text(encoding="utf-8"))
+    assert json.loads(json.dumps(settings)) == run.content["settings"]
     assert settings["task"]["base"] == "shoulder"
     assert settings["task"]["points"] == ["upper_arm", "forearm", "hand"]
     assert Path(settings["task"]["recording"]).is_file()
 
 
-def test_result_names_the_recording(finished, examples):
-    recording = finished.content["recording"]
-    assert Path(recording["path"]).resolve() in [path.resolve() for path in examples.values()]
+def test_result_names_the_recording(run):
+    recording = run.content["recording"]
+    assert Path(recording["path"]).parent == EXAMPLES
     assert recording["sha256"] == hashlib.sha256(Path(recording["path"]).read_bytes()).hexdigest()
 
 
-def test_what_was_removed_is_counted(finished):
-    rejected = finished.content["rejected"]
-    _, history = columns(finished.folder / "history.csv")
+def test_what_was_removed_is_counted(run):
+    rejected = run.content["rejected"]
+    _, history = columns(run.folder / "history.csv")
     assert set(rejected) == {"constraints", "reach", "start", "pruned", "path"}
     removed = rejected["constraints"] + rejected["reach"] + rejected["start"]
-    assert removed + history[:, 3].sum() == finished.content["evaluations"]
+    assert removed + history[:, 3].sum() == run.content["evaluations"]
     assert rejected["pruned"] <= history[:, 3].sum()
 
 
@@ -254,7 +288,7 @@ def test_folder_that_cannot_be_is_refused_at_once(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["result.json", "state.npz"])
-def test_run_is_kept_also_where_it_is_not_finished(tmp_path, name):
+def test_run_is_kept_also_where_it_is_not_run(tmp_path, name):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / name).write_text("{}")
     with pytest.raises(RunFolderError, match=r"already holds a run.*--overwrite"):
@@ -270,24 +304,20 @@ def test_folder_of_other_things_may_be_used(tmp_path):
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
-def test_failure_on_the_way_leaves_no_result_that_looks_whole(runs, tmp_path, monkeypatch):
-    run = runs["packaging"]
-
+def test_failure_on_the_way_leaves_no_result_that_looks_whole(searched, tmp_path, monkeypatch):
     def broken(*args, **options):
         raise RunFolderError("no")
 
     folder = claim_folder(tmp_path / "run")
-    folder.mkdir(exist_ok=True)
     monkeypatch.setattr("armdesign.runs.contents.result_urdf", broken)
     with pytest.raises(RunFolderError):
-        write_result(folder, run.result)
+        write_result(folder, searched["packaging"].result)
     assert not (folder / "result.json").exists()
 
 
-def test_disk_that_fails_while_overwriting_leaves_no_mixture(runs, tmp_path, monkeypatch):
+def test_disk_that_fails_while_overwriting_leaves_no_mixture(searched, tmp_path, monkeypatch):
     folder = claim_folder(tmp_path / "run")
-    folder.mkdir(exist_ok=True)
-    write_result(folder, runs["packaging"].result)
+    write_result(folder, searched["packaging"].result)
     whole = files.write_whole
 
     def full(path, content):
@@ -297,5 +327,14 @@ def test_disk_that_fails_while_overwriting_leaves_no_mixture(runs, tmp_path, mon
 
     monkeypatch.setattr("armdesign.runs.writing.write_whole", full)
     with pytest.raises(RunFolderError, match="the disk is full"):
-        write_result(claim_folder(folder, overwrite=True), runs["welding"].result)
+        write_result(claim_folder(folder, overwrite=True), searched["welding"].result)
     assert not (folder / "result.json").exists()  # the old one would stand beside the new history
+
+
+def test_a_run_folder_is_read_back_as_the_result_that_was_written(run):
+    again = read_result(run.folder)
+    assert (again.fitness, again.facts, again.name) == (run.result.fitness, run.result.facts, "run")
+    assert again.problem.settings == run.result.problem.settings
+    assert again.evaluation.path.q.tobytes() == run.result.evaluation.path.q.tobytes()
+    assert again.evaluation.path.distance == pytest.approx(run.result.evaluation.path.distance, abs=1e-12)
+    assert again.history.best.tobytes() == run.result.history.best.tobytes()

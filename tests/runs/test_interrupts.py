@@ -4,8 +4,8 @@ import signal
 import subprocess
 import sys
 
+import child_runs as runs
 import pytest
-import survival_runs as runs
 
 from armdesign.kinematics.dh_files import read_design
 from armdesign.search.backends import InProcess, processes
@@ -95,7 +95,7 @@ def test_ctrl_c_in_a_terminal_reaches_the_workers_too_and_leaves_none_behind(tmp
 
 def test_a_real_command_is_interrupted_and_taken_up_again(tmp_path, begin, undisturbed, check):
     folder = tmp_path / "run"
-    code = "import survival_runs; survival_runs.linger(0.2); from armdesign.cli import main; main()"
+    code = "import child_runs; child_runs.linger(0.2); from armdesign.cli import main; main()"
     command = [sys.executable, "-c", code, *map(str, begin(folder))]
     paths = os.pathsep.join(path for path in sys.path if path)
     ended = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": paths})

@@ -1,9 +1,9 @@
 import json
 import math
 
+import child_runs as runs
 import numpy as np
 import pytest
-import survival_runs as runs
 
 from armdesign.cli.setting_flags import read_flag
 from armdesign.errors import SettingsError

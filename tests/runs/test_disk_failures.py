@@ -3,8 +3,8 @@ import os
 import subprocess
 import sys
 
+import child_runs as runs
 import pytest
-import survival_runs as runs
 
 from armdesign.errors import RunFolderError
 from armdesign.runs import resumable as running
