@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -39,20 +39,16 @@ def settings_from_flags(config: Path | None, given: Mapping[str, Mapping[str, An
     return settings.replace(changes)
 
 
-def with_weights(
-    settings: Settings, scenario: str | None, weights: list[float] | None, point_count: Callable[[], int]
-) -> Settings:
+def with_weights(settings: Settings, scenario: str | None, weights: list[float] | None) -> Settings:
     """Settings with the weights of the flags: --weights as given, --scenario instead of the file's.
 
     Args:
         settings: The settings.
         scenario: What --scenario says.
-        weights: What --weights says.
-        point_count: Gives the number of points; asked only where it decides which weight is the orientation's.
+        weights: What --weights says; one more than there are points where the first is the orientation's.
     """
     if scenario is not None:
         settings = settings.replace({"fitness": {"scenario": scenario, "weights": (), "orientation_weight": None}})
     if weights is None:
         return settings
-    w_0, w = (weights[0], weights[1:]) if len(weights) == point_count() + 1 else (0.0, weights)
-    return settings.replace({"fitness": {"weights": w, "orientation_weight": w_0}})
+    return settings.replace({"fitness": {"weights": weights, "orientation_weight": None}})

@@ -14,7 +14,7 @@ from armdesign.errors import SettingsError
 from armdesign.runs.folder import DEMONSTRATIONS, HOLDOUTS, TASK, TASK_JSON, inner_folders
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import for_one, prepare
-from armdesign.search.prepare_demonstration import ORIGIN, choose
+from armdesign.search.prepare_demonstration import ORIGIN
 from armdesign.settings.kinds import is_unicode
 from armdesign.settings.sections import Settings
 
@@ -166,10 +166,7 @@ def open_recording(
     files = {name: str(Path(path).resolve()) for name, path in task.files.items()}
     single = None if files else str(source.resolve())
     settings = settings.replace({"task": {"recording": single, "files": files}})
-    chosen = with_weights(
-        settings, scenario, weights, lambda: len(choose(demonstration, settings, oriented=False).points)
-    )
-    return source, demonstration, chosen
+    return source, demonstration, with_weights(settings, scenario, weights)
 
 
 def named_source(settings: Settings, command: str) -> Path:

@@ -144,7 +144,7 @@ def search(
         if recordings:
             first, *more = (str(path.resolve()) for path in recordings)
             settings = settings.replace({"task": {"recording": first, "more_recordings": more or None}})
-        weighted = with_weights(settings, scenario, weights, lambda: len(settings.task.points) or 3)
+        weighted = with_weights(settings, scenario, weights)
         typer.echo(weighted.to_toml(comments=True), nl=False)
         return
     if config is not None and not recordings:

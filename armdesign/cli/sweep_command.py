@@ -25,6 +25,7 @@ from armdesign.experiments.sweep.sweep_store import check_extension, holds_sweep
 from armdesign.experiments.sweep.units import look_at
 from armdesign.fitness.block import compile_kernels
 from armdesign.search.backends.processes import available_cores
+from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import ALGORITHM_SETTINGS, Fitness, Search, Settings, Task, with_algorithm
 
@@ -163,24 +164,23 @@ def prepared_for(
         SettingsError: No recording, or weights that mean different things for different recordings.
     """
     paths: list[str] = []
-    tasks, common = {}, []
+    tasks: dict[tuple[str, int], DesignProblem] = {}
     demonstrations: list[Path | None] = [*recordings] if recordings else [None]
     for recording in demonstrations:
         source, demonstration, own = open_recording(recording, settings, scenario, weights, "sweep")
         path = str(source.resolve())
         paths.append(path)
-        common.append(common_settings(own))
         for n in lists["dof"]:
             tasks[path, n] = prepare(demonstration, own.replace({"design": {"dof": n}}))
     paths = list(dict.fromkeys(paths))
     check_stems(paths)
-    if any(each != common[0] for each in common):
+    if weights is not None and len({len(problem.task.points) for problem in tasks.values()}) > 1:
         raise SettingsError(
             "--weights mean different things for recordings with different numbers of points",
             value=weights,
             fix="Choose the same number of --points in all, or make two sweeps",
         )
-    return Sweep(common[0], tuple(paths), **lists), tasks
+    return Sweep(common_settings(own), tuple(paths), **lists), tasks
 
 
 def default_folder(asked: Sweep) -> Path:

@@ -11,7 +11,7 @@ from armdesign.demonstration import Recording, Step
 from armdesign.demonstration.sanity import warning
 from armdesign.errors import ArmDesignError, TaskError, counted, short_names
 from armdesign.search.design_problem import Demonstration, DesignProblem
-from armdesign.search.prepare_demonstration import choose, prepare_demonstration
+from armdesign.search.prepare_demonstration import prepare_demonstration, select
 from armdesign.settings.sections import Settings
 
 SAME_RATE = 1e-3
@@ -110,7 +110,7 @@ def check_points(recordings: Sequence[Recording], settings: Settings) -> None:
     found: dict[str, str] = {}
     for recording in recordings:
         try:
-            chosen = choose(recording, settings, oriented=False)
+            chosen = select(recording, settings)
         except TaskError as error:
             if recording.source in str(error):
                 raise

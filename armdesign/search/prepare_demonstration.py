@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from armdesign._types import Array
 from armdesign.demonstration import Recording, Selection, Step, Task, resolve, task_from_recording
 from armdesign.demonstration.cleaning.cleaning import CLEANING_ENTRIES, settled_cleaning
 from armdesign.demonstration.points.expressions import unquoted
+from armdesign.demonstration.points.selection import with_orientation
 from armdesign.demonstration.provenance import provenance_of
 from armdesign.demonstration.task import task_of_selection
 from armdesign.errors import SettingsError, TaskError, counted
@@ -36,10 +36,10 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
         SettingsError: The weights do not fit the points.
         RecordingError: The data cannot be used.
     """
-    chosen = choose(recording, settings, oriented=False)
+    chosen = select(recording, settings)
     w_0, weights = weights_for(settings, len(chosen.points))
     if w_0 > 0.0:
-        chosen = choose(recording, settings, oriented=True)
+        chosen = select_orientation(chosen, recording, settings)
     how = settled_cleaning(settings.task, chosen.recording)
     if counts_from_base(recording, settings):
         task = replace(task_from_recording(chosen.recording, base=ORIGIN), steps=chosen.steps)
@@ -60,28 +60,59 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
     return Demonstration(settings, task, tuple(steps), provenance)
 
 
-def choose(recording: Recording, settings: Settings, *, oriented: bool) -> Selection:
-    """The points that the settings ask for.
+def select(recording: Recording, settings: Settings) -> Selection:
+    """The points that the settings ask for, without an orientation.
 
-    Args:
-        recording: The demonstration.
-        settings: The task.
-        oriented: Whether the orientation is followed.
+    Where the points of the recording count from the base already, the name of an expression counts, as in the settings
+    of a run on the recording that its task was made of.
 
     Raises:
-        TaskError: There is no such point, or no such orientation.
+        TaskError: There is no such point.
     """
     task = settings.task
-    if counts_from_base(recording, settings):
-        return choose_relative(recording, settings, oriented=oriented)
-    if not oriented:
+    if not counts_from_base(recording, settings):
         return resolve(recording, task.base, task.points, None)
-    try:
-        return resolve(recording, task.base, task.points, task.orientation, oriented=True)
-    except TaskError as error:
-        message = f"an orientation is to be followed (w_0 > 0), but {error}"
-        fix = "Or take weights with w_0 = 0 such as the packaging scenario's"
-        raise TaskError(message, value=error.value, fix=fix) from error
+    names = tuple(named(text, recording) for text in task.points or tuple(recording.points))
+    for name in names:
+        if name not in recording.points:
+            raise TaskError(f"unknown point '{name}'", value=name, allowed=list(recording.points))
+    used = {name: recording.points[name] for name in names}
+    unused = unused_settings(settings)
+    sentence = f"The points count from the base already; not used: {', '.join(unused)}."
+    steps = (Step("unused", sentence, {"settings": unused}),) if unused else ()
+    kept = Recording(recording.time, used, {}, recording.source, recording.about)
+    return Selection(kept, ORIGIN, names, None, steps, {})
+
+
+def select_orientation(selection: Selection, recording: Recording, settings: Settings) -> Selection:
+    """The points with the orientation that the settings ask for.
+
+    Args:
+        selection: The points, from ``select``.
+        recording: What they were selected from.
+        settings: Their settings.
+
+    Raises:
+        TaskError: There is no such orientation.
+    """
+    wanted, fix = settings.task.orientation, "take weights with w_0 = 0 such as the packaging scenario's"
+    if not counts_from_base(recording, settings):
+        try:
+            return with_orientation(selection, recording, wanted)
+        except TaskError as error:
+            message = f"an orientation is to be followed (w_0 > 0), but {error}"
+            raise TaskError(message, value=error.value, fix=f"Or {fix}") from error
+    turn = named(wanted or selection.points[-1], recording)
+    if turn not in recording.orientations:
+        raise TaskError(
+            f"the orientation of '{turn}' is to be followed (w_0 > 0), but the recording has none for it",
+            value=turn,
+            allowed=list(recording.orientations) or "none: this recording holds positions only",
+            fix=f"Name another point, or {fix}",
+        )
+    turns = {turn: recording.orientations[turn]}
+    kept = Recording(recording.time, selection.recording.points, turns, recording.source, recording.about)
+    return replace(selection, recording=kept, orientation=turn)
 
 
 def counts_from_base(recording: Recording, settings: Settings) -> bool:
@@ -89,40 +120,9 @@ def counts_from_base(recording: Recording, settings: Settings) -> bool:
     return settings.task.base == ORIGIN and ORIGIN not in recording.points
 
 
-def choose_relative(recording: Recording, settings: Settings, *, oriented: bool) -> Selection:
-    """The points that the settings ask for, of a recording whose points count from the base already.
-
-    Of an expression, as in the settings of a run on the recording itself, the name counts.
-    """
-    texts = settings.task.points or tuple(recording.points)
-    names = tuple(named(text, recording) for text in texts)
-    used = {name: pick(recording, name) for name in names}
-    turn = named(settings.task.orientation or names[-1], recording) if oriented else None
-    if turn is not None and turn not in recording.orientations:
-        raise TaskError(
-            f"the orientation of '{turn}' is to be followed (w_0 > 0), but the recording has none for it",
-            value=turn,
-            allowed=list(recording.orientations) or "none: this recording holds positions only",
-            fix="Name another point, or take weights with w_0 = 0 such as the packaging scenario's",
-        )
-    turns = {} if turn is None else {turn: recording.orientations[turn]}
-    kept = Recording(recording.time, used, turns, recording.source, recording.about)
-    unused = unused_settings(settings)
-    sentence = f"The points count from the base already; not used: {', '.join(unused)}."
-    steps = (Step("unused", sentence, {"settings": unused}),) if unused else ()
-    return Selection(kept, ORIGIN, names, turn, steps, {})
-
-
 def named(text: str, recording: Recording) -> str:
     """The name that an expression gives to a point."""
     return text if text in recording.points else unquoted(text.partition("=")[0])
-
-
-def pick(recording: Recording, name: str) -> Array:
-    """Positions of one point, or an error that lists the names there are."""
-    if name not in recording.points:
-        raise TaskError(f"unknown point '{name}'", value=name, allowed=list(recording.points))
-    return recording.points[name]
 
 
 def unused_settings(settings: Settings) -> list[str]:
@@ -137,7 +137,7 @@ def unused_settings(settings: Settings) -> list[str]:
 def settled(
     settings: Settings, chosen: Selection, how: TaskSettings, w_0: float, weights: tuple[float, ...]
 ) -> Settings:
-    """The study with everything entered that was left to the recording, so that it prepares the same again."""
+    """The settings with everything entered that was left to the recording, so that it prepares the same again."""
     meant = chosen.expressions
     turn = chosen.orientation
     task = {
@@ -165,10 +165,14 @@ def recorded_step(recording: Recording) -> float:
 def weights_for(settings: Settings, m: int) -> tuple[float, tuple[float, ...]]:
     """The weights (w_0, (w_1..w_m)) for m points: those given, else the scenario's.
 
+    One weight more than points means that the first is w_0.
+
     Raises:
         SettingsError: They do not fit the points or do not sum to 1; the message says what to write.
     """
     fitness = settings.fitness
+    if len(fitness.weights) == m + 1 and fitness.orientation_weight is None:
+        fitness = replace(fitness, orientation_weight=fitness.weights[0], weights=fitness.weights[1:])
     given = fitness.weights or (SCENARIOS[fitness.scenario][1] if fitness.scenario == "welding" else ())
     shown = ",".join(f"{w:.12g}" for w in given)
     if given and len(given) != m:

@@ -250,7 +250,9 @@ class Solver(Section):
         1e-5, Number(0.0, 0.1, above=True),
         "A frame is solved when the model promises less than this relative decrease of g.",
     )  # fmt: skip
-    floor: float = parameter(1e-9, Number(0.0, 0.1, "m"), "A frame is solved, too, when the model promises less than this decrease of g [m].")
+    floor: float = parameter(
+        1e-9, Number(0.0, 0.1, "m"), "A frame is solved, too, when the model promises less than this decrease of g [m]."
+    )
     max_steps: int = parameter(50, Number(2, 10000, integer=True), "Most steps spent on one frame.")
     second_order: bool = parameter(
         True, Switch(), "Use the full second derivative where it is convex, not only its Gauss-Newton part."

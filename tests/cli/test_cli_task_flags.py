@@ -100,7 +100,7 @@ def test_what_is_not_allowed_is_said(refused, packaging, flags, message):
 
 
 def test_weights_that_do_not_fit_name_the_way_out(refused, packaged, packaging):
-    sentence = refused("search", packaging, "--scenario", "welding", "--weights", "0,0.1,0.7")
+    sentence = refused("search", packaging, "--weights", "0,0.1,0.7")
     assert "sum to 0.8; allowed: a sum of 1. Put the orientation's weight first, --weights 0.2,0,0.1,0.7" in sentence
     sentence = refused("evaluate", packaged[0], packaging, "--points", "hand")
     assert "there are 3 weights (" in sentence

@@ -46,8 +46,8 @@ def test_flags_and_files_go_into_what_is_printed(run, place):
     text = printed(run, "--config", "mine.toml", "--dof", 5, "--weights", "0.1,0.2,0.3,0.4", "--base", "shoulder")
     settings = tomllib.loads(text)
     assert settings["fitness"]["lambda_E"] == 2.5
-    assert settings["fitness"]["weights"] == [0.2, 0.3, 0.4]
-    assert settings["fitness"]["orientation_weight"] == 0.1
+    assert settings["fitness"]["weights"] == [0.1, 0.2, 0.3, 0.4]  # one more than points: w_0 comes first
+    assert "orientation_weight" not in settings["fitness"]
     assert settings["design"]["dof"] == 5
     assert settings["task"]["base"] == "shoulder"
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,6 +27,8 @@ class Selection:
         orientation: Name of the orientation; None for none.
         steps: What was guessed, joined and fitted.
         expressions: Name to the expression behind it, all names in full; resolving these again gives the same.
+        definitions: Base and points as they were defined.
+        guessed: Name of the orientation that goes with a guessed arm; None where nothing was guessed.
     """
 
     recording: Recording
@@ -36,6 +37,8 @@ class Selection:
     orientation: str | None
     steps: tuple[Step, ...]
     expressions: Mapping[str, str]
+    definitions: Mapping[str, Point] = field(default_factory=dict)
+    guessed: str | None = None
 
 
 def resolve(
@@ -74,26 +77,38 @@ def resolve(
     if not names:
         message = f"{recording.source}: beside the base '{first}' there is no point to follow"
         raise TaskError(message, value=first, fix="Record at least one more point, the hand")
-    wanted = orientation or ((guessed or names[-1]) if oriented else None)
     places = {name: _seen(point.positions, f"point '{name}'", recording) for name, point in defined.items()}
-    turn = None if wanted is None else _turn(wanted, recording, defined)
-    turns = {} if turn is None else {turn.name: turn.quaternions}
     more = [step for point in defined.values() for step in point.steps]
     expressions = {name: str(point.expression) for name, point in defined.items()}
-    if turn is not None:
-        more += turn.steps
-        expressions.setdefault(turn.name, turn.expression)
-    used = Recording(recording.time, places, turns, recording.source, recording.about)
-    return Selection(used, first, names, turn.name if turn else None, (*steps, *more), expressions)
+    used = Recording(recording.time, places, {}, recording.source, recording.about)
+    selection = Selection(used, first, names, None, (*steps, *more), expressions, defined, guessed)
+    return with_orientation(selection, recording, orientation) if orientation or oriented else selection
 
 
-class _Turn(NamedTuple):
-    """An orientation that was found."""
+def with_orientation(selection: Selection, recording: Recording, orientation: str | None = None) -> Selection:
+    """Add the hand's orientation to the points of a task.
 
-    name: str
-    expression: str
-    quaternions: Array
-    steps: tuple[Step, ...]
+    Args:
+        selection: The points.
+        recording: What they were selected from.
+        orientation: Expression for what has the orientation; by default what was guessed, else the last point.
+
+    Raises:
+        TaskError: There is no such orientation; the message lists the names.
+    """
+    text = orientation or selection.guessed or selection.points[-1]
+    defined = selection.definitions
+    known = list(dict.fromkeys([*_known(recording, defined), *recording.orientations]))
+    expression = parse(text, known, f"{recording.source}, orientation")
+    name, point = expression.name, defined.get(expression.name)
+    if point is None or expression.single != name:
+        point = define(expression, recording, defined)
+    quaternions, steps = orientation_of(point, recording)
+    turns = {name: _seen(quaternions, f"the orientation of '{name}'", recording)}
+    used = Recording(recording.time, selection.recording.points, turns, recording.source, recording.about)
+    expressions = {name: str(point.expression)} | dict(selection.expressions)
+    steps = (*selection.steps, *steps)
+    return replace(selection, recording=used, orientation=name, steps=steps, expressions=expressions)
 
 
 def _completed(
@@ -133,19 +148,6 @@ def _add(defined: dict[str, Point], text: str, recording: Recording, purpose: st
         raise TaskError(f"point '{name}' is given twice", value=name, fix="Name each point once")
     defined[name] = define(expression, recording, defined)
     return name
-
-
-def _turn(text: str, recording: Recording, defined: Mapping[str, Point]) -> _Turn:
-    """The orientation that an expression means."""
-    known = list(dict.fromkeys([*_known(recording, defined), *recording.orientations]))
-    source = f"{recording.source}, orientation"
-    expression = parse(text, known, source)
-    point = defined.get(expression.name)
-    if point is None or expression.single != expression.name:
-        point = define(expression, recording, defined)
-    quaternions, steps = orientation_of(point, recording)
-    values = _seen(quaternions, f"the orientation of '{expression.name}'", recording)
-    return _Turn(expression.name, str(point.expression), values, steps)
 
 
 def _seen(values: Array | None, what: str, recording: Recording) -> Array:
