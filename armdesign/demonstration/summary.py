@@ -17,7 +17,7 @@ from armdesign.demonstration.cleaning.gaps import find_gaps, seconds
 from armdesign.demonstration.cleaning.repeats import find_repeats
 from armdesign.demonstration.points.definitions import define
 from armdesign.demonstration.points.expressions import parse
-from armdesign.demonstration.points.guess import Arm, Guess, guess_arm
+from armdesign.demonstration.points.guess import Arm, guess_arm
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import Recording
 
@@ -131,6 +131,8 @@ def summarise(recording: Recording) -> Summary:
     """
     guess = guess_arm(recording.points, side="left" if is_mirrored(recording) else "right")
     about, time = recording.about, recording.time
+    first, *others = recording.points or ("",)
+    in_order = f"Without --base and --points a search takes the base {first} and follows {', '.join(others)}."
     return Summary(
         source=recording.source,
         format=about.format or "recording",
@@ -145,7 +147,7 @@ def summarise(recording: Recording) -> Summary:
         orientations=tuple(_coverage(name, values, time) for name, values in recording.orientations.items()),
         bodies=dict(about.bodies),
         arms=tuple(_arm(arm, recording, about.captured and arm is guess.arm) for arm in guess.arms),
-        guess=_taken(guess, recording),
+        guess=guess.sentence if about.captured or not others else in_order,
         steps=tuple(step.sentence for step in about.steps),
     )
 
@@ -156,6 +158,7 @@ def summary_text(summary: Summary) -> str:
     Args:
         summary: The summary.
     """
+    bodies = [_wrapped(f"{body}: {', '.join(each)}", "  ", "    ") for body, each in summary.bodies.items()]
     blocks = [
         _heading(summary),
         "\n".join(["Found and done on reading:", *(_wrapped(step, "  - ") for step in summary.steps)])
@@ -163,7 +166,7 @@ def summary_text(summary: Summary) -> str:
         else "",
         _series_text("point", summary.points),
         _series_text("orientation", summary.orientations),
-        _bodies_text(summary.bodies),
+        "\n".join(["Bodies and the markers on them", *bodies]) if bodies else "",
         _arms_text(summary),
     ]
     return "\n\n".join(block for block in blocks if block)
@@ -191,14 +194,6 @@ def _arm(arm: Arm, recording: Recording, chosen: bool) -> ArmSummary:
         if len(length):
             segments.append(Segment(f"{name} to {following}", float(length.mean()), float(length.std())))
     return ArmSummary(str(arm), arm.base, arm.points, arm.orientation(recording.orientations), tuple(segments), chosen)
-
-
-def _taken(guess: Guess, recording: Recording) -> str:
-    """What a search takes that is not told anything."""
-    first, *others = recording.points or ("",)
-    if recording.about.captured or not others:
-        return guess.sentence
-    return f"Without --base and --points a search takes the base {first} and follows {', '.join(others)}."
 
 
 def _heading(summary: Summary) -> str:
@@ -245,14 +240,6 @@ def _percent(share: float) -> str:
     """A share in percent, which is 100.0 or 0.0 only where it is all or nothing."""
     shown = f"{100 * share:.1f}"
     return {"100.0": "> 99.9", "0.0": "< 0.1"}.get(shown, shown) if 0 < share < 1 else shown
-
-
-def _bodies_text(bodies: Mapping[str, tuple[str, ...]]) -> str:
-    """Rigid bodies with their markers."""
-    if not bodies:
-        return ""
-    lines = [_wrapped(f"{body}: {', '.join(markers)}", "  ", "    ") for body, markers in bodies.items()]
-    return "\n".join(["Bodies and the markers on them", *lines])
 
 
 def _arms_text(summary: Summary) -> str:

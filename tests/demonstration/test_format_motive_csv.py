@@ -79,7 +79,7 @@ def test_units_are_those_of_the_file(tmp_path, word, unit):
 
 def test_a_missing_unit_is_left_open_and_an_unknown_one_refused(tmp_path):
     assert read(tmp_path, motive_text(arm(), facts={"Length Units": None})).units is None
-    assert "'Furlongs' is unknown" in refused(tmp_path, motive_text(arm(), units="Furlongs"))
+    assert "'Furlongs' is none of length" in refused(tmp_path, motive_text(arm(), units="Furlongs"))
 
 
 def test_take_names_may_hold_blanks_commas_and_quotation_marks(tmp_path):

@@ -101,6 +101,12 @@ class Rows:
         """Where a row stands."""
         return Place(self.source, int(self.lines[row]))
 
+    def columns(self, wanted: Sequence[int]) -> Array:
+        """Some columns, shape (T, wanted); without a copy if they are neighbours."""
+        first, end = wanted[0], wanted[0] + len(wanted)
+        neighbours = list(wanted) == list(range(first, end))
+        return self.values[:, first:end] if neighbours else self.values[:, list(wanted)]
+
     def times(self, column: int) -> Array:
         """Times in a column, shape (T,) [s].
 

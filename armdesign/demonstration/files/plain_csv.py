@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
 import numpy as np
 
-from armdesign._types import Array
 from armdesign.demonstration.files.csv_cells import (
     Dialect,
     Place,
@@ -64,8 +63,15 @@ def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
             rows = read_rows(stream, names, Place(source, line + 1), Dialect(), _BLOCK)
     except OSError as error:
         raise unreadable(source, error) from error
-    rows.times(names.index("time"))
-    return _recording(rows.values, names, layout, str(source))
+    points, turns = (
+        {
+            point: rows.columns([columns[component] for component in components])
+            for point, columns in layout.items()
+            if components[0] in columns
+        }
+        for components in (_POSITION, _QUATERNION)
+    )
+    return Recording(rows.times(names.index("time")), points, turns, str(source))
 
 
 def matches(head: bytes) -> bool:
@@ -178,7 +184,12 @@ def _layout(names: list[str], place: Place) -> Layout:
     if not layout:
         raise RecordingError(f"{place}: there are no points beside the time", allowed=_ALLOWED)
     for point, components in layout.items():
-        _check_complete(point, components, place)
+        for wanted in (_POSITION, _QUATERNION):
+            missing = [f"'{point}_{component}'" for component in wanted if component not in components]
+            if 0 < len(missing) < len(wanted):
+                found = ", ".join(f"'{point}_{component}'" for component in wanted if component in components)
+                message = f"{place}: there is {found}, but no {' and no '.join(missing)}"
+                raise RecordingError(message, value=point, fix="Add what is missing or remove the whole point")
     return layout
 
 
@@ -200,30 +211,3 @@ def _split(name: str, column: int, place: Place) -> tuple[str, str]:
         message = f"{place}: column {column + 1}, '{name}', is neither the time nor part of a point"
         raise RecordingError(message, value=name, allowed=_ALLOWED, fix="Rename or remove the column")
     return point, component
-
-
-def _check_complete(point: str, components: Mapping[str, int], place: Place) -> None:
-    """A position needs all of x, y, z, an orientation all of qx, qy, qz, qw."""
-    for wanted in (_POSITION, _QUATERNION):
-        missing = [f"'{point}_{component}'" for component in wanted if component not in components]
-        if 0 < len(missing) < len(wanted):
-            found = ", ".join(f"'{point}_{component}'" for component in wanted if component in components)
-            message = f"{place}: there is {found}, but no {' and no '.join(missing)}"
-            raise RecordingError(message, value=point, fix="Add what is missing or remove the whole point")
-
-
-def _recording(table: Array, names: list[str], layout: Layout, source: str) -> Recording:
-    """The recording that a table of shape (T, columns) holds."""
-
-    def values(columns: list[int]) -> Array:
-        first, end = columns[0], columns[0] + len(columns)
-        return table[:, first:end] if columns == list(range(first, end)) else table[:, columns]  # no copy if neighbours
-
-    def series(components: tuple[str, ...]) -> dict[str, Array]:
-        return {
-            point: values([columns[component] for component in components])
-            for point, columns in layout.items()
-            if components[0] in columns
-        }
-
-    return Recording(table[:, names.index("time")], series(_POSITION), series(_QUATERNION), source)

@@ -82,7 +82,11 @@ def _points(path: Path, layout: C3DLayout, positions: Array, steps: list[Step]) 
     if left_out:
         sentence = f"Left out {len(left_out)} model outputs, which are not positions: {listed(left_out)}."
         steps.append(Step("model outputs", sentence, {"names": left_out}))
-    _blank_zeros(positions, steps)
+    zero = (positions == 0).all(axis=2)  # how a marker that was not seen stands in files that do not say so
+    if zero.any():
+        positions[zero] = np.nan
+        count = int(zero.sum())
+        steps.append(Step("zeros", f"Took {count} positions at exactly zero as missing.", {"count": count}))
     names, renamed = once_each(labels)
     steps += renamed
     named = zip(names, labels, positions.transpose(1, 0, 2), strict=True)
@@ -102,15 +106,6 @@ def _labels(layout: C3DLayout, steps: list[Step]) -> list[str]:
     if count:
         steps.append(Step("labels", f"{count} of {layout.points} points have no label.", {"unlabeled": count}))
     return labels
-
-
-def _blank_zeros(positions: Array, steps: list[Step]) -> None:
-    """Take a point at exactly (0, 0, 0) as missing: a marker that is not seen, in files that do not say so."""
-    zero = (positions == 0).all(axis=2)
-    count = int(zero.sum())
-    if count:
-        positions[zero] = np.nan
-        steps.append(Step("zeros", f"Took {count} positions at exactly zero as missing.", {"count": count}))
 
 
 def _poses(

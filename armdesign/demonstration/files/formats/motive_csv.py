@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_rows
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Place, Rows, read_rows
 from armdesign.demonstration.files.formats.euler import ORDERS, euler_quaternions
-from armdesign.demonstration.files.formats.marker_columns import listed, names_steps, unused_name
+from armdesign.demonstration.files.formats.marker_columns import listed, names_steps, read_units, unused_name
 from armdesign.demonstration.files.formats.motive_header import Header, Item, is_motive, read_header
 from armdesign.demonstration.files.formats.motive_times import frame_times
 from armdesign.demonstration.files.formats.row_steps import count, row_steps
@@ -32,7 +32,6 @@ from armdesign.demonstration.files.sniff import open_text, text_head
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 
-_UNITS = {"meters": "m", "centimeters": "cm", "millimeters": "mm", "inches": "in"}
 _KNOWN = ("1.2", "1.20", "1.21", "1.22", "1.23", "1.24", "1.25")
 
 
@@ -56,28 +55,30 @@ def read(path: Path) -> Take:
     with open_text(path) as stream:
         lines = LinesAhead(stream, path)
         header = read_header(lines)
-        first = f"{path}, line 1"
-        units, order = _units(header, first), _rotation_order(header, first)
+        units, order = _units(header, Place(path, 1)), _rotation_order(header, Place(path, 1))
         dialect = Dialect(header.delimiter, MISSING, "." if header.delimiter == "," else ",", True, True)
         rows = read_rows(lines, header.columns, lines.place, dialect)
     clock = frame_times(rows, header.facts)
     names = _names(header.items)
+    version = header.facts.get("format version", "")
+    sentence = f"The format version '{version[:20]}' is not one of 1.21 to 1.25; it is read as if it were."
+    odd_version = [] if version in _KNOWN else [Step("version", sentence, {"version": version[:20]})]
     odd_rows = row_steps(rows, count(header.facts.get("total exported frames", "")))
     return Take(
         time=clock.time,
-        points={n: _columns(rows.values, i.position, "XYZ") for n, i in names.items() if i.position},
-        orientations={n: _turns(rows.values, i, order) for n, i in names.items() if i.rotation},
+        points={n: rows.columns([i.position[a] for a in "XYZ"]) for n, i in names.items() if i.position},
+        orientations={n: _turns(rows, i, order) for n, i in names.items() if i.rotation},
         source=str(path),
-        format=f"OptiTrack Motive CSV {header.facts.get('format version', '')}".strip(),
+        format=f"OptiTrack Motive CSV {version}".strip(),
         units=units,
         rate=clock.rate,
         bodies=_bodies(names),
-        steps=(*_version_steps(header), *odd_rows, *clock.steps, *_item_steps(names, order)),
+        steps=(*odd_version, *odd_rows, *clock.steps, *_item_steps(names, order)),
     )
 
 
-def _units(header: Header, first: str) -> str | None:
-    """The unit of length; None where line 1, called ``first`` in messages, does not say.
+def _units(header: Header, first: Place) -> str | None:
+    """The unit of length; None where line 1 does not say.
 
     Raises:
         RecordingError: The unit is unknown, or the positions are not those in the room.
@@ -86,15 +87,10 @@ def _units(header: Header, first: str) -> str | None:
         message = f"{first}: the coordinate space is Local, each bone being relative to its parent"
         fix = "Export the take from Motive again, in Global coordinates"
         raise RecordingError(message, value="Local", allowed="Global", fix=fix)
-    units = header.facts.get("length units", "")
-    if units and units.lower() not in _UNITS:
-        message = f"{first}: the length unit '{units[:40]}' is unknown"
-        allowed = ", ".join(unit.capitalize() for unit in _UNITS)
-        raise RecordingError(message, value=units, allowed=allowed, fix="Correct it, or export the take again")
-    return _UNITS.get(units.lower())
+    return read_units(header.facts.get("length units", ""), first)
 
 
-def _rotation_order(header: Header, first: str) -> str:
+def _rotation_order(header: Header, first: Place) -> str:
     """Axes in the order of the Euler angles; empty where the rotations are quaternions.
 
     Raises:
@@ -112,18 +108,10 @@ def _rotation_order(header: Header, first: str) -> str:
     return kind.upper()
 
 
-def _columns(table: Array, columns: Mapping[str, int], axes: str) -> Array:
-    """Some columns of a table of shape (T, columns), by their axes; without a copy if they are neighbours."""
-    wanted = [columns[axis] for axis in axes]
-    first, end = wanted[0], wanted[0] + len(wanted)
-    return table[:, first:end] if wanted == list(range(first, end)) else table[:, wanted]
-
-
-def _turns(table: Array, item: Item, order: str) -> Array:
+def _turns(rows: Rows, item: Item, order: str) -> Array:
     """Quaternions of a body, shape (T, 4)."""
-    if order:
-        return euler_quaternions(order, np.radians(_columns(table, item.rotation, order)))
-    return _columns(table, item.rotation, "XYZW")
+    turn = rows.columns([item.rotation[axis] for axis in order or "XYZW"])
+    return euler_quaternions(order, np.radians(turn)) if order else turn
 
 
 def _names(items: Sequence[Item]) -> dict[str, Item]:
@@ -150,15 +138,6 @@ def _bodies(names: Mapping[str, Item]) -> dict[str, tuple[str, ...]]:
         if item.is_marker and owner in bodies and not name.endswith(" (solved)"):
             bodies[owner].append(name)
     return {name: tuple(markers) for name, markers in bodies.items()}
-
-
-def _version_steps(header: Header) -> list[Step]:
-    """A word about a version that came later than this was written."""
-    version = header.facts.get("format version", "")
-    if version in _KNOWN:
-        return []
-    sentence = f"The format version '{version[:20]}' is not one of 1.21 to 1.25; it is read as if it were."
-    return [Step("version", sentence, {"version": version[:20]})]
 
 
 def _item_steps(names: Mapping[str, Item], order: str) -> list[Step]:

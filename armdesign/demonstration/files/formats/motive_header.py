@@ -19,7 +19,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from armdesign.demonstration.files.csv_cells import BLANK, Place, check_columns, read_cells
+from armdesign.demonstration.files.csv_cells import BLANK, Place, check_columns, read_cells, shown
 from armdesign.demonstration.files.formats.marker_columns import clean_name
 from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.errors import RecordingError
@@ -99,7 +99,11 @@ def read_header(lines: LinesAhead) -> Header:
     first = _first_line(lines)
     start = _START.match(first)
     if start is None:
-        raise _no_header(first, place)
+        if not _BARE.match(first):
+            allowed = "'Format Version' in the first line"
+            raise RecordingError(f"{place}: this is no Motive CSV ('{shown(first, 60)}')", allowed=allowed)
+        message = f"{place}: the Motive file has no header, so that its units, frame rate and axes are unknown"
+        raise RecordingError(message, value=first[:60], fix=f"{_FIX}, with 'Header Information' switched on")
     delimiter = start.group(1)
     facts = _facts(read_cells(first, delimiter))
     rows, last = _rows(lines, delimiter)
@@ -127,15 +131,6 @@ def _first_line(lines: LinesAhead) -> str:
         if text.strip() and (text.count('"') % 2 == 0 or not more.strip()):
             break
     return text.replace("\n", " ").strip()
-
-
-def _no_header(first: str, place: Place) -> RecordingError:
-    """The error for a file without line 1."""
-    if _BARE.match(first):
-        message = f"{place}: the Motive file has no header, so that its units, frame rate and axes are unknown"
-        return RecordingError(message, value=first[:60], fix=f"{_FIX}, with 'Header Information' switched on")
-    shown = first if len(first) <= 60 else first[:60] + "..."
-    return RecordingError(f"{place}: this is no Motive CSV ('{shown}')", allowed="'Format Version' in the first line")
 
 
 def _facts(cells: list[str]) -> dict[str, str]:
