@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from made_recordings import ARM, DATA, FRAMES, HAND, MADE, RATE, SEEN, Made
 from scipy.spatial.transform import Rotation
+from tasks import task_of
 
 from armdesign.demonstration import Recording, read_recording, read_take
 from armdesign.demonstration.files.formats import FORMATS
+from armdesign.demonstration.summary import summarise
 from armdesign.errors import RecordingError
 
 TEXT = [made for made in MADE if made.text]
@@ -74,6 +76,16 @@ def test_the_arm_comes_out(tmp_path, made):
     if made.turned:
         turns = recording.orientations["take" if made.form == "bone CSV" else made.turned]
         assert (Rotation.from_quat(turns) * HAND.inv()).magnitude().max() < 1e-5
+
+
+@pytest.mark.parametrize("made", [made for made in MADE if None not in made.points], ids=lambda made: made.name)
+def test_the_arm_is_known_by_its_names_and_becomes_the_same_task(tmp_path, made):
+    recording = read(tmp_path, content_of(made), made)
+    (arm,) = summarise(recording).arms
+    lengths = [segment.mean for segment in arm.segments]
+    np.testing.assert_allclose(lengths[:2], [0.3, 0.25], atol=1e-4)  # upper arm and forearm [m]
+    task = task_of(recording, base=arm.base, points=arm.points[:2], low_pass="off")
+    np.testing.assert_allclose(task.P, ARM[:, 1:3] - ARM[:, :1], atol=0.002)  # the gap is filled
 
 
 @every_format
