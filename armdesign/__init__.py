@@ -1,4 +1,13 @@
-"""armdesign: turn a recorded human-arm demonstration into the robot arm that does the job."""
+"""armdesign: turn a recorded human-arm demonstration into the robot arm that does the job.
+
+result = armdesign.design("take.c3d", dof=4)                 # all in one call, or step by step:
+
+recording = armdesign.read_recording("take.c3d")
+settings = Settings(design=Design(dof=4), search=Search(budget=10_000))
+problem = armdesign.prepare(recording, settings)
+result = armdesign.search(problem)
+armdesign.write_result("runs/take", result)                  # the run folder that the command line writes
+"""
 
 from __future__ import annotations
 
@@ -7,50 +16,96 @@ from typing import TYPE_CHECKING, Any
 
 from armdesign._version import __version__
 
-_HOMES = {
-    "ArmDesignError": ("armdesign.errors", "ArmDesignError"),
-    "DHTable": ("armdesign.kinematics.dh", "DHTable"),
-    "Settings": ("armdesign.settings.sections", "Settings"),
-    "arm_model": ("armdesign.kinematics.models", "arm_model"),
-    "evaluate_design": ("armdesign.search.evaluation", "evaluate_design"),
-    "prepare": ("armdesign.search.prepare", "prepare"),
-    "read_design": ("armdesign.kinematics.dh_files", "read_design"),
-    "read_recording": ("armdesign.demonstration", "read_recording"),
-    "read_settings": ("armdesign.settings.sections", "read_settings"),
-    "search_arm": ("armdesign.search.search", "search"),
-    "write_result": ("armdesign.runs.writing", "write_result"),
-}
-__all__ = [
-    "ArmDesignError",
-    "DHTable",
-    "Settings",
-    "__version__",
-    "arm_model",
-    "evaluate_design",
-    "prepare",
-    "read_design",
-    "read_recording",
-    "read_settings",
-    "search_arm",
-    "write_result",
-]
-
 if TYPE_CHECKING:
-    from armdesign.demonstration import read_recording
+    from armdesign.demonstration.convert import convert, write_conversion
+    from armdesign.demonstration.files.readers import read_recording
+    from armdesign.demonstration.recording import Recording
     from armdesign.errors import ArmDesignError
+    from armdesign.export.export_files import export
     from armdesign.kinematics.dh import DHTable
     from armdesign.kinematics.dh_files import read_design
     from armdesign.kinematics.models import arm_model
+    from armdesign.runs.alternatives import alternatives
+    from armdesign.runs.reading import read_result
     from armdesign.runs.writing import write_result
-    from armdesign.search.evaluation import evaluate_design
+    from armdesign.search.design_arm import design
+    from armdesign.search.design_problem import DesignProblem
     from armdesign.search.prepare import prepare
-    from armdesign.search.search import search as search_arm
-    from armdesign.settings.sections import Settings, read_settings
+    from armdesign.search.result import Result, evaluate
+    from armdesign.search.search import search
+    from armdesign.settings.sections import Design, Fitness, Search, Settings, Solver, Task, read_settings
+    from armdesign.views.writing import preview, report
+
+_HOMES = {
+    "ArmDesignError": "errors",
+    "DHTable": "kinematics.dh",
+    "Design": "settings.sections",
+    "DesignProblem": "search.design_problem",
+    "Fitness": "settings.sections",
+    "Recording": "demonstration.recording",
+    "Result": "search.result",
+    "Search": "settings.sections",
+    "Settings": "settings.sections",
+    "Solver": "settings.sections",
+    "Task": "settings.sections",
+    "alternatives": "runs.alternatives",
+    "arm_model": "kinematics.models",
+    "convert": "demonstration.convert",
+    "design": "search.design_arm",
+    "evaluate": "search.result",
+    "export": "export.export_files",
+    "prepare": "search.prepare",
+    "preview": "views.writing",
+    "read_design": "kinematics.dh_files",
+    "read_recording": "demonstration.files.readers",
+    "read_result": "runs.reading",
+    "read_settings": "settings.sections",
+    "report": "views.writing",
+    "search": "search.search",
+    "write_conversion": "demonstration.convert",
+    "write_result": "runs.writing",
+}
+"""The module of every public name; it is imported when the name is first used, so that the package loads at once."""
+
+__all__ = [
+    "ArmDesignError",
+    "DHTable",
+    "Design",
+    "DesignProblem",
+    "Fitness",
+    "Recording",
+    "Result",
+    "Search",
+    "Settings",
+    "Solver",
+    "Task",
+    "__version__",
+    "alternatives",
+    "arm_model",
+    "convert",
+    "design",
+    "evaluate",
+    "export",
+    "prepare",
+    "preview",
+    "read_design",
+    "read_recording",
+    "read_result",
+    "read_settings",
+    "report",
+    "search",
+    "write_conversion",
+    "write_result",
+]
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 (any public name)
-    """Load a public name from its home on first use, so that the import of the package stays quick."""
+    """Import a public name on its first use."""
     if name not in _HOMES:
         raise AttributeError(f"module 'armdesign' has no attribute '{name}'")
-    module, attribute = _HOMES[name]
-    return getattr(import_module(module), attribute)
+    globals()[name] = value = getattr(import_module(f"armdesign.{_HOMES[name]}"), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -9,9 +9,10 @@ from typing import Any
 
 from armdesign.cli.command_options import with_weights
 from armdesign.cli.screen import say
-from armdesign.demonstration import Recording, read_recording, read_recordings
+from armdesign.demonstration import Recording
 from armdesign.errors import SettingsError
 from armdesign.runs.folder import DEMONSTRATIONS, HOLDOUTS, TASK, TASK_JSON, inner_folders
+from armdesign.search.design_arm import recording_of
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import for_one, prepare
 from armdesign.search.prepare_demonstration import ORIGIN
@@ -68,7 +69,7 @@ def open_demonstrations(
         check_different([source, *map(Path, others)], [Path(path) for path in unseen])
 
     def read(path: str) -> Recording:
-        return read_demonstration(single.replace({"task": {"recording": path, "files": {}}}))
+        return recording_of(single.replace({"task": {"recording": path, "files": {}}}))
 
     seen = (demonstration, *map(read, others))
     held = tuple(map(read, unseen))
@@ -161,7 +162,7 @@ def open_recording(
             fix="Name a recording on the command line, or leave out task.more_recordings and task.holdouts",
         )
     source = named_source(settings, command)
-    demonstration = read_demonstration(settings)
+    demonstration = recording_of(settings)
     task = settings.task
     files = {name: str(Path(path).resolve()) for name, path in task.files.items()}
     single = None if files else str(source.resolve())
@@ -185,13 +186,3 @@ def named_source(settings: Settings, command: str) -> Path:
     return (
         Path(task.recording) if task.recording is not None else Path(next(iter(task.files.values()))).resolve().parent
     )
-
-
-def read_demonstration(settings: Settings) -> Recording:
-    """The recording that the settings name; units and axes do not count where points count from the base already."""
-    task = settings.task
-    relative = task.base == ORIGIN
-    units, up, mirror = (None, None, False) if relative else (task.units, task.up, task.mirror)
-    if task.files:
-        return read_recordings(task.files, rate=task.file_rate, units=units, up=up, mirror=mirror)
-    return read_recording(str(task.recording), units=units, up=up, mirror=mirror)

@@ -11,7 +11,7 @@ import typer
 from armdesign.cli import PanelCommand
 from armdesign.cli.command_errors import one_sentence_errors, refuse_existing
 from armdesign.cli.command_options import ConfigOption, settings_from_flags
-from armdesign.cli.input_recordings import named_source, read_demonstration
+from armdesign.cli.input_recordings import named_source
 from armdesign.cli.screen import say
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.demonstration.convert import convert as converted
@@ -20,6 +20,7 @@ from armdesign.demonstration.picture import check_kind, draw_recording
 from armdesign.demonstration.summary import summarise, summary_text
 from armdesign.errors import SettingsError
 from armdesign.files import write_whole
+from armdesign.search.design_arm import recording_of
 from armdesign.settings.sections import Settings, Task
 
 READING = ("units", "up", "mirror")
@@ -53,7 +54,7 @@ def info(
     """
     settings = settled(file, config, given)
     named_source(settings, "recording info")
-    summary = summarise(read_demonstration(settings))
+    summary = summarise(recording_of(settings))
     typer.echo(json.dumps(summary.to_dict(), indent=2) if as_json else summary_text(summary))
 
 
@@ -75,7 +76,7 @@ def plot(
     target = out or Path(f"{named_source(settings, 'recording plot').stem}.png")
     kind = check_kind(target.suffix.lower().lstrip("."))
     refuse_existing(target, overwrite=overwrite)
-    write_whole(target, draw_recording(read_demonstration(settings), kind))
+    write_whole(target, draw_recording(recording_of(settings), kind))
     typer.echo(f"Written: {target}")
 
 
@@ -105,7 +106,7 @@ def convert(
         fix = "Give --base-mode to the search on what is written"
         raise SettingsError("the points are written where they are in the room, whatever the base mode", fix=fix)
     refuse_existing(out, task_json_beside(out), overwrite=overwrite)
-    conversion = converted(read_demonstration(settings), settings)
+    conversion = converted(recording_of(settings), settings)
     written = write_conversion(out, conversion)
     if not quiet:
         for note in conversion.notes:

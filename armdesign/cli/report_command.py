@@ -12,14 +12,8 @@ from armdesign.cli.screen import announce_compiling
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions
-from armdesign.export.robot_file import finished_robot
-from armdesign.export.trajectory.simulation import Tracking
-from armdesign.export.trajectory.simulation import simulate as simulate_tracking
-from armdesign.export.urdf import robot_urdf
-from armdesign.files import write_whole
 from armdesign.runs.reading import read_result
-from armdesign.search.result import Result
-from armdesign.views.report import print_pdf, report_html
+from armdesign.views import writing as views
 
 DEFAULT_NAME = "report.html"
 SUFFIXES = (".html", ".htm")
@@ -56,24 +50,10 @@ def report(
     )
     with announce_compiling(quiet):
         finished = read_result(run)
-    page = report_html(finished, options=options, tracking=simulated(finished, options) if simulate else None)
-    write_whole(targets[0], page)
+    written = views.report(finished, targets[0], options=options, simulate=simulate, pdf=pdf, overwrite=True)
     if not quiet:
-        typer.echo(f"Written: {targets[0]}")
-    if pdf:
-        print_pdf(page, targets[1])
-        if not quiet:
-            typer.echo(f"Written: {targets[1]}")
-
-
-def simulated(run: Result, options: RobotOptions) -> Tracking:
-    """The exported arm on its trajectory in a physics simulation.
-
-    Raises:
-        MissingExtraError: MuJoCo is not installed.
-    """
-    arm = finished_robot(run, options)
-    return simulate_tracking(run, urdf=robot_urdf(arm))
+        for target in written:
+            typer.echo(f"Written: {target}")
 
 
 def page_and_pdf(run: Path, out: Path | None, *, pdf: bool, overwrite: bool) -> tuple[Path, Path]:

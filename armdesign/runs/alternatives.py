@@ -7,6 +7,7 @@ with an axis turned round, does not count twice.
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,48 @@ def read_designs(folder: Path, space: DesignSpace) -> Array:
     return Phi
 
 
+def alternatives(result: Result, count: int = 5, distance: float = DIFFERENT) -> list[Result]:
+    """The best arms of a search that are really different, best first.
+
+    Args:
+        result: Of a search, in memory or read from its run folder.
+        count: Number of arms; fewer come back where no more differ.
+        distance: How different they have to be, in terms of the width of the bounds, see ``different_arms``.
+
+    Raises:
+        RunFolderError: The result keeps none, as that of an evaluation.
+        SettingsError: A setting is out of range.
+    """
+    check_options(count, distance)
+    problem = result.problem
+    if result.basins is not None:
+        Phi = result.basins[0]
+    elif result.folder is not None:
+        Phi = read_designs(result.folder, problem.space)
+    else:
+        raise RunFolderError("the result keeps no alternatives", fix="Search with the algorithm multibasin")
+    found = different_evaluations(problem, Phi, count, distance)
+    return [Result(problem, each, name=f"{result.name} {rank}") for rank, each in enumerate(found, start=1)]
+
+
+def different_evaluations(problem: DesignProblem, Phi: Array, count: int, distance: float) -> list[Evaluation]:
+    """Evaluate the best designs that differ.
+
+    Args:
+        problem: Demonstrations and settings.
+        Phi: Designs, best first, shape (A, D).
+        count: Number of arms.
+        distance: How different they have to be, see ``different_arms``.
+    """
+    found: list[Evaluation] = []
+    for k in different_arms(Phi, problem.space, distance, len(Phi)):
+        if len(found) == count:
+            break
+        with suppress(SearchError):  # does not reach the start on this machine by a hair
+            found.append(evaluate_design(problem.space.table(Phi[k]), problem))
+    return found
+
+
 def write_alternatives(
     folder: Path, problem: DesignProblem, *, count: int = 5, distance: float = DIFFERENT
 ) -> list[Alternative]:
@@ -79,19 +122,12 @@ def write_alternatives(
         SettingsError: A setting is out of range.
     """
     check_options(count, distance)
-    space = problem.space
-    Phi = read_designs(folder, space)
     found: list[Alternative] = []
-    for k in different_arms(Phi, space, distance, len(Phi)):
-        if len(found) == count:
-            break
-        try:
-            evaluation = evaluate_design(space.table(Phi[k]), problem)
-        except SearchError:  # does not reach the start on this machine by a hair
-            continue
-        place = folder / ALTERNATIVES_FOLDER / str(len(found) + 1)
+    evaluations = different_evaluations(problem, read_designs(folder, problem.space), count, distance)
+    for rank, evaluation in enumerate(evaluations, start=1):
+        place = folder / ALTERNATIVES_FOLDER / str(rank)
         write_result(place, Result(problem, evaluation))
-        found.append(Alternative(len(found) + 1, evaluation, place))
+        found.append(Alternative(rank, evaluation, place))
     remove_alternatives(folder, beyond=len(found))
     return found
 

@@ -11,8 +11,9 @@ from armdesign._version import __version__
 from armdesign.errors import counted
 from armdesign.fitness.constraints import joint_limits
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.dh_files import read_design
 from armdesign.search.design_problem import DesignProblem
-from armdesign.search.evaluation import Evaluation
+from armdesign.search.evaluation import Evaluation, evaluate_design
 from armdesign.swarm import ALGORITHMS, History
 
 
@@ -96,3 +97,19 @@ class Result:
         algorithm = ALGORITHMS[search.algorithm]
         done = algorithm.units_done(self.facts.evaluations, vars(search))
         return f"{done} of {counted(getattr(search, algorithm.length), algorithm.unit)}"
+
+
+def evaluate(arm: DHTable | str | Path, problem: DesignProblem, name: str = "arm") -> Result:
+    """Score a given arm on the demonstrations of a problem.
+
+    Args:
+        arm: The arm, or the file of its DH table or of a result, see ``read_design``.
+        problem: The demonstrations, prepared by settings for as many joints as the arm has.
+        name: What to call it.
+
+    Raises:
+        DesignError: The arm cannot be read, has another number of joints, or no length.
+        SearchError: It does not reach the first frame.
+    """
+    table = arm if isinstance(arm, DHTable) else read_design(arm)
+    return Result(problem, evaluate_design(table, problem), name=name)

@@ -6,6 +6,7 @@ Angles stand here in degrees, lengths in metres: this is the edge the user sees.
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import functools
 import math
 import tomllib
@@ -436,6 +437,25 @@ class Settings:
             meant = with_algorithm(entries, self.search.algorithm) if title == Search.title() else entries
             sections[title] = dataclasses.replace(getattr(self, title), **meant)
         return dataclasses.replace(self, **sections)
+
+    def with_entries(self, **entries: Any) -> Settings:  # noqa: ANN401 (any setting)
+        """A copy with other sections or entries, each by its name: ``with_entries(dof=4, search=Search(budget=500))``.
+
+        Args:
+            entries: Whole sections by their titles, and entries of any section; no two sections have one of a name.
+
+        Raises:
+            SettingsError: A name is unknown, or a value is not allowed.
+        """
+        homes = {name: kind.title() for kind in SECTIONS for name in kind.names()}
+        sections = {title: entries.pop(title) for title in self.to_dict() if title in entries}
+        changes: dict[str, dict[str, Any]] = {}
+        for name, value in entries.items():
+            if name not in homes:
+                close = difflib.get_close_matches(name, [*homes, *self.to_dict()], n=3)
+                raise SettingsError(f"unknown setting '{name}'", value=name, allowed=close or sorted(homes))
+            changes.setdefault(homes[name], {})[name] = value
+        return dataclasses.replace(self, **sections).replace(changes)
 
     def to_dict(self) -> dict[str, dict[str, Any]]:
         """All values as plain {section: {entry: value}}, without those not set."""

@@ -1,0 +1,97 @@
+"""Robot files and trajectories of a result, for other tools, in a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from armdesign.errors import RunFolderError
+from armdesign.export.dh_text import check_convention
+from armdesign.export.formats import FORMATS, check_places, chosen, robot_files
+from armdesign.export.options import RobotOptions
+from armdesign.export.robot_file import finished_robot
+from armdesign.export.trajectory.exporting import FILES, export_trajectory, place_for
+from armdesign.files import write_whole
+from armdesign.search.result import Result
+
+
+@dataclass(frozen=True)
+class Export:
+    """What was written.
+
+    Attributes:
+        paths: The files, and the folders of ROS 2 bags.
+        notes: What to know about them, one sentence each.
+    """
+
+    paths: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+def export(
+    result: Result,
+    folder: str | Path,
+    formats: str | Sequence[str] = ("urdf",),
+    trajectories: str | Sequence[str] = (),
+    *,
+    options: RobotOptions | None = None,
+    convention: str = "modified",
+    overwrite: bool = False,
+    **timing: Any,  # noqa: ANN401 (what make_trajectory takes)
+) -> Export:
+    """Write robot files and trajectories of a result.
+
+    Args:
+        result: The arm with its motion.
+        folder: Where to; made where it is missing.
+        formats: Robot files: ``urdf``, ``xacro``, ``mjcf``, ``sdf``, ``dh-csv``, ``dh-toml``; a list, or by commas.
+        trajectories: Trajectories: ``csv``, ``ros`` (ROS 2 YAML), ``ros2-bag``, ``npz``; a list, or by commas.
+        options: What the robot files assume beyond the design.
+        convention: Of the DH tables, ``modified`` or ``classic``.
+        overwrite: Whether files of the same names are replaced.
+        timing: How the trajectories are timed and smoothed: ``rate``, ``speed``, ``fit_limits`` and what else
+            ``make_trajectory`` takes.
+
+    Raises:
+        SettingsError: A kind or convention is unknown, or an option is out of range.
+        RunFolderError: A file cannot be written, or is there already.
+        MissingExtraError: A bag was asked for, and rosbags is not installed.
+    """
+    place = Path(folder)
+    kinds, motions = names(formats, tuple(FORMATS), "the format"), names(trajectories, tuple(FILES), "the trajectory")
+    check_convention(convention)
+    check_places(place, [name for kind in kinds for name in FORMATS[kind]], overwrite=overwrite)
+    for kind in motions:
+        place_for(kind, place, overwrite=overwrite)
+    files: dict[str, str] = {}
+    notes: list[str] = []
+    if kinds:
+        robot = finished_robot(result, options)
+        files = {name: text for kind in kinds for name, text in robot_files(robot, kind, convention).items()}
+        notes += robot.notes
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunFolderError(
+            f"cannot write to the output folder {place}: {error.strerror}", value=str(place),
+            fix="Name a folder you may write to with --out",
+        ) from error  # fmt: skip
+    for name, text in files.items():
+        write_whole(place / name, text)
+    paths = [place / name for name in files]
+    for kind in motions:
+        motion = export_trajectory(result, kind, place, overwrite=overwrite, **timing)
+        paths, notes = [*paths, motion.path], [*notes, *motion.notes]
+    return Export(tuple(paths), tuple(dict.fromkeys(notes)))
+
+
+def names(wanted: str | Sequence[str], known: tuple[str, ...], what: str) -> list[str]:
+    """The kinds asked for, each once; nothing where nothing is.
+
+    Raises:
+        SettingsError: One is unknown.
+    """
+    text = wanted if isinstance(wanted, str) else ",".join(wanted)
+    return chosen(text, known, what) if text else []

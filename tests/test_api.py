@@ -1,0 +1,120 @@
+"""What ``import armdesign`` offers: names, types, the whole way in one call, and how things show themselves."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import armdesign
+from armdesign.settings.sections import SECTIONS
+
+EXAMPLE = Path(__file__).parent.parent / "examples" / "packaging.csv"
+COMMANDS = ("search", "evaluate", "export", "preview", "report", "alternatives", "convert")
+
+
+@pytest.fixture(scope="module")
+def result():
+    """A small search."""
+    return armdesign.design(EXAMPLE, dof=4, budget=300)
+
+
+def test_dir_shows_the_api_and_nothing_else():
+    names = dir(armdesign)
+    assert names == sorted(armdesign.__all__)
+    assert {"Settings", "Task", "Design", "Fitness", "Solver", "Search", "DHTable", "ArmDesignError"} <= set(names)
+    assert {*COMMANDS, "read_recording", "prepare", "design", "read_result", "write_result", "__version__"} <= set(
+        names
+    )
+    for name in names:
+        assert getattr(armdesign, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'numpy'"):
+        armdesign.numpy  # noqa: B018
+
+
+def test_import_loads_nothing_heavy():
+    heavy = ["numpy", "numba", "pinocchio", "matplotlib"]
+    code = f"import sys, armdesign; dir(armdesign); sys.exit(any(name in sys.modules for name in {heavy}))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_every_function_is_documented_and_typed():
+    for name in armdesign.__all__:
+        thing = getattr(armdesign, name)
+        if inspect.isfunction(thing):
+            assert len(inspect.getdoc(thing)) > 40, name
+            parameters = inspect.signature(thing).parameters.values()
+            assert all(each.annotation is not inspect.Parameter.empty for each in parameters), name
+
+
+@pytest.mark.parametrize("room", ["search", "export"])
+def test_room_of_the_name_of_a_function_is_called_like_it(room):
+    module = import_module(f"armdesign.{room}")
+    assert getattr(armdesign, room) in (module, module.function)  # whichever was first
+    assert module.function.__name__ == room
+    assert inspect.signature(module) == inspect.signature(module.function)
+
+
+def test_steps_give_what_the_one_call_gives(result):
+    settings = armdesign.Settings(design=armdesign.Design(dof=4), search=armdesign.Search(budget=300))
+    problem = armdesign.prepare(armdesign.read_recording(EXAMPLE), settings)
+    assert armdesign.search(problem).fitness == result.fitness
+    assert armdesign.evaluate(result.table, problem).fitness == result.fitness
+
+
+def test_what_is_given_to_the_one_call_may_be_read_already_or_several(result):
+    recording = armdesign.read_recording(EXAMPLE)
+    settings = armdesign.Settings(design=armdesign.Design(dof=4))
+    assert armdesign.design(recording, settings, budget=300).fitness == result.fitness
+    two = armdesign.design([recording, EXAMPLE], settings, holdouts=[recording], budget=300)
+    assert (len(two.problem.demonstrations), len(two.problem.holdouts)) == (2, 1)
+    assert two.fitness == pytest.approx(two.evaluation.holdouts[0].fitness)
+    named = settings.with_entries(recording=str(EXAMPLE), search=armdesign.Search(budget=300))
+    assert armdesign.design(settings=named).fitness == result.fitness
+
+
+def test_result_survives_its_run_folder(result, tmp_path):
+    armdesign.write_result(tmp_path / "run", result)
+    read = armdesign.read_result(tmp_path / "run")
+    assert read.fitness == result.fitness
+    assert armdesign.read_settings(tmp_path / "run" / "settings.toml") == result.problem.settings
+    assert np.array_equal(armdesign.read_design(tmp_path / "run").alpha, result.table.alpha)
+    arms = armdesign.alternatives(result, count=2)
+    assert [arm.fitness for arm in armdesign.alternatives(read, count=2)] == [arm.fitness for arm in arms]
+    assert arms[0].fitness == pytest.approx(result.fitness)
+
+
+def test_files_for_other_tools_and_for_people(result, tmp_path):
+    done = armdesign.export(result, tmp_path, ["urdf", "dh-csv"], "csv", speed=0.5)
+    assert [path.name for path in done.paths] == ["arm.urdf", "dh.csv", "joint_trajectory.csv"]
+    armdesign.preview(result, tmp_path / "preview.html")
+    assert armdesign.report(result, tmp_path / "report.html") == (tmp_path / "report.html",)
+    for again in (
+        lambda: armdesign.export(result, tmp_path),
+        lambda: armdesign.preview(result, tmp_path / "preview.html"),
+        lambda: armdesign.report(result, tmp_path / "report.html"),
+    ):
+        with pytest.raises(armdesign.ArmDesignError, match="already"):
+            again()
+
+
+@pytest.mark.parametrize(
+    ("entries", "value"),
+    [({"doff": 3}, "doff"), ({"dof": 0}, 0), ({"design": 3}, 3), ({"workers": 0}, 0), ({"recordings": []}, None)],
+)
+def test_what_is_not_allowed_is_said(entries, value):
+    with pytest.raises(armdesign.ArmDesignError) as refused:
+        armdesign.design(**{"recordings": EXAMPLE} | entries)
+    assert refused.value.value == value
+    assert refused.value.allowed or refused.value.fix
+
+
+def test_no_two_sections_have_an_entry_of_one_name():
+    names = [name for kind in SECTIONS for name in kind.names()]
+    assert len(set(names)) == len(names)
+    assert not {kind.title() for kind in SECTIONS} & set(names)
