@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 from importlib import import_module
 from pathlib import Path
 
@@ -118,3 +119,31 @@ def test_no_two_sections_have_an_entry_of_one_name():
     names = [name for kind in SECTIONS for name in kind.names()]
     assert len(set(names)) == len(names)
     assert not {kind.title() for kind in SECTIONS} & set(names)
+
+
+def test_things_show_what_counts_first(result):
+    recording = armdesign.read_recording(EXAMPLE)
+    frames = recording.frames
+    assert repr(recording) == f"Recording 'packaging.csv': {frames} frames, 50 Hz, 4 points"
+    hand = 1e3 * result.evaluation.path.distance[:, -1]
+    shown = repr(result)
+    assert shown.startswith(f"arm of 4 joints, hand error {hand.mean():.1f} mm mean, {hand.max():.1f} mm largest")
+    assert f"r {result.fitness:.4f} m" in shown
+    for thing in (result.problem, result.problem.first, result.problem.task):
+        assert f"{frames} frames" in repr(thing)
+    rows = repr(result.table).splitlines()
+    assert len(rows) == 2 + result.table.dof + 1
+    assert [float(x) for x in rows[3].split()[1:]] == pytest.approx(
+        [np.degrees(result.table.alpha[1]), 1e3 * result.table.a[1], 1e3 * result.table.d[1]], abs=0.05
+    )
+    assert max(len(line) for thing in (result, result.table, recording) for line in repr(thing).splitlines()) <= 120
+
+
+def test_notebooks_get_a_picture_and_names_as_text(result):
+    names = {"<b>&": np.zeros((5, 3)), "hand": np.random.default_rng(0).random((5, 3))}
+    recording = armdesign.Recording(np.arange(5.0), names, source="<i>.csv")
+    for thing in (recording, result, result.table, result.problem, result.problem.first, result.problem.task):
+        page = ET.fromstring(thing._repr_html_())
+        assert len(page.findall("{*}svg")) == 2
+        assert page.find("pre").text.startswith(repr(thing).splitlines()[0])
+    assert "<b>" not in recording._repr_html_()

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import PurePath
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armdesign._types import Array
-from armdesign.errors import RecordingError
+from armdesign.errors import RecordingError, counted
+from armdesign.kinematics.line_drawing import COLOURS, Line, drawing, shown
 
 Change = Callable[[Array], Array]
 
@@ -51,7 +53,7 @@ class About:
     steps: tuple[Step, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Paths of named points, some of them with an orientation. NaN stands for "not seen in this frame".
 
@@ -86,6 +88,15 @@ class Recording:
         turns = {name: self._series(name, values, 4) for name, values in self.orientations.items()}
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "orientations", turns)
+
+    def __repr__(self) -> str:
+        turns = f", {counted(len(self.orientations), 'orientation')}" if self.orientations else ""
+        name = PurePath(self.source).name or self.source
+        size = f"{counted(self.frames, 'frame')}, {self.rate:.4g} Hz, {counted(len(self.points), 'point')}"
+        return f"Recording {name!r}: {size}{turns}"
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), drawing(path_lines(self.points)))
 
     @property
     def frames(self) -> int:
@@ -146,6 +157,11 @@ class Recording:
         series[np.isnan(series).any(axis=1)] = np.nan
         series.setflags(write=False)
         return series
+
+
+def path_lines(points: Mapping[str, Array]) -> list[Line]:
+    """Paths of points, by their names, as lines to draw."""
+    return [Line(path, COLOURS[k % len(COLOURS)], name) for k, (name, path) in enumerate(points.items())]
 
 
 def median_step(time: Array) -> float:

@@ -12,15 +12,16 @@ from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.findings import base_steps, check_arm_length, points_step, recording_step, task_step
 from armdesign.demonstration.points.selection import Selection, resolve
 from armdesign.demonstration.points.standard import is_mirrored
-from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step, first_bad_step, median_step
+from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step, first_bad_step, median_step, path_lines
 from armdesign.demonstration.sanity import sanity_steps, side_steps
 from armdesign.errors import TaskError
+from armdesign.kinematics.line_drawing import Line, drawing, shown
 from armdesign.settings.sections import Task as TaskSettings
 
 _UNIT = 1e-3  # norms of quaternions may differ from 1 by a few printed digits
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Task:
     """Paths of m points on an arm, from the shoulder to the hand, in a frame that stands at the base.
 
@@ -75,6 +76,14 @@ class Task:
             raise TaskError("R and the quaternions are not the same rotations", fix="Give R=None to have it computed")
         self._freeze("R", R, (3, 3))
         object.__setattr__(self, "orientation", self.orientation or self.points[-1])
+
+    def __repr__(self) -> str:
+        turn = f", orientation of {self.orientation}" if self.orientation else ""
+        size = f"{len(self.time)} frames, {1.0 / self.dt:.4g} Hz"
+        return f"Task: {size}, {', '.join(self.points)} from {self.base}{turn}"
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), drawing(task_lines(self)))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -172,6 +181,11 @@ def cleaned_points(selection: Selection, settings: TaskSettings) -> tuple[Record
         *sanity_steps(cleaned, base, names),
     )
     return cleaned, steps
+
+
+def task_lines(task: Task) -> list[Line]:
+    """The paths of a task as lines to draw."""
+    return path_lines({name: task.P[:, i] for i, name in enumerate(task.points)})
 
 
 def task_recording(task: Task) -> Recording:

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armdesign._types import Array
-from armdesign.errors import DesignError
+from armdesign.errors import DesignError, counted
+from armdesign.kinematics.line_drawing import Line, drawing, shown
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class DHTable:
-    """Modified DH parameters of a serial arm with revolute joints.
+    """Modified DH parameters of a serial arm with revolute joints; two tables of the same numbers are equal.
 
     Attributes:
         alpha: Link twists, shape (n + 1,) [rad].
@@ -55,6 +56,31 @@ class DHTable:
             raise DesignError(f"a DH table needs a row per joint and a tool row, got {len(self.alpha)} row(s)")
         if not np.isfinite(self.base_yaw):
             raise DesignError("base_yaw is not finite", value=self.base_yaw)
+
+    def __eq__(self, other: object) -> bool:
+        return self.numbers() == other.numbers() if isinstance(other, DHTable) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.numbers())
+
+    def numbers(self) -> tuple[float, ...]:
+        """All values: alpha, a, d and theta row by row, then the base yaw."""
+        return (*np.stack([self.alpha, self.a, self.d, self.theta], axis=1).ravel().tolist(), float(self.base_yaw))
+
+    def __repr__(self) -> str:
+        offsets = bool(self.theta.any())
+        lines = [f"arm of {counted(self.dof, 'joint')}, {self.length:.3f} m long"]
+        lines.append("  row  alpha [deg]   a [mm]   d [mm]" + ("  theta [deg]" if offsets else ""))
+        for i in range(self.dof + 1):
+            row = f"{'tool' if i == self.dof else i:>5}  {np.degrees(self.alpha[i]):11.2f}"
+            row += f"{1e3 * self.a[i]:9.1f}{1e3 * self.d[i]:9.1f}"
+            lines.append(row + (f"{np.degrees(self.theta[i]):13.2f}" if offsets else ""))
+        if self.base_yaw:
+            lines.append(f"  turned by {np.degrees(self.base_yaw):.2f} deg about z at the base")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), drawing([Line(self.body(np.zeros(self.dof)), name="all joints at 0", width=3.0)]))
 
     @property
     def dof(self) -> int:
@@ -102,6 +128,19 @@ class DHTable:
             pose = pose @ placement @ (rot_z(angles[i]) if i < self.dof else np.eye(4))
             frames[i] = pose
         return frames
+
+    def body(self, q: ArrayLike) -> Array:
+        """The arm as a line from the base to the tool: along each row's a, then its d; shape (2 n + 3, 3) [m].
+
+        Args:
+            q: Joint angles, shape (n,) [rad].
+        """
+        before = self.base()
+        places = [before[:3, 3]]
+        for frame, a in zip(self.frames(q), self.a, strict=True):
+            places += [before[:3, 3] + a * before[:3, 0], frame[:3, 3]]  # Rx(alpha) leaves x where it is
+            before = frame
+        return np.array(places)
 
     @classmethod
     def from_rows(cls, rows: ArrayLike, base_yaw: float = 0.0) -> DHTable:

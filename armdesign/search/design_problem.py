@@ -6,18 +6,22 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import PurePath
 from typing import Any
 
 from armdesign.demonstration import Step, Task
 from armdesign.demonstration.provenance import Provenance, Source
+from armdesign.demonstration.task import task_lines
+from armdesign.errors import counted
 from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
 from armdesign.fitness.objective import Demonstrations, Objective
 from armdesign.fitness.problem import Problem, make_problem
 from armdesign.fitness.robot import RobotFitness
+from armdesign.kinematics.line_drawing import drawing, shown
 from armdesign.settings import Settings
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Demonstration:
     """One demonstration of a task, with everything settled that depends on its recording.
 
@@ -32,6 +36,12 @@ class Demonstration:
     task: Task
     steps: tuple[Step, ...] = ()
     provenance: Provenance = field(default_factory=Provenance)
+
+    def __repr__(self) -> str:
+        return f"Demonstration {PurePath(self.name).name!r}: {repr(self.task).removeprefix('Task: ')}"
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), drawing(task_lines(self.task)))
 
     @cached_property
     def path_problem(self) -> Problem:
@@ -61,7 +71,7 @@ class Demonstration:
         return self.source.path or self.settings.task.recording or "the demonstration"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class DesignProblem:
     """Demonstrations of one task and the designs among which the arm that follows them is sought.
 
@@ -74,6 +84,16 @@ class DesignProblem:
     settings: Settings
     demonstrations: tuple[Demonstration, ...]
     holdouts: tuple[Demonstration, ...] = ()
+
+    def __repr__(self) -> str:
+        design, search = self.settings.design, self.settings.search
+        lengths = f"{design.length[0]:g} to {design.length[1]:g} m"
+        lines = [f"arm of {counted(design.dof, 'joint')}, {lengths}; {search.algorithm}, {search.size}"]
+        lines += [f"  {each!r}" for each in self.demonstrations] + [f"  held out: {each!r}" for each in self.holdouts]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return shown(repr(self), drawing([line for each in self.every for line in task_lines(each.task)]))
 
     @cached_property
     def space(self) -> DesignSpace:

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from armdesign._types import Array
 from armdesign._version import __version__
+from armdesign.demonstration.task import task_lines
 from armdesign.errors import counted
 from armdesign.fitness.constraints import joint_limits
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.dh_files import read_design
+from armdesign.kinematics.line_drawing import Line, drawing, shown
 from armdesign.search.design_problem import DesignProblem
-from armdesign.search.evaluation import Evaluation, evaluate_design
+from armdesign.search.evaluation import Evaluation, PathEvaluation, evaluate_design
 from armdesign.swarm import ALGORITHMS, History
 
 
@@ -49,7 +53,7 @@ class SearchFacts:
         return self.stopped_by == "interrupted"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """An arm that does a task: found by a search, given and scored, or read from a run folder.
 
@@ -72,6 +76,22 @@ class Result:
     name: str = "arm"
     version: str = __version__
     folder: Path | None = None
+
+    def __repr__(self) -> str:
+        found = self.evaluation
+        scores = f"r {found.fitness:.4f} m, f {1e3 * found.path_fitness:.2f} mm, E {1e3 * found.area:.2f} mm"
+        lines = [f"arm of {counted(self.table.dof, 'joint')}, {hand_error(found.demonstrations)}; {scores}"]
+        if found.holdouts:
+            lines.append(f"  held out: {hand_error(found.holdouts)}")
+        if self.facts is not None:
+            lines.append(f"  best of {counted(self.facts.evaluations, 'candidate')} in {self.facts.wall_time:.1f} s")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """The arm in five poses over the paths that were demonstrated."""
+        task, q = self.problem.task, self.evaluation.path.q
+        arms = [Line(self.table.body(q[k]), name=f"{task.time[k]:.2f} s", width=2.0) for k in five(len(q))]
+        return shown(f"{self!r}\n\n{self.table!r}", drawing([*arms, *task_lines(task)]))
 
     @property
     def table(self) -> DHTable:
@@ -97,6 +117,20 @@ class Result:
         algorithm = ALGORITHMS[search.algorithm]
         done = algorithm.units_done(self.facts.evaluations, vars(search))
         return f"{done} of {counted(getattr(search, algorithm.length), algorithm.unit)}"
+
+
+def hand_error(scores: Sequence[PathEvaluation]) -> str:
+    """How far the end-effector is from the hand on some demonstrations, in words; the hand is the last point."""
+    reached = [each.path.distance[:, -1] for each in scores if each.missed is None]
+    if len(reached) < len(scores):
+        return "the hand is not reached"
+    error = 1e3 * np.concatenate(reached)
+    return f"hand error {error.mean():.1f} mm mean, {error.max():.1f} mm largest"
+
+
+def five(frames: int) -> list[int]:
+    """Frames from the first to the last, at most five."""
+    return sorted({int(k) for k in np.linspace(0, frames - 1, 5)})
 
 
 def evaluate(arm: DHTable | str | Path, problem: DesignProblem, name: str = "arm") -> Result:
