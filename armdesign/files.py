@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import errno
+import io
 import json
+import math
 import os
 import secrets
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +75,21 @@ def read_json(path: Path, fix: str | None = None) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise RunFolderError(f"{path} is damaged: it holds no table", value=str(path), fix=fix)
     return content
+
+
+def csv_table(names: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table as CSV; a cell that is None or a number that is not finite is empty.
+
+    Args:
+        names: Headings.
+        rows: Cells of every row, one for each heading.
+    """
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(names)
+    for row in rows:
+        writer.writerow(["" if isinstance(cell, float) and not math.isfinite(cell) else cell for cell in row])
+    return buffer.getvalue()
 
 
 def remove_files(paths: Iterable[Path]) -> None:

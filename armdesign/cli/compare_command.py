@@ -15,21 +15,18 @@ from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.cli.screen import StatusBar, announce_compiling, clock, say, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
-from armdesign.experiments.compare.arms import Entrant, open_entrants, settings_in, study_in
+from armdesign.experiments.compare.arms import Arm, carried_settings, open_arms
 from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch
-from armdesign.experiments.compare.comparison import (
-    Compared,
-    Design,
-    compare_design,
-    compare_ready_made,
-    some_problem,
-    with_joints,
-)
+from armdesign.experiments.compare.comparison import compare as compare_arms
+from armdesign.experiments.compare.comparison import some_problem, with_joints
 from armdesign.experiments.compare.comparison_table import (
-    cells_of,
+    EFFORT,
+    FITNESS,
     comparison_csv,
     comparison_json,
     comparison_notes,
+    effort_cells,
+    fitness_cells,
 )
 from armdesign.experiments.compare.ready_made import ready_made_arms
 from armdesign.files import write_whole
@@ -90,32 +87,40 @@ def compare(
         return
     if json_file is None and csv_file is None:
         refuse_without("--json or --csv", {"--overwrite": overwrite})
-    how = BaseSearch(evaluations, box, seed)
+    base_search = BaseSearch(evaluations, box, seed)
     if not 0.0 <= payload <= 1e4:
         raise SettingsError(f"--payload is {payload:g} kg", value=payload, allowed="0 to 10000 kg")
     check_outputs(json_file, csv_file, overwrite=overwrite)
     scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
     folder = task_folder(recording, arms or []) if recording is not None or config is None else None
     if folder is None:
-        settings = first_study(arms or []) if config is None else settings_from_flags(config, {})
+        settings = first_settings(arms or []) if config is None else settings_from_flags(config, {})
         if config is not None and recording is None:
             settings = from_run_folder(settings, config.parent)
-        entrants = open_entrants(arms or [], settings, tool or ())
-        problem = task_of_recording(recording, settings.replace(given), scenario, weights, entrants)
+        opened = open_arms(arms or [], settings, tool or ())
+        problem = task_of_recording(recording, settings.replace(given), scenario, weights, opened)
     else:
         flags = {"--scenario": scenario, "--config": config, "--weights": weights}
         flags |= {f"--{name.replace('_', '-')}": value for name, value in given["task"].items()}
         problem = task_of_run(folder, [name for name, value in flags.items() if value is not None])
-        entrants = open_entrants(arms or [], problem.settings, tool or ())
+        opened = open_arms(arms or [], problem.settings, tool or ())
     if not quiet:
         for note in problem.notes if folder is None else ():
             say(note)
-    rows = compared(entrants, problem, how, payload, quiet=quiet)
-    source = str(recording if recording is not None else folder or problem.settings.task.recording)
-    write_outputs(json_file, csv_file, rows, problem, payload, how, source)
+    with announce_compiling(quiet):
+        compile_kernels(some_problem(problem))
+    with BaseBar(quiet=quiet) as bar:
+        comparison = compare_arms(opened, problem, base_search, payload=payload, on_progress=bar)
+    if json_file is not None:
+        source = str(recording if recording is not None else folder or problem.settings.task.recording)
+        write_whole(json_file, comparison_json(comparison, source))
+    if csv_file is not None:
+        write_whole(csv_file, comparison_csv(comparison))
     if not quiet:
-        show_comparison(rows)
-        show_text("\n".join(comparison_notes(rows, payload, how)))
+        show_table(FITNESS, [fitness_cells(row) for row in comparison.rows])
+        typer.echo()
+        show_table(EFFORT, [effort_cells(row) for row in comparison.rows])
+        show_text("\n".join(comparison_notes(comparison)))
 
 
 def catalogue_text() -> str:
@@ -153,16 +158,13 @@ def task_of_run(folder: Path, given: Sequence[str]) -> DesignProblem:
     return read_problem(folder)
 
 
-def first_study(arms: Sequence[str]) -> Settings:
+def first_settings(arms: Sequence[str]) -> Settings:
     """The settings that the first of the runs carries, else the published ones.
 
     Raises:
         SettingsError: They are not valid.
     """
-    for arm in arms:
-        if (carried := settings_in(Path(arm))) is not None:
-            return study_in(Path(arm), carried)
-    return Settings()
+    return next((found for arm in arms if (found := carried_settings(Path(arm))) is not None), Settings())
 
 
 def task_of_recording(
@@ -170,7 +172,7 @@ def task_of_recording(
     settings: Settings,
     scenario: str | None,
     weights: list[float] | None,
-    entrants: Sequence[Entrant],
+    arms: Sequence[Arm],
 ) -> DesignProblem:
     """The task of a recording, for arms of so many joints and such a length at most.
 
@@ -179,9 +181,9 @@ def task_of_recording(
     """
     if recording is None and settings.task.recording is None and not settings.task.files:
         raise SettingsError("no task is given", fix="Name a recording or a run folder with --task")
-    settings = with_joints(settings, max(entrant.dof for entrant in entrants))
+    settings = with_joints(settings, max(arm.dof for arm in arms))
     _, demonstration, settings = open_recording(recording, settings, scenario, weights, "compare ARM --task")
-    return prepare(demonstration, settings, longest=max(entrant.length for entrant in entrants))
+    return prepare(demonstration, settings, longest=max(arm.length for arm in arms))
 
 
 def check_outputs(json_file: Path | None, csv_file: Path | None, *, overwrite: bool) -> None:
@@ -202,64 +204,29 @@ def check_outputs(json_file: Path | None, csv_file: Path | None, *, overwrite: b
         raise RunFolderError(f"--json and --csv are both {json_file}", value=str(json_file), fix="Name two files")
 
 
-def compared(
-    entrants: Sequence[Entrant], problem: DesignProblem, how: BaseSearch, payload: float, *, quiet: bool
-) -> list[Compared]:
-    """Put each of them to the task."""
-    with announce_compiling(quiet):
-        compile_kernels(some_problem(problem))
-    rows = []
-    for entrant in entrants:
-        if isinstance(entrant, Design):
-            rows.append(compare_design(entrant, problem, payload))
-            continue
-        with BaseBar(entrant.name, quiet=quiet) as bar:
-            rows.append(compare_ready_made(entrant, problem, how, payload, bar))
-    return rows
-
-
-def write_outputs(
-    json_file: Path | None,
-    csv_file: Path | None,
-    rows: Sequence[Compared],
-    problem: DesignProblem,
-    payload: float,
-    how: BaseSearch,
-    source: str,
-) -> None:
-    """Write the files that were asked for."""
-    if json_file is not None:
-        write_whole(json_file, comparison_json(rows, problem, payload, how, source))
-    if csv_file is not None:
-        write_whole(csv_file, comparison_csv(rows, problem.task.points))
-
-
-def show_comparison(rows: Sequence[Compared]) -> None:
-    """Print how well the arms do, and what that takes; a dash where there is no value."""
-    cells = [cells_of(row) for row in rows]
-    fitness = ("arm", "joints", "L [m]", "r [m]", "f [mm]", "E [mm]", "worst [mm]", "start [mm]")
-    show_table(fitness, [row[:8] for row in cells])
-    typer.echo()
-    effort = ("arm", "moving [kg]", "peak torque [N m]", "base x, y, z, yaw [mm, deg]")
-    show_table(effort, [(row[0], *row[8:]) for row in cells])
-
-
 class BaseBar(StatusBar):
-    """Progress of the search for a base pose: a bar in a terminal, one line elsewhere."""
+    """Progress of the searches for base poses: a bar for each arm in a terminal, one line each elsewhere."""
 
-    def __init__(self, name: str, *, quiet: bool) -> None:
-        """Start the clock."""
+    def __init__(self, *, quiet: bool) -> None:
+        """Show nothing yet."""
         super().__init__()
-        self.name, self.quiet = name, quiet
-        self.begun = time.monotonic()
+        self.quiet, self.name, self.begun = quiet, "", 0.0
 
-    def __call__(self, progress: BaseProgress) -> None:
-        """Show how far it is."""
+    def __call__(self, name: str, progress: BaseProgress) -> None:
+        """Show how far the search for the base of an arm is.
+
+        Args:
+            name: The arm's name.
+            progress: How far it is.
+        """
+        if name != self.name:
+            self.__exit__()
+            self.name, self.begun = name, time.monotonic()
         last = progress.evaluations >= progress.total
         if self.quiet or not (last or self.terminal):
             return
         best = f"r {progress.fitness:.4f}" if progress.fitness < float("inf") else "the start is not reached yet"
-        text = f"{self.name}: {progress.evaluations} of {progress.total} base poses, {best}"
+        text = f"{name}: {progress.evaluations} of {progress.total} base poses, {best}"
         if self.terminal:
             self.draw(progress.evaluations, progress.total, text)
         else:

@@ -1,58 +1,99 @@
-"""What the words on the command line stand for: a run, a DH table, a URDF, or the name of a ready-made arm."""
+"""Arms by the words of the command line: a run, a DH table, a URDF, or the name of a ready-made arm."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
-from armdesign.errors import DesignError, SettingsError
-from armdesign.experiments.compare.comparison import Design
+from armdesign._types import Array
+from armdesign.errors import DesignError, RunFolderError, SettingsError
 from armdesign.experiments.compare.ready_made import open_ready_made, plain_name, ready_made_arms
 from armdesign.experiments.compare.serial_arm import SerialArm, read_arm
+from armdesign.files import read_json
 from armdesign.fitness.constraints import joint_limits
+from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.dh_files import read_design
 from armdesign.runs.folder import settings_file
 from armdesign.search.evaluation import check_design
+from armdesign.search.result import Result
 from armdesign.settings.sections import Settings
 
-Entrant: TypeAlias = "Design | SerialArm"
 EXAMPLE = "a run folder, a DH table, the path of a URDF, or one of the names of 'armdesign compare --list'"
 
 
-def open_entrants(texts: Sequence[str], settings: Settings, tools: Sequence[str] = ()) -> list[Entrant]:
-    """Open all that take part.
+@dataclass(frozen=True, eq=False)
+class DesignArm:
+    """A design to be compared.
+
+    Attributes:
+        name: What to call it.
+        source: Where it was read.
+        table: The arm.
+        limits: Joint limits, shape (n, 2) [rad].
+    """
+
+    name: str
+    source: str
+    table: DHTable
+    limits: Array
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return self.table.dof
+
+    @property
+    def length(self) -> float:
+        """Length L [m]."""
+        return self.table.length
+
+
+Arm: TypeAlias = "DesignArm | SerialArm"
+
+
+def open_arms(
+    given: Sequence[str | Path | Result | Arm], settings: Settings, tools: Sequence[str] = ()
+) -> list[DesignArm | SerialArm]:
+    """Open the arms to compare; those of one name are called as they were given.
 
     Args:
-        texts: Run folders, files or names.
+        given: Run folders, files, names of ready-made arms, results, or arms already open.
         settings: The settings; designs that carry none of their own have its joint limits.
-        tools: Tool links, as LINK for every URDF given by its path or as ARM=LINK for one of ``texts``.
+        tools: Tool links, as LINK for every URDF given by its path or as ARM=LINK for one of ``given``.
 
     Raises:
         DesignError: One of them cannot be read; the message says why.
-        SettingsError: One is named twice, or a tool is for none of them.
+        SettingsError: No arm is given, one is given twice, or a tool is for none of them.
     """
-    if not texts:
+    if not given:
         raise SettingsError("no arm is given", allowed=EXAMPLE)
+    texts = [str(arm) for arm in given if isinstance(arm, str | Path)]
     for text in texts:
         if texts.count(text) > 1:
             raise SettingsError(f"'{text}' is given twice", value=text, fix="Leave one out")
-    chosen = tool_links(texts, tools)
-    entrants = [open_entrant(text, settings, chosen.get(text)) for text in texts]
-    names = [entrant.name for entrant in entrants]
+    links = tool_links(texts, tools)
+    arms: list[DesignArm | SerialArm] = []
+    for arm in given:
+        if isinstance(arm, Result):
+            arms.append(DesignArm(arm.name, str(arm.folder or arm.name), arm.table, arm.limits))
+        elif isinstance(arm, str | Path):
+            arms.append(open_arm(str(arm), settings, links.get(str(arm))))
+        else:
+            arms.append(arm)
+    names = [arm.name for arm in arms]
     return [
-        replace(entrant, name=text) if names.count(entrant.name) > 1 else entrant
-        for text, entrant in zip(texts, entrants, strict=True)
+        replace(arm, name=str(text)) if isinstance(text, str | Path) and names.count(arm.name) > 1 else arm
+        for text, arm in zip(given, arms, strict=True)
     ]
 
 
 def tool_links(texts: Sequence[str], tools: Sequence[str]) -> dict[str, str]:
-    """The tool's link by entrant.
+    """The tool's link by arm.
 
     Raises:
-        SettingsError: A tool is for none of the entrants.
+        SettingsError: A tool is for none of the arms.
     """
     links: dict[str, str] = {}
     for tool in tools:
@@ -67,11 +108,17 @@ def tool_links(texts: Sequence[str], tools: Sequence[str]) -> dict[str, str]:
     return links
 
 
-def open_entrant(text: str, settings: Settings, tool: str | None = None) -> Entrant:
-    """Open one of them.
+def open_arm(text: str, settings: Settings, tool: str | None = None) -> DesignArm | SerialArm:
+    """Open one arm.
+
+    Args:
+        text: A run folder, a file or a name.
+        settings: The settings; a design that carries none of its own has its joint limits.
+        tool: The tool's link, of a URDF.
 
     Raises:
         DesignError: It cannot be read; the message says why.
+        SettingsError: It is no URDF and has a tool, or its settings are not allowed.
     """
     path = Path(text)
     holds_design = path.is_dir() and (path / "result.json").is_file()
@@ -102,7 +149,7 @@ def is_urdf(text: str) -> bool:
         return False
 
 
-def open_design(path: Path, settings: Settings) -> Design:
+def open_design(path: Path, settings: Settings) -> DesignArm:
     """A design with the joint limits of its own search, else with those of the settings.
 
     Raises:
@@ -111,31 +158,30 @@ def open_design(path: Path, settings: Settings) -> Design:
     """
     table = read_design(path)
     check_design(table)
-    carried = settings_in(path)
-    own = settings if carried is None else study_in(path, {"design": carried.get("design", {})})
+    own = carried_settings(path, ("design",)) or settings
     limits = joint_limits(replace(own.design, dof=table.dof))
     name = path.resolve().name if path.name != "result.json" else path.resolve().parent.name
-    return Design(name, str(path), table, limits)
+    return DesignArm(name, str(path), table, limits)
 
 
-def study_in(path: Path, carried: Mapping[str, Mapping[str, object]]) -> Settings:
-    """The settings that a result.json carries, checked.
+def carried_settings(path: Path, sections: Sequence[str] | None = None) -> Settings | None:
+    """The settings in the result.json of a run; None for what is no run, such as a plain DH table.
+
+    Args:
+        path: The run folder or its result.json.
+        sections: Those that are looked at; all by default.
 
     Raises:
         SettingsError: One is unknown or not allowed.
     """
     try:
-        return Settings().replace(carried)
+        carried = read_json(path / "result.json" if path.is_dir() else path).get("settings")
+    except RunFolderError:
+        return None
+    if not isinstance(carried, Mapping):
+        return None
+    kept = {name: entries for name, entries in carried.items() if sections is None or name in sections}
+    try:
+        return Settings().replace(kept)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}", value=error.value) from error
-
-
-def settings_in(path: Path) -> Mapping[str, Mapping[str, object]] | None:
-    """The settings that a result.json carries; None for a plain DH table."""
-    file = path / "result.json" if path.is_dir() else path
-    try:
-        content = json.loads(file.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError, RecursionError):
-        return None
-    settings = content.get("settings") if isinstance(content, dict) else None
-    return settings if isinstance(settings, dict) else None

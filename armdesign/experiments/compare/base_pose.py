@@ -81,7 +81,7 @@ class BaseProgress:
 
 
 @dataclass(frozen=True, eq=False)
-class Mounted:
+class Mounting:
     """A ready-made arm where it does best.
 
     Attributes:
@@ -102,9 +102,9 @@ def mount_arm(
     task: Task,
     fitness: Fitness,
     solver: Solver,
-    how: BaseSearch | None = None,
+    base_search: BaseSearch | None = None,
     on_progress: Callable[[BaseProgress], None] | None = None,
-) -> Mounted:
+) -> Mounting:
     """Search the base pose of a ready-made arm for a task.
 
     Args:
@@ -112,27 +112,26 @@ def mount_arm(
         task: The task.
         fitness: Settings of the fitness with resolved weights.
         solver: Settings of the solver.
-        how: Effort, box and seed.
-        on_progress: Told after every round.
+        base_search: Effort, box and seed.
+        on_progress: Called after every round.
     """
-    search = how or BaseSearch()
-    tell = on_progress or (lambda progress: None)
+    search = base_search or BaseSearch()
     rng = np.random.default_rng(search.seed)
     frames = (task.P, task.R, task.dt, fitness)
     full = PolylineEvaluator(arm_problem(arm, *frames, solver), arm)
     rough = full.on(arm_problem(arm, *frames, replace(solver, **ROUGH._asdict())))
     poses = spread_poses(search, rng)
-    looks = looked_at(rough, poses, search, tell)
+    looks = rough_scores(rough, poses, search, on_progress)
     best = np.lexsort((looks.start_error, looks.fitness))
     particles = poses[best[:PARTICLES]]
     if 0 not in best[:PARTICLES]:
         particles[-1] = PLAIN
-    base, tried = swarmed(full, particles, search, rng, tell)
+    base, tried = swarm_search(full, particles, search, rng, on_progress)
     if base is None:  # no pose reaches the start
         base = poses[best[0]]
     base = np.r_[base[:3], np.pi - np.mod(np.pi - base[3], 2.0 * np.pi)]
     scores, path = full.follow_from(base)
-    return Mounted(base, scores, path, len(poses) + tried)
+    return Mounting(base, scores, path, len(poses) + tried)
 
 
 def spread_poses(search: BaseSearch, rng: np.random.Generator) -> Array:
@@ -144,28 +143,44 @@ def spread_poses(search: BaseSearch, rng: np.random.Generator) -> Array:
     return np.asarray(poses)
 
 
-def looked_at(
-    rough: PolylineEvaluator, poses: Array, search: BaseSearch, tell: Callable[[BaseProgress], None]
+def rough_scores(
+    rough: PolylineEvaluator, poses: Array, search: BaseSearch, on_progress: Callable[[BaseProgress], None] | None
 ) -> Scores:
-    """Rough scores of base poses."""
+    """Scores of base poses with few start poses each.
+
+    Args:
+        rough: Evaluator with the effort of the first look.
+        poses: Base poses, shape (N, 4) [m, rad].
+        search: How many are tried in all.
+        on_progress: Called after every part.
+    """
     parts = []
     for first in range(0, len(poses), 2 * PARTICLES):
         parts.append(rough.scores(poses[first : first + 2 * PARTICLES]))
         done = min(first + 2 * PARTICLES, len(poses))
-        tell(BaseProgress(done, search.evaluations, min(float(part.fitness.min()) for part in parts)))
+        if on_progress is not None:
+            best = min(float(part.fitness.min()) for part in parts)
+            on_progress(BaseProgress(done, search.evaluations, best))
     return Scores(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
 
 
-def swarmed(
+def swarm_search(
     full: PolylineEvaluator,
     particles: Array,
     search: BaseSearch,
     rng: np.random.Generator,
-    tell: Callable[[BaseProgress], None],
+    on_progress: Callable[[BaseProgress], None] | None,
 ) -> tuple[Array | None, int]:
     """Best base pose of a swarm, or None where none reaches the start; and how many it has tried.
 
     A turn may go beyond half a turn either way, so that the swarm meets no wall there.
+
+    Args:
+        full: Evaluator with the fitness proper.
+        particles: First base poses, shape (N, 4) [m, rad].
+        search: How many are tried in all, and how far from the shoulder.
+        rng: Random numbers.
+        on_progress: Called after every round.
     """
     reach = np.r_[np.full(3, search.half_width), 2.0 * np.pi]
     box = Box(-reach, reach, np.array([False, False, False, True]))
@@ -177,6 +192,8 @@ def swarmed(
         scores = full.scores(swarm.ask(), swarm.cutoff)
         swarm.tell(scores.fitness, scores.valid)
         tried = min(before + (k + 1) * len(particles), search.evaluations)
-        tell(BaseProgress(search.evaluations if k == rounds - 1 else tried, search.evaluations, swarm.best_fitness))
-    found = swarm.best_position if np.isfinite(swarm.best_fitness) else None
-    return found, rounds * len(particles)
+        if on_progress is not None:
+            done = search.evaluations if k == rounds - 1 else tried
+            on_progress(BaseProgress(done, search.evaluations, swarm.best_fitness))
+    best = swarm.best_position if np.isfinite(swarm.best_fitness) else None
+    return best, rounds * len(particles)

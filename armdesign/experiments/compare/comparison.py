@@ -2,87 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
 from armdesign._types import Array
+from armdesign.experiments.compare.arms import Arm, DesignArm, open_arms
 from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch, mount_arm
 from armdesign.experiments.compare.dynamics import design_model, moving_mass, peak_torques, ready_made_model
 from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
 from armdesign.fitness.problem import Problem, make_problem, start_effort
-from armdesign.kinematics.dh import DHTable
 from armdesign.search.design_problem import DesignProblem
+from armdesign.search.result import Result
 from armdesign.settings.sections import Settings, Solver
 
 DESIGN, READY_MADE = "design", "ready-made"
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
-    """A design that takes part.
-
-    Attributes:
-        name: What to call it.
-        source: Where it was read.
-        table: The arm.
-        limits: Joint limits, shape (n, 2) [rad].
-    """
-
-    name: str
-    source: str
-    table: DHTable
-    limits: Array
-
-    @property
-    def dof(self) -> int:
-        """Number of joints n."""
-        return self.table.dof
-
-    @property
-    def length(self) -> float:
-        """Length L [m]."""
-        return self.table.length
-
-
-@dataclass(frozen=True, eq=False)
-class Compared:
+class ArmScore:
     """How an arm does on the task.
 
     Attributes:
-        name: What it is called.
-        kind: DESIGN or READY_MADE.
-        source: Where it was read.
-        joints: Number of joints n.
-        length: Length of its skeleton [m].
-        tool: The tool's link, of a ready-made arm.
-        base: Base pose (x, y, z, yaw) that was found, of a ready-made arm, shape (4,) [m, rad].
-        held: Joints of a ready-made arm that are held at 0.
-        evaluations: Base poses that were tried.
+        arm: The arm.
         scores: Its fitness, one entry each; infinite where the start is not reached.
         path: Its path; empty where the start is not reached.
         worst_point: Index of the followed point with the largest error.
         moving_mass: Mass of all that moves [kg]; None where it is not known.
         torque: Peak torque of each joint, shape (n,) [N m]; None where it is not known.
+        base: Base pose (x, y, z, yaw) that was found for a ready-made arm, shape (4,) [m, rad].
+        evaluations: Base poses that were tried.
     """
 
-    name: str
-    kind: str
-    source: str
-    joints: int
-    length: float
+    arm: Arm
     scores: Scores
     path: PathResult
     worst_point: int = 0
     moving_mass: float | None = None
     torque: Array | None = None
-    tool: str | None = None
     base: Array | None = None
-    held: tuple[str, ...] = ()
     evaluations: int = 0
+
+    @property
+    def kind(self) -> str:
+        """DESIGN or READY_MADE."""
+        return DESIGN if isinstance(self.arm, DesignArm) else READY_MADE
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Joints of a ready-made arm that are held at 0."""
+        return () if isinstance(self.arm, DesignArm) else self.arm.held
+
+    @property
+    def tool(self) -> str | None:
+        """The tool's link, of a ready-made arm."""
+        return None if isinstance(self.arm, DesignArm) else self.arm.tool
 
     @property
     def reached(self) -> bool:
@@ -95,12 +73,74 @@ class Compared:
         return float(self.scores.fitness[0])
 
     @property
+    def peak_torque(self) -> float | None:
+        """Largest torque of any joint [N m]; None where it is not known."""
+        return None if self.torque is None else float(self.torque.max())
+
+    @property
     def worst_error(self) -> float:
         """Largest distance of a followed point in any frame [m]; infinite where the start is not reached."""
         return float(self.path.distance[:, self.worst_point].max()) if self.reached else np.inf
 
 
-def compare_design(design: Design, problem: DesignProblem, payload: float = 0.0) -> Compared:
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Arms side by side on one task.
+
+    Attributes:
+        rows: The arms with their scores, in the order they were given.
+        problem: The task and the settings.
+        base_search: How the base poses of ready-made arms were searched.
+        payload: Point mass at the tool, for the torques [kg].
+    """
+
+    rows: tuple[ArmScore, ...]
+    problem: DesignProblem
+    base_search: BaseSearch
+    payload: float = 0.0
+
+    @property
+    def best(self) -> ArmScore | None:
+        """The arm with the smallest r of those that reach the start; None where none does."""
+        return min((row for row in self.rows if row.reached), key=lambda row: row.fitness, default=None)
+
+
+def compare(
+    arms: Sequence[str | Path | Result | Arm],
+    problem: DesignProblem,
+    base_search: BaseSearch | None = None,
+    *,
+    payload: float = 0.0,
+    on_progress: Callable[[str, BaseProgress], None] | None = None,
+) -> Comparison:
+    """Score designs and ready-made arms on the same task by the same fitness.
+
+    A design's base is at the demonstrator's shoulder; that of a ready-made arm is sought in a box around it.
+
+    Args:
+        arms: Run folders, DH tables, URDFs, names of ready-made arms such as ``ur5``, results, or arms already open.
+        problem: The task and the settings.
+        base_search: How the base poses of ready-made arms are searched.
+        payload: Point mass at the tool, for the torques [kg].
+        on_progress: Called with an arm's name and how far the search for its base pose is.
+
+    Raises:
+        DesignError: An arm cannot be read; the message says why.
+        SettingsError: No arm is given, or one is given twice.
+        TaskError: There are too many points, or an orientation is to be followed that is not there.
+    """
+    search = base_search or BaseSearch()
+    rows = []
+    for arm in open_arms(arms, problem.settings):
+        if isinstance(arm, DesignArm):
+            rows.append(score_design(arm, problem, payload))
+        else:
+            tell = None if on_progress is None else (lambda progress, name=arm.name: on_progress(name, progress))
+            rows.append(score_ready_made(arm, problem, search, payload, tell))
+    return Comparison(tuple(rows), problem, search, payload)
+
+
+def score_design(design: DesignArm, problem: DesignProblem, payload: float = 0.0) -> ArmScore:
     """Score a design, its base at the shoulder.
 
     Args:
@@ -111,36 +151,43 @@ def compare_design(design: Design, problem: DesignProblem, payload: float = 0.0)
     task, solver = problem.task, with_joints(problem.settings, design.dof).solver
     path_problem = make_problem(task.P, task.R, task.dt, design.limits, problem.settings.fitness, solver)
     scores, path = BlockEvaluator(path_problem, block=1).follow(design.table)
-    mass = moving_mass(design_model(design.table))
-    row = Compared(design.name, DESIGN, design.source, design.dof, design.length, scores, path, moving_mass=mass)
-    return finished(row, problem, design_model(design.table, payload))
+    row = ArmScore(design, scores, path, moving_mass=moving_mass(design_model(design.table)))
+    return with_effort(row, problem, design_model(design.table, payload))
 
 
-def compare_ready_made(
+def score_ready_made(
     arm: SerialArm,
     problem: DesignProblem,
-    how: BaseSearch | None = None,
+    base_search: BaseSearch | None = None,
     payload: float = 0.0,
     on_progress: Callable[[BaseProgress], None] | None = None,
-) -> Compared:
-    """Score a ready-made arm where it does best.
+) -> ArmScore:
+    """Score a ready-made arm at the base pose where it does best.
 
     Args:
         arm: The arm.
         problem: The task and the settings.
-        how: How its base pose is searched.
+        base_search: How its base pose is searched.
         payload: Point mass at the tool, for the torques [kg].
-        on_progress: Told how far the search is.
+        on_progress: Called with how far the search is.
     """
-    task = problem.task
-    solver = with_joints(problem.settings, arm.dof).solver
-    found = mount_arm(arm, task, problem.settings.fitness, solver, how, on_progress)
-    mass = arm.moving_mass or None
-    row = Compared(
-        arm.name, READY_MADE, arm.source, arm.dof, arm.length, found.scores, found.path, moving_mass=mass,
-        tool=arm.tool, base=found.base, held=arm.held, evaluations=found.evaluations,
+    settings = with_joints(problem.settings, arm.dof)
+    mounting = mount_arm(arm, problem.task, settings.fitness, settings.solver, base_search, on_progress)
+    row = ArmScore(
+        arm, mounting.scores, mounting.path, moving_mass=arm.moving_mass or None, base=mounting.base,
+        evaluations=mounting.evaluations,
     )  # fmt: skip
-    return finished(row, problem, ready_made_model(arm, payload))
+    return with_effort(row, problem, ready_made_model(arm, payload))
+
+
+def with_effort(row: ArmScore, problem: DesignProblem, model: pin.Model) -> ArmScore:
+    """The row with its worst point and, where masses are known, the torques along its path."""
+    if not row.reached:
+        return row
+    followed = np.array(problem.settings.fitness.weights) > 0.0
+    worst = np.where(followed, row.path.distance.max(axis=0), -1.0)
+    torque = None if row.moving_mass is None else peak_torques(model, problem.task.time, row.path.q)
+    return replace(row, worst_point=int(np.argmax(worst)), torque=torque)
 
 
 def some_problem(problem: DesignProblem) -> Problem:
@@ -152,16 +199,6 @@ def some_problem(problem: DesignProblem) -> Problem:
     task = problem.task
     limits = np.tile([-np.pi, np.pi], (problem.settings.design.dof, 1))
     return make_problem(task.P, task.R, task.dt, limits, problem.settings.fitness, problem.settings.solver)
-
-
-def finished(row: Compared, problem: DesignProblem, model: pin.Model) -> Compared:
-    """The row with what follows from the path; torques only where masses are known."""
-    if not row.reached:
-        return row
-    followed = np.array(problem.settings.fitness.weights) > 0.0
-    worst = np.where(followed, row.path.distance.max(axis=0), -1.0)
-    torque = None if row.moving_mass is None else peak_torques(model, problem.task.time, row.path.q)
-    return replace(row, worst_point=int(np.argmax(worst)), torque=torque)
 
 
 def with_joints(settings: Settings, dof: int) -> Settings:

@@ -1,58 +1,52 @@
-"""A comparison as a printed table, as JSON and as CSV."""
+"""A comparison as cells to print, as notes, as JSON and as CSV."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from armdesign._version import __version__
-from armdesign.experiments.compare.base_pose import BaseSearch
-from armdesign.experiments.compare.comparison import READY_MADE, Compared
-from armdesign.search.design_problem import DesignProblem
+from armdesign.demonstration.provenance import as_json
+from armdesign.experiments.compare.comparison import READY_MADE, ArmScore, Comparison
+from armdesign.files import csv_table
 
 SCHEMA_VERSION = 1
-HEADER = ("arm", "joints", "length", "r", "f", "E", "worst", "start", "moving", "peak torque", "base x, y, z, yaw")
-UNITS = ("", "", "[m]", "[m]", "[mm]", "[mm]", "error [mm]", "error [mm]", "mass [kg]", "[N m]", "[mm, mm, mm, deg]")
+FITNESS = ("arm", "joints", "L [m]", "r [m]", "f [mm]", "E [mm]", "worst [mm]", "start [mm]")
+"""Headings of the first table: how well the arms do."""
+EFFORT = ("arm", "moving [kg]", "peak torque [N m]", "base x, y, z, yaw [mm, deg]")
+"""Headings of the second: what that takes."""
+COLUMNS = (
+    "name", "kind", "joints", "length", "fitness", "path_fitness", "area", "worst_error", "worst_point",
+    "start_reached", "start_error", "moving_mass", "peak_torque", "base_x", "base_y", "base_z", "base_yaw", "tool",
+    "source",
+)  # fmt: skip
+"""Columns of the CSV."""
 
 
-def comparison_table(rows: Sequence[Compared]) -> str:
-    """The rows as plain text; a dash where there is no value."""
-    cells = [HEADER, UNITS, *(cells_of(row) for row in rows)]
-    widths = [max(len(line[column]) for line in cells) for column in range(len(HEADER))]
-    lines = []
-    for line in cells:
-        padded = [
-            line[0].ljust(widths[0]),
-            *(cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True)),
-        ]
-        lines.append(("  " + "  ".join(padded)).rstrip())
-    return "\n".join(lines)
+def fitness_cells(row: ArmScore) -> tuple[str, ...]:
+    """The cells of an arm under FITNESS."""
+    scores = row.scores
+    missed = "" if row.reached else " missed"
+    return (
+        row.arm.name,
+        str(row.arm.dof),
+        f"{row.arm.length:.3f}",
+        shown(row.fitness, 4),
+        shown(float(scores.path_fitness[0]) * 1e3, 2),
+        shown(float(scores.area[0]) * 1e3, 2),
+        shown(row.worst_error * 1e3, 1),
+        shown(float(scores.start_error[0]) * 1e3, 3) + missed,
+    )
 
 
-def cells_of(row: Compared) -> tuple[str, ...]:
-    """The cells of one row."""
-    torque = None if row.torque is None else float(row.torque.max())
+def effort_cells(row: ArmScore) -> tuple[str, ...]:
+    """The cells of an arm under EFFORT."""
     base = "-"
     if row.base is not None:
         base = ", ".join(f"{value:.0f}" for value in (*row.base[:3] * 1e3, np.rad2deg(row.base[3])))
-    return (
-        row.name,
-        str(row.joints),
-        f"{row.length:.3f}",
-        shown(row.fitness, 4),
-        shown(float(row.scores.path_fitness[0]) * 1e3, 2),
-        shown(float(row.scores.area[0]) * 1e3, 2),
-        shown(row.worst_error * 1e3, 1),
-        shown(float(row.scores.start_error[0]) * 1e3, 3) + ("" if row.reached else " missed"),
-        shown(row.moving_mass, 2),
-        shown(torque, 1),
-        base,
-    )
+    return row.arm.name, shown(row.moving_mass, 2), shown(row.peak_torque, 1), base
 
 
 def shown(value: float | None, digits: int) -> str:
@@ -60,25 +54,25 @@ def shown(value: float | None, digits: int) -> str:
     return "-" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"
 
 
-def comparison_notes(rows: Sequence[Compared], payload: float, how: BaseSearch) -> list[str]:
-    """What a reader of the table has to know."""
-    notes = []
-    reached = [row for row in rows if row.reached]
-    if len(reached) > 1:
-        best = min(reached, key=lambda row: row.fitness)
-        notes.append(f"Smallest r: {best.name}.")
+def comparison_notes(comparison: Comparison) -> list[str]:
+    """What a reader of the tables has to know, a sentence each."""
+    notes, rows, best = [], comparison.rows, comparison.best
+    if best is not None and sum(row.reached for row in rows) > 1:
+        notes.append(f"Smallest r: {best.arm.name}.")
     if any(row.kind == READY_MADE for row in rows):
-        notes.append("Bases are relative to the demonstrator's shoulder, z up; those of designs stand at it.")
+        notes.append("Bases are relative to the demonstrator's shoulder, z up; those of designs are at the shoulder.")
+    edge = 0.98 * comparison.base_search.half_width
     for row in rows:
+        name = row.arm.name
         if not row.reached:
-            notes.append(f"{row.name} does not reach the start of the task; the nearest that was found is told.")
-        if row.base is not None and row.reached and (np.abs(row.base[:3]) > 0.98 * how.half_width).any():
-            notes.append(f"The base of {row.name} stands at the edge of its box; a larger --box may suit it better.")
+            notes.append(f"{name} does not reach the start of the task; the nearest that was found is shown.")
+        if row.base is not None and row.reached and (np.abs(row.base[:3]) > edge).any():
+            notes.append(f"The base of {name} is at the edge of its box; a larger --box may suit it better.")
         if row.held:
-            notes.append(f"{row.name}: the tool is '{row.tool}'; held at 0: {', '.join(row.held)}.")
+            notes.append(f"{name}: the tool is '{row.tool}'; held at 0: {', '.join(row.held)}.")
         if row.kind == READY_MADE and row.moving_mass is None:
-            notes.append(f"{row.name}: its file has no masses.")
-    loaded = f"a payload of {payload:g} kg" if payload else "no payload"
+            notes.append(f"{name}: its file has no masses.")
+    loaded = f"a payload of {comparison.payload:g} kg" if comparison.payload else "no payload"
     notes.append(
         f"Torques: inverse dynamics with gravity along the path, {loaded}; designs with the body of their URDF, "
         "ready-made arms with the masses of their files."
@@ -86,10 +80,14 @@ def comparison_notes(rows: Sequence[Compared], payload: float, how: BaseSearch) 
     return notes
 
 
-def comparison_json(
-    rows: Sequence[Compared], problem: DesignProblem, payload: float, how: BaseSearch, source: str
-) -> str:
-    """Everything as JSON: metres, radians, kilograms; null where there is no value."""
+def comparison_json(comparison: Comparison, source: str) -> str:
+    """Everything as JSON: metres, radians, kilograms; null where there is no value.
+
+    Args:
+        comparison: The comparison.
+        source: Where the task was read.
+    """
+    problem, search = comparison.problem, comparison.base_search
     task, fitness = problem.task, problem.settings.fitness
     content = {
         "schema_version": SCHEMA_VERSION,
@@ -97,69 +95,62 @@ def comparison_json(
         "task": {
             "source": source,
             "base": task.base,
-            "points": list(task.points),
+            "points": task.points,
             "orientation": task.orientation if fitness.orientation_weight else None,
             "frames": len(task.time),
         },
         "settings": {name: problem.settings.to_dict()[name] for name in ("task", "fitness")},
-        "payload": payload,
-        "base_search": {"evaluations": how.evaluations, "half_width": how.half_width, "seed": how.seed},
-        "arms": [row_content(row, task.points) for row in rows],
-        "notes": comparison_notes(rows, payload, how),
+        "payload": comparison.payload,
+        "base_search": {"evaluations": search.evaluations, "half_width": search.half_width, "seed": search.seed},
+        "arms": [row_content(row, task.points) for row in comparison.rows],
+        "notes": comparison_notes(comparison),
     }
-    return json.dumps(content, indent=2, allow_nan=False) + "\n"
+    return json.dumps(as_json(content), indent=2, allow_nan=False) + "\n"
 
 
-def row_content(row: Compared, points: Sequence[str]) -> dict[str, Any]:
-    """One row for JSON."""
-    distance = row.path.distance
-    errors = {
-        name: {"mean": float(distance[:, i].mean()), "max": float(distance[:, i].max())} if row.reached else None
-        for i, name in enumerate(points)
-    }
-    turn = row.path.orientation_error
+def row_content(row: ArmScore, points: tuple[str, ...]) -> dict[str, Any]:
+    """The entries of an arm, infinite or None where there is no value.
+
+    Args:
+        row: The arm with its scores.
+        points: Names of the followed points.
+    """
+    errors = {name: mean_and_max(row.path.distance[:, i]) if row.reached else None for i, name in enumerate(points)}
     return {
-        "name": row.name,
+        "name": row.arm.name,
         "kind": row.kind,
-        "source": row.source,
-        "joints": row.joints,
-        "length": row.length,
-        "fitness": finite(row.fitness),
-        "path_fitness": finite(row.scores.path_fitness[0]),
-        "area": finite(row.scores.area[0]),
-        "worst_error": finite(row.worst_error),
+        "source": row.arm.source,
+        "joints": row.arm.dof,
+        "length": row.arm.length,
+        "fitness": row.fitness,
+        "path_fitness": float(row.scores.path_fitness[0]),
+        "area": float(row.scores.area[0]),
+        "worst_error": row.worst_error,
         "worst_point": points[row.worst_point] if row.reached else None,
         "point_error": errors,
-        "orientation_error": {"mean": float(turn.mean()), "max": float(turn.max())} if row.reached else None,
+        "orientation_error": mean_and_max(row.path.orientation_error) if row.reached else None,
         "start_reached": row.reached,
-        "start_error": finite(row.scores.start_error[0]),
+        "start_error": float(row.scores.start_error[0]),
         "moving_mass": row.moving_mass,
-        "peak_torque": None if row.torque is None else float(row.torque.max()),
-        "joint_torques": None if row.torque is None else row.torque.tolist(),
+        "peak_torque": row.peak_torque,
+        "joint_torques": row.torque,
         "tool": row.tool,
         "base": None if row.base is None else dict(zip(("x", "y", "z", "yaw"), row.base.tolist(), strict=True)),
-        "held_joints": list(row.held),
+        "held_joints": row.held,
         "evaluations": row.evaluations,
     }
 
 
-def finite(value: float) -> float | None:
-    """A number for JSON; None for one that is not finite."""
-    return float(value) if np.isfinite(value) else None
+def mean_and_max(values: np.ndarray[Any, Any]) -> dict[str, float]:
+    """Mean and largest of errors over the frames, shape (T,)."""
+    return {"mean": float(values.mean()), "max": float(values.max())}
 
 
-def comparison_csv(rows: Sequence[Compared], points: Sequence[str]) -> str:
-    """One line per arm: metres, radians, kilograms; empty where there is no value."""
-    names = (
-        "name", "kind", "joints", "length", "fitness", "path_fitness", "area", "worst_error", "worst_point",
-        "start_reached", "start_error", "moving_mass", "peak_torque", "base_x", "base_y", "base_z", "base_yaw", "tool",
-        "source",
-    )  # fmt: skip
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, names, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        content = row_content(row, points)
-        base = {f"base_{name}": value for name, value in (content["base"] or {}).items()}
-        writer.writerow(content | base)
-    return stream.getvalue()
+def comparison_csv(comparison: Comparison) -> str:
+    """A line for each arm: metres, radians, kilograms; empty where there is no value."""
+    rows = []
+    for row in comparison.rows:
+        content = row_content(row, comparison.problem.task.points)
+        content |= {f"base_{name}": value for name, value in (content["base"] or {}).items()}
+        rows.append([content.get(name) for name in COLUMNS])
+    return csv_table(COLUMNS, rows)

@@ -35,8 +35,8 @@ FULL_TURN = np.pi
 """Where a continuous joint's start poses end, either way [rad]."""
 
 
-class Hung:
-    """An arm as the kernels take it.
+class PolylineChain:
+    """A ready-made arm in the form that the kernels take.
 
     Attributes:
         arm: The arm.
@@ -47,7 +47,7 @@ class Hung:
     """
 
     def __init__(self, arm: SerialArm) -> None:
-        """Turn the frames.
+        """Turn the frames so that each has the piece behind it along its x axis.
 
         Raises:
             DesignError: With the mount there are more joints than the kernels take.
@@ -71,7 +71,7 @@ class Hung:
         self.placements = np.array([framed(a, p, b) for a, p, b in zip(before, poses, turns, strict=False)])
         self.chain = chain_record(len(turns), np.array(pieces), turns[-1].T @ poses[-1][:3, :3])
 
-    def based(self, base: Array) -> Array:
+    def first_placement(self, base: Array) -> Array:
         """Placement of the first joint for a base pose (x, y, z, yaw), shape (4, 4) [m, rad]."""
         pose = rot_z(float(base[3]))
         pose[:3, 3] = base[:3]
@@ -149,10 +149,10 @@ class PolylineEvaluator(BlockEvaluator):
             arm: The arm.
             block: Number of base poses side by side.
         """
-        self.hung = Hung(arm)
+        self.arm_chain = PolylineChain(arm)
         super().__init__(problem, block)
         for lanes in self.lanes:
-            lanes.arms = AxisBlock(len(lanes), self.hung.axes)
+            lanes.arms = AxisBlock(len(lanes), self.arm_chain.axes)
 
     def on(self, problem: Problem) -> PolylineEvaluator:
         """The same arm on another problem; the two share their block and must not run at the same time."""
@@ -173,7 +173,7 @@ class PolylineEvaluator(BlockEvaluator):
     def follow_from(self, base: ArrayLike) -> tuple[Scores, PathResult]:
         """Fitness at one base pose, with the path of the arm's n joints; the path is empty if the start is missed."""
         scores, path = self._traced(self._batch(base, None))
-        return scores, replace(path, q=path.q[:, self.hung.mounted :].copy())
+        return scores, replace(path, q=path.q[:, self.arm_chain.mounted :].copy())
 
     def _batch(self, bases: ArrayLike, cutoff: Array | None) -> Batch:
         """Base poses in the place of the first DH row; the other rows stay empty."""
@@ -186,11 +186,11 @@ class PolylineEvaluator(BlockEvaluator):
     def _exchange(self, lanes: Lanes, flow: Flow) -> None:
         """Load what is next, and put the arm in the place of the DH arms that were made of the rows."""
         super()._exchange(lanes, flow)
-        n, hung = self.problem.dof, self.hung
+        n, arm = self.problem.dof, self.arm_chain
         for b in np.flatnonzero((lanes.walks["phase"] == SAMPLE) & (lanes.walks["steps"] == 0)):
-            lanes.chains[b] = hung.chain[0]
-            poses = hung.placements.copy()
-            poses[0] = hung.based(flow.batch.rows[lanes.walks[b]["candidate"], 0])
+            lanes.chains[b] = arm.chain[0]
+            poses = arm.placements.copy()
+            poses[0] = arm.first_placement(flow.batch.rows[lanes.walks[b]["candidate"], 0])
             turns = poses[:, :3, :3].transpose(0, 2, 1).reshape(n, 9)
             lanes.arms.placements[b * n : (b + 1) * n] = np.concatenate([turns, poses[:, :3, 3]], axis=1)
 
@@ -209,7 +209,7 @@ def arm_problem(arm: SerialArm, P: Array, R: Array | None, dt: float, fitness: F
     starting = np.clip(arm.limits, -FULL_TURN, FULL_TURN)
     starting = np.where(np.isfinite(arm.limits), arm.limits, starting)
     problem = make_problem(P, R, dt, starting, fitness, solver)
-    n, mounted = arm.dof, Hung(arm).mounted
+    n, mounted = arm.dof, PolylineChain(arm).mounted
     record = problem.record[0]
     for side, name in enumerate(("lower", "upper")):
         record[name][:mounted] = 0.0

@@ -75,18 +75,6 @@ class SerialArm:
         """Mass of all that moves [kg]; 0 where the file has no inertias."""
         return float(sum(body.mass for body in self.bodies))
 
-    def frames(self, q: Array) -> Array:
-        """Frames of the joints, turned, and of the tool in the base, shape (n + 1, 4, 4)."""
-        pose, frames = np.eye(4), np.empty_like(self.placements)
-        for i, placement in enumerate(self.placements):
-            pose = pose @ placement
-            if i < self.dof:
-                turned = np.eye(4)
-                turned[:3, :3] = pin.exp3(self.axes[i] * q[i])
-                pose = pose @ turned
-            frames[i] = pose
-        return frames
-
     def model(self) -> pin.Model:
         """The arm's Pinocchio model with its masses, from the base."""
         model = pin.Model()
@@ -130,16 +118,16 @@ def serial_arm(tree: UrdfTree, tool: str, name: str | None = None) -> SerialArm:
             value=len(moving), allowed=SUPPORTED, fix="Name another tool's link with --tool",
         )  # fmt: skip
     links = [moving[0].parent, *(joint.child for joint in moving)]
-    placements = [tree.pose_from(link, joint.parent) @ joint.pose for link, joint in zip(links, moving, strict=False)]
+    placements = [tree.pose_from(link, joint.parent) * joint.pose for link, joint in zip(links, moving, strict=False)]
     mounted = tree.pose_from(tree.root, links[0])
-    mounted[:3, 3] = 0.0
-    placements[0] = mounted @ placements[0]
+    placements[0] = pin.SE3(mounted.rotation, np.zeros(3)) * placements[0]
+    placements.append(tree.pose_from(links[-1], tool))
     arm = SerialArm(
         name=name or tree.name,
         source=tree.source,
         tool=tool,
         joints=tuple(joint.name for joint in moving),
-        placements=np.array([*placements, tree.pose_from(links[-1], tool)]),
+        placements=np.array([placement.homogeneous for placement in placements]),
         axes=np.array([joint.axis for joint in moving]),
         limits=np.array(limits),
         bodies=tuple(_body(tree, link, moving) for link in links[1:]),
@@ -217,7 +205,7 @@ def _rank(tree: UrdfTree, link: str, place: str) -> tuple[bool, int, int, float]
     """How well a fixed link serves as the tool: no finger, then its depth, then its name, then its distance."""
     depth = len(tree.path_to(place)) - len(tree.path_to(link))
     word = next((i for i, tool in enumerate(TOOLS) if place.lower().endswith(tool)), len(TOOLS))
-    return FINGER.search(place) is None, depth, -word, float(np.linalg.norm(tree.pose_from(link, place)[:3, 3]))
+    return FINGER.search(place) is None, depth, -word, float(np.linalg.norm(tree.pose_from(link, place).translation))
 
 
 def _body(tree: UrdfTree, link: str, arm: list[UrdfJoint]) -> pin.Inertia:
@@ -225,7 +213,6 @@ def _body(tree: UrdfTree, link: str, arm: list[UrdfJoint]) -> pin.Inertia:
     total, group = pin.Inertia.Zero(), [link]
     for place in group:
         group += [joint.child for joint in tree.leaving(place) if joint not in arm]
-        body = tree.bodies[place]
-        if body.mass > 0.0:
-            total += pin.SE3(tree.pose_from(link, place)).act(pin.Inertia(body.mass, body.com, body.inertia))
+        if tree.bodies[place].mass > 0.0:
+            total += tree.pose_from(link, place).act(tree.bodies[place])
     return total

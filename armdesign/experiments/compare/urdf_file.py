@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 
 from armdesign._types import Array
 from armdesign.errors import DesignError
@@ -14,21 +15,6 @@ from armdesign.errors import DesignError
 TURNING = ("revolute", "continuous")
 MOVING = (*TURNING, "prismatic", "planar", "floating")
 KINDS = (*MOVING, "fixed")
-
-
-@dataclass(frozen=True, eq=False)
-class UrdfBody:
-    """Mass properties of a link in its own frame.
-
-    Attributes:
-        mass: Mass [kg]; 0 where the file has none.
-        com: Centre of mass, shape (3,) [m].
-        inertia: Inertia about the centre of mass along the link's axes, shape (3, 3) [kg m^2].
-    """
-
-    mass: float
-    com: Array
-    inertia: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +26,7 @@ class UrdfJoint:
         kind: One of KINDS.
         parent: Name of the link it is on.
         child: Name of the link it carries.
-        pose: Its frame in the parent link's, shape (4, 4).
+        pose: Its frame in the parent link's.
         axis: Unit vector in its frame, shape (3,).
         limits: Lowest and highest angle [rad]; infinite for a continuous joint, None where a revolute one has none.
         mimics: Name of the joint it copies, or None.
@@ -50,7 +36,7 @@ class UrdfJoint:
     kind: str
     parent: str
     child: str
-    pose: Array
+    pose: pin.SE3
     axis: Array
     limits: tuple[float, float] | None
     mimics: str | None
@@ -69,14 +55,14 @@ class UrdfTree:
         source: The file, for messages.
         name: The robot's name.
         root: Name of the link all others hang on.
-        bodies: Mass properties by link.
+        bodies: Inertia of every link in its own frame; of mass 0 where the file has none.
         joints: The joints by the link they carry.
     """
 
     source: str
     name: str
     root: str
-    bodies: dict[str, UrdfBody]
+    bodies: dict[str, pin.Inertia]
     joints: dict[str, UrdfJoint]
 
     def leaving(self, link: str) -> list[UrdfJoint]:
@@ -91,11 +77,11 @@ class UrdfTree:
             link = path[-1].parent
         return path[::-1]
 
-    def pose_from(self, ancestor: str, link: str) -> Array:
-        """A link's frame in that of a link on the way to it, every joint between them at 0, shape (4, 4)."""
-        pose = np.eye(4)
+    def pose_from(self, ancestor: str, link: str) -> pin.SE3:
+        """A link's frame in that of a link on the way to it, every joint between them at 0."""
+        pose = pin.SE3.Identity()
         while link != ancestor:
-            pose = self.joints[link].pose @ pose
+            pose = self.joints[link].pose * pose
             link = self.joints[link].parent
         return pose
 
@@ -120,15 +106,6 @@ def read_urdf(path: str | Path) -> UrdfTree:
         root = ET.fromstring(data)
     except (ET.ParseError, ValueError, LookupError) as error:  # LookupError: an unknown encoding
         raise DesignError(f"the URDF {source} is not valid XML: {error}", value=source) from error
-    return urdf_tree(root, source)
-
-
-def urdf_tree(root: ET.Element, source: str) -> UrdfTree:
-    """The tree of a ``robot`` element.
-
-    Raises:
-        DesignError: It is not a tree of links.
-    """
     if root.tag != "robot":
         raise DesignError(f"{source} is no URDF: its first element is <{root.tag}>", value=source, allowed="<robot>")
     if any("xacro" in str(element.tag) for element in root.iter()):
@@ -151,7 +128,7 @@ def urdf_tree(root: ET.Element, source: str) -> UrdfTree:
     return UrdfTree(source, root.get("name") or Path(source).stem, _root(bodies, joints, source), bodies, joints)
 
 
-def _root(bodies: dict[str, UrdfBody], joints: dict[str, UrdfJoint], source: str) -> str:
+def _root(bodies: dict[str, pin.Inertia], joints: dict[str, UrdfJoint], source: str) -> str:
     """The link that hangs on no joint and that all others hang on."""
     if not bodies:
         raise DesignError(f"{source} holds no links", value=source, allowed="a robot of links and joints")
@@ -212,11 +189,11 @@ def _limits(limit: ET.Element | None, kind: str, where: str) -> tuple[float, flo
     return float(lower), float(upper)
 
 
-def _body(link: ET.Element, source: str) -> UrdfBody:
-    """A link's inertial; none is a mass of 0."""
+def _body(link: ET.Element, source: str) -> pin.Inertia:
+    """A link's inertial; without one a mass of 0."""
     inertial = link.find("inertial")
     if inertial is None:
-        return UrdfBody(0.0, np.zeros(3), np.zeros((3, 3)))
+        return pin.Inertia.Zero()
     where = f"{source}: link '{link.get('name')}'"
     mass, moments = inertial.find("mass"), inertial.find("inertia")
     weight = 0.0 if mass is None else float(_numbers(mass.get("value", "0"), 1, f"{where}: mass")[0])
@@ -228,22 +205,15 @@ def _body(link: ET.Element, source: str) -> UrdfBody:
         text = "0" if moments is None else moments.get(name, "0")
         matrix[i, j] = matrix[j, i] = _numbers(text, 1, f"{where}: {name}")[0]
     pose = _pose(inertial.find("origin"), where)
-    turn = pose[:3, :3]
-    return UrdfBody(weight, pose[:3, 3], turn @ matrix @ turn.T)
+    return pose.act(pin.Inertia(weight, np.zeros(3), matrix)) if weight > 0.0 else pin.Inertia.Zero()
 
 
-def _pose(origin: ET.Element | None, where: str) -> Array:
-    """An origin element as a frame, shape (4, 4); R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    pose = np.eye(4)
-    if origin is not None:
-        (r, p, y), pose[:3, 3] = _vector(origin, "rpy", where), _vector(origin, "xyz", where)
-        cr, sr, cp, sp, cy, sy = np.cos(r), np.sin(r), np.cos(p), np.sin(p), np.cos(y), np.sin(y)
-        pose[:3, :3] = [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    return pose
+def _pose(origin: ET.Element | None, where: str) -> pin.SE3:
+    """An origin element as a frame; R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    if origin is None:
+        return pin.SE3.Identity()
+    turn = pin.rpy.rpyToMatrix(*_vector(origin, "rpy", where))
+    return pin.SE3(turn, _vector(origin, "xyz", where))
 
 
 def _vector(element: ET.Element, name: str, where: str) -> Array:

@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 
 from armdesign.demonstration import read_recording
 from armdesign.experiments.compare.polyline_arm import PolylineEvaluator, arm_problem
@@ -20,10 +21,18 @@ WEIGHTS = (1 / 6, 1 / 3, 1 / 2)
 
 
 @cache
-def prepared(name="packaging", dof=6):
+def example_problem(name="packaging", dof=6):
     """An example's task with the settings that are meant for it."""
     settings = Settings().replace({"design": {"dof": dof}, "fitness": {"scenario": name}})
     return prepare(read_recording(EXAMPLES / f"{name}.csv"), settings, longest=1.5)
+
+
+def frames_at(arm, q):
+    """Frames of a ready-made arm's joints, turned by q, and of its tool in the base, shape (n + 1, 4, 4)."""
+    poses = [pin.SE3.Identity()]
+    for placement, turn in zip(arm.placements, [*(arm.axes * q[:, None]), np.zeros(3)], strict=True):
+        poses.append(poses[-1] * pin.SE3(placement) * pin.SE3(pin.exp3(turn), np.zeros(3)))
+    return np.array([pose.homogeneous for pose in poses[1:]])
 
 
 def bent_table(rng, n, *, first=False):

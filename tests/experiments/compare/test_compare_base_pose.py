@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from compare_arms import evaluator, prepared
+from compare_arms import evaluator, example_problem
 
 from armdesign.errors import SettingsError
 from armdesign.experiments.compare.base_pose import BaseSearch, mount_arm, spread_poses
@@ -16,13 +16,13 @@ FEW = Solver(starts=64, descents=12, finalists=3)
 
 
 def mounted(name, how, on_progress=None):
-    start = prepared()
+    start = example_problem()
     return mount_arm(open_ready_made(name), start.task, start.settings.fitness, FEW, how, on_progress)
 
 
 def plain(name):
     """r with the base at the shoulder."""
-    start, arm = prepared(), open_ready_made(name)
+    start, arm = example_problem(), open_ready_made(name)
     problem = arm_problem(arm, start.task.P, None, start.task.dt, start.settings.fitness, FEW)
     return PolylineEvaluator(problem, arm).follow_from(np.zeros(4))[0].fitness[0]
 
@@ -46,9 +46,9 @@ def test_it_is_the_same_every_time_and_another_with_another_seed():
     assert not np.array_equal(first.base, mounted("ur3", BaseSearch(60, seed=4)).base)
 
 
-def test_the_fitness_told_is_that_of_the_base_told():
+def test_the_fitness_seen_is_that_of_the_base_seen():
     found = mounted("ur3", BaseSearch(60, half_width=0.2))
-    start = prepared()
+    start = example_problem()
     assert (np.abs(found.base[:3]) <= 0.2).all()
     arm = open_ready_made("ur3")
     again, _ = evaluator(arm, start.task.P, fitness=start.settings.fitness, **vars(FEW)).follow_from(found.base)
@@ -57,12 +57,12 @@ def test_the_fitness_told_is_that_of_the_base_told():
 
 
 def test_progress_grows_to_the_total_and_r_falls():
-    told = []
-    found = mounted("ur3", BaseSearch(100), told.append)
-    assert [p.evaluations for p in told] == sorted(p.evaluations for p in told)
-    assert told[-1].evaluations == told[-1].total == 100
+    seen = []
+    found = mounted("ur3", BaseSearch(100), seen.append)
+    assert [p.evaluations for p in seen] == sorted(p.evaluations for p in seen)
+    assert seen[-1].evaluations == seen[-1].total == 100
     assert abs(found.evaluations - 100) <= 24
-    swarm = [p.fitness for p in told if p.evaluations > 50]
+    swarm = [p.fitness for p in seen if p.evaluations > 50]
     assert swarm == sorted(swarm, reverse=True)
     assert found.scores.fitness[0] <= swarm[-1] * (1 + 1e-9)
 

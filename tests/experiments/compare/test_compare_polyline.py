@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from compare_arms import bent_table, evaluator, exported, prepared, settings, task_for
+from compare_arms import bent_table, evaluator, example_problem, exported, frames_at, settings, task_for
 from scipy.spatial.transform import Rotation
 
 from armdesign.experiments.compare.ready_made import open_ready_made
@@ -70,7 +70,7 @@ def corners(arm, q, base):
     """Corners of the skeleton, pieces of no length left out, and the tool's frame."""
     mount = np.eye(4)
     mount[:3, :3], mount[:3, 3] = Rotation.from_euler("z", base[3]).as_matrix(), base[:3]
-    frames = mount @ arm.frames(q)
+    frames = mount @ frames_at(arm, q)
     points = np.vstack([base[:3], frames[:, :3, 3]])
     kept = np.r_[True, np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9]
     return points[kept], frames[-1]
@@ -81,7 +81,7 @@ def corners(arm, q, base):
 )
 def test_along_its_path_an_arm_has_the_values_of_plain_numpy(name, metric):
     arm, base = open_ready_made(name), np.array([0.05, -0.1, -0.15, 0.9])
-    task = prepared("packaging" if metric is None else "welding").task
+    task = example_problem("packaging" if metric is None else "welding").task
     P, R = task.P[::6], None if metric is None else task.R[::6]
     if name == "so100":
         P = 0.6 * P
@@ -109,7 +109,7 @@ def test_along_its_path_an_arm_has_the_values_of_plain_numpy(name, metric):
 
 
 def test_the_scene_turned_with_the_base_changes_nothing():
-    arm, task = open_ready_made("ur5"), prepared("welding").task
+    arm, task = open_ready_made("ur5"), example_problem("welding").task
     base, angle = np.array([0.1, -0.2, -0.1, 0.4]), 1.1
     turn = Rotation.from_euler("z", angle).as_matrix()
     moved = np.r_[turn @ base[:3], base[3] + angle]
@@ -122,7 +122,7 @@ def test_the_scene_turned_with_the_base_changes_nothing():
 
 
 def test_a_base_pose_has_the_same_fitness_in_any_company():
-    arm, P = open_ready_made("xarm7"), prepared().task.P[::4]
+    arm, P = open_ready_made("xarm7"), example_problem().task.P[::4]
     bases = np.random.default_rng(0).uniform(-0.3, 0.3, (7, 4))
     together = evaluator(arm, P, block=3, **FEW).scores(bases)
     alone = evaluator(arm, P, block=1, **FEW)
@@ -132,7 +132,7 @@ def test_a_base_pose_has_the_same_fitness_in_any_company():
 
 
 def test_pruning_drops_only_what_is_past_its_cutoff():
-    arm, P = open_ready_made("ur3"), prepared().task.P[::4]
+    arm, P = open_ready_made("ur3"), example_problem().task.P[::4]
     bases = np.random.default_rng(1).uniform(-0.3, 0.3, (6, 4))
     whole = evaluator(arm, P, **FEW).scores(bases)
     cutoff = np.where(np.arange(6) % 2, 0.9, 1.1) * np.where(np.isfinite(whole.fitness), whole.fitness, 1.0)
@@ -143,7 +143,7 @@ def test_pruning_drops_only_what_is_past_its_cutoff():
 
 
 def test_an_arm_that_misses_the_start_says_by_how_much():
-    arm, P = open_ready_made("so100"), prepared().task.P[::10]
+    arm, P = open_ready_made("so100"), example_problem().task.P[::10]
     scores, path = evaluator(arm, P, **FEW).follow_from([-0.5, 0.0, 0.0, 0.0])
     hand = np.linalg.norm(P[0, -1] - [-0.5, 0.0, 0.0])
     assert not scores.valid[0]

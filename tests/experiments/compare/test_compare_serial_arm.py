@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from compare_arms import urdf
+from compare_arms import frames_at, urdf
 
 from armdesign.errors import DesignError
 from armdesign.experiments.compare.ready_made import open_ready_made
@@ -93,5 +93,5 @@ def test_an_unknown_tool_gets_the_list_of_links(tmp_path):
 
 def test_the_length_is_that_of_the_polyline_through_the_joint_origins():
     arm = open_ready_made("ur5")
-    corners = np.vstack([np.zeros(3), arm.frames(np.random.default_rng(0).uniform(-2, 2, 6))[:, :3, 3]])
+    corners = np.vstack([np.zeros(3), frames_at(arm, np.random.default_rng(0).uniform(-2, 2, 6))[:, :3, 3]])
     assert arm.length == pytest.approx(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum(), abs=1e-12)

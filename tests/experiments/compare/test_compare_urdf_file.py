@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from compare_arms import LIMIT, urdf
+from compare_arms import LIMIT, frames_at, urdf
 
 from armdesign.errors import DesignError
-from armdesign.experiments.compare.polyline_arm import Hung
+from armdesign.experiments.compare.polyline_arm import PolylineChain
 from armdesign.experiments.compare.ready_made import CATALOGUE, open_ready_made, robots_folder
 from armdesign.experiments.compare.serial_arm import read_arm
 from armdesign.experiments.compare.urdf_file import read_urdf
@@ -47,7 +47,7 @@ def test_frames_masses_and_torques_are_those_of_pinocchio(name):
         configuration = as_configuration(model, q)
         pin.framesForwardKinematics(model, data, configuration)
         found = data.oMf[model.getFrameId(arm.tool, pin.BODY)].homogeneous
-        base = found @ np.linalg.inv(arm.frames(q)[-1])  # constant: the robot's root to the arm's base
+        base = found @ np.linalg.inv(frames_at(arm, q)[-1])  # constant: the robot's root to the arm's base
         turned = base if turned is None else turned
         np.testing.assert_allclose(base, turned, atol=1e-9)
         model.gravity.linear = base[:3, :3] @ own.gravity.linear
@@ -73,8 +73,8 @@ def test_poses_turn_by_roll_pitch_yaw(tmp_path):
     )
     (tmp_path / "a.urdf").write_text(text)
     pose = read_urdf(tmp_path / "a.urdf").joints["b"].pose
-    np.testing.assert_allclose(pose[:3, :3], pin.rpy.rpyToMatrix(0.3, -0.4, 2.0), atol=1e-15)
-    np.testing.assert_allclose(pose[:3, 3], [1, 2, 3])
+    np.testing.assert_allclose(pose.rotation, pin.rpy.rpyToMatrix(0.3, -0.4, 2.0), atol=1e-15)
+    np.testing.assert_allclose(pose.translation, [1, 2, 3])
 
 
 TWO_PARENTS = urdf(("j1", "revolute", "a", "b"), ("j2", "revolute", "a", "c"), ("loop", "revolute", "c", "b"))
@@ -116,7 +116,7 @@ def test_what_is_no_arm_is_refused_in_a_sentence(text, tmp_path):
     path = tmp_path / "robot.urdf"
     path.write_text(text)
     with pytest.raises(DesignError) as caught:
-        Hung(read_arm(path))
+        PolylineChain(read_arm(path))
     assert BROKEN[text] in str(caught.value)
     assert "robot.urdf" in str(caught.value)
 
