@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from armdesign.fitness.batch import Batch, Flow
+from armdesign.fitness.batch import Batch, CandidateQueue
 from armdesign.fitness.block import BlockEvaluator, Scores
 from armdesign.fitness.kernels.solver_state import GAUSS, NEWTON, OPEN, SAMPLE, SMALLEST_DAMPING
 from armdesign.fitness.problem import Problem
-from armdesign.fitness.slots import Lanes
+from armdesign.fitness.slots import Slots
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Clock:
 @contextmanager
 def clocked(evaluator: BlockEvaluator) -> Iterator[Clock]:
     """Run a clock in every round of the evaluator's block; it costs some 0.1 us a round."""
-    clock, before = Clock(), [(lanes.advance, lanes.arms.update) for lanes in evaluator.lanes]
+    clock, before = Clock(), [(slots.advance, slots.arms.update) for slots in evaluator.slots]
 
     def timed(call: Callable[..., object], entry: str) -> Callable[..., object]:
         def run(*arguments: object) -> object:
@@ -52,13 +52,13 @@ def clocked(evaluator: BlockEvaluator) -> Iterator[Clock]:
 
         return run
 
-    for lanes, (advance, update) in zip(evaluator.lanes, before, strict=True):
-        lanes.advance, lanes.arms.update = timed(advance, "rounds"), timed(update, "pinocchio")
+    for slots, (advance, update) in zip(evaluator.slots, before, strict=True):
+        slots.advance, slots.arms.update = timed(advance, "rounds"), timed(update, "pinocchio")
     began = time.perf_counter()
     yield clock
     clock.total = time.perf_counter() - began
-    for lanes, (advance, update) in zip(evaluator.lanes, before, strict=True):
-        lanes.advance, lanes.arms.update = advance, update
+    for slots, (advance, update) in zip(evaluator.slots, before, strict=True):
+        slots.advance, slots.arms.update = advance, update
 
 
 @dataclass(frozen=True)
@@ -132,17 +132,17 @@ class PathWalker(BlockEvaluator):
         self.poses = poses
         return walked(self, rows, yaw)
 
-    def _exchange(self, lanes: Lanes, flow: Flow) -> None:
+    def _exchange(self, slots: Slots, queue: CandidateQueue) -> None:
         """Load what is next and put candidate k at its start pose."""
-        super()._exchange(lanes, flow)
+        super()._exchange(slots, queue)
         n = self.problem.dof
-        for b in np.flatnonzero(lanes.walks["phase"] == SAMPLE):
-            walk = lanes.walks[b]
+        for b in np.flatnonzero(slots.states["phase"] == SAMPLE):
+            walk = slots.states[b]
             pose = self.poses[walk["candidate"]]
             walk["phase"], walk["start_steps"], walk["nearest"] = OPEN, 0, 0.0
             walk["fresh"], walk["tries"], walk["damping"] = 1, 0, SMALLEST_DAMPING
             walk["model"] = NEWTON if self.problem.record[0]["second_order"] else GAUSS
-            walk["trial"][:n] = walk["previous"][:n] = lanes.arms.q[b * n : (b + 1) * n] = pose
+            walk["trial"][:n] = walk["previous"][:n] = slots.arms.q[b * n : (b + 1) * n] = pose
 
 
 def walk_path(problem: Problem, rows: Array, yaw: Array, starts: Starts, most: int) -> Walked:

@@ -175,7 +175,7 @@ class Screen:
             say(f"{counted(n, 'joint')} ({search.algorithm}, {search.size}{from_smaller}):")
         self.noted = True
         with announce_compiling(self.quiet):
-            compile_kernels(problem.path_problem)
+            compile_kernels(problem.path_problem, slopes=problem.settings.search.algorithm == "multibasin")
 
     def progress(self, progress: Progress) -> None:
         """An iteration is done."""

@@ -233,7 +233,7 @@ def carry_on(
         for sentence in opening(problem):
             say(sentence)
     with announce_compiling(quiet):
-        compile_kernels(problem.path_problem)
+        compile_kernels(problem.path_problem, slopes=problem.settings.search.algorithm == "multibasin")
 
     def on_interrupt() -> None:
         say_in_handler("Stopping after this iteration; once more stops at once.")

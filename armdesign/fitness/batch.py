@@ -1,4 +1,4 @@
-"""Batches of candidates on their way through the lanes, one behind the other."""
+"""Batches of candidates on their way through the slots, one behind the other."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Batch(NamedTuple):
         return Batch(*(np.array(values, dtype=float, order="C") for values in arrays))
 
 
-class Flow:
+class CandidateQueue:
     """Candidates in the order in which they begin, and what has come of them.
 
     Attributes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,10 +11,14 @@ from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.errors import DesignError
-from armdesign.fitness.batch import NONE_GIVEN, Batch, Flow
+from armdesign.fitness.batch import NONE_GIVEN, Batch, CandidateQueue
+from armdesign.fitness.kernels.path import advance, exchange
+from armdesign.fitness.kernels.path_slopes import slopes_along_paths
 from armdesign.fitness.kernels.solver_state import REPLAY, TRACE
 from armdesign.fitness.problem import Problem
-from armdesign.fitness.slots import Lanes, widths
+from armdesign.fitness.sensitivity import Sensitivity
+from armdesign.fitness.slots import Slots, widths
+from armdesign.kinematics.compilation import OnProgress, progress_of
 from armdesign.kinematics.dh import DHTable
 
 JOINTS_PER_BLOCK = 96
@@ -101,7 +106,7 @@ class BlockEvaluator:
         self.problem = problem
         n = problem.dof
         size = min(32, max(1, JOINTS_PER_BLOCK // n)) if block is None else block
-        self.lanes = [Lanes(width, n) for width in widths(size)]
+        self.slots = [Slots(width, n) for width in widths(size)]
 
     def evaluate(
         self,
@@ -163,7 +168,7 @@ class BlockEvaluator:
         return self._traced(batch_of(rows, yaw, None, poses, mounts))
 
     def replay(self, table: DHTable, q: Array, mount: Array | None = None) -> PathResult:
-        """Book given joint angles on the problem's frames as they are, without solving anything.
+        """Evaluate given joint angles on the problem's frames as they are, without solving anything.
 
         Args:
             table: The arm.
@@ -171,20 +176,20 @@ class BlockEvaluator:
             mount: Hand frame in the end-effector's frame, shape (3, 3); identity by default.
         """
         rows, yaw = as_rows([table])
-        lane = self.lanes[-1]
+        slots = self.slots[-1]
         trace = np.zeros((1, self.problem.frames), dtype=TRACE)
         trace[0]["q"][:, : table.dof] = q
-        lane.clear()
-        flow = Flow(batch_of(rows, yaw).whole())
-        self._exchange(lane, flow)
-        lane.walks[0]["phase"] = REPLAY
-        lane.attitudes[0]["mount"] = np.eye(3) if mount is None else mount
-        lane.arms.q[:] = q[0]
-        lane.walks[0]["trial"][: table.dof] = q[0]
-        while lane.advance(self.problem, trace) == 0:
+        slots.clear()
+        queue = CandidateQueue(batch_of(rows, yaw).whole())
+        self._exchange(slots, queue)
+        slots.states[0]["phase"] = REPLAY
+        slots.attitudes[0]["mount"] = np.eye(3) if mount is None else mount
+        slots.arms.q[:] = q[0]
+        slots.states[0]["trial"][: table.dof] = q[0]
+        while slots.advance(self.problem, trace) == 0:
             pass
-        self._exchange(lane, flow)
-        return self._path(trace[0], flow.outcome[0])
+        self._exchange(slots, queue)
+        return self._path(trace[0], queue.outcome[0])
 
     @property
     def _trace_length(self) -> int:
@@ -204,7 +209,7 @@ class BlockEvaluator:
         trace: NDArray[np.void] | None = None,
         paths: Array | None = None,
     ) -> Iterator[NDArray[np.void]]:
-        """Walk every candidate to its end; gives the OUTCOME records of a batch, shape (N,), once all are done.
+        """Follow the demonstration with every candidate; gives the OUTCOME records (N,) of a batch once all are done.
 
         Args:
             batch: The first batch.
@@ -212,29 +217,29 @@ class BlockEvaluator:
             trace: TRACE records to fill, shape (1, K T) for K paths, where there is but one candidate.
             paths: Joint paths to fill, shape (N, T, n), where there is but one batch.
         """
-        flow = Flow(self._checked(batch))
-        for lanes in self.lanes:
-            lanes.keep_traces(0 if paths is None else self._trace_length)
-        lanes = self._narrowest(flow.unfinished)
-        lanes.clear()
-        self._exchange(lanes, flow)
-        yield from flow.complete()
+        queue = CandidateQueue(self._checked(batch))
+        for slots in self.slots:
+            slots.keep_traces(0 if paths is None else self._trace_length)
+        slots = self._narrowest(queue.unfinished)
+        slots.clear()
+        self._exchange(slots, queue)
+        yield from queue.complete()
         while True:
-            if flow.exhausted and (batch_behind := more()) is not None:
-                flow.add(self._checked(batch_behind))
-                lanes = self._moved(lanes, flow.unfinished)
-                self._exchange(lanes, flow)
-                yield from flow.complete()
-            if not flow.unfinished:
+            if queue.exhausted and (batch_behind := more()) is not None:
+                queue.add(self._checked(batch_behind))
+                slots = self._moved(slots, queue.unfinished)
+                self._exchange(slots, queue)
+                yield from queue.complete()
+            if not queue.unfinished:
                 return
-            done = lanes.advance(self.problem, lanes.traces if trace is None else trace)
+            done = slots.advance(self.problem, slots.traces if trace is None else trace)
             if done:
                 if paths is not None:
-                    lanes.hand_in(paths)
-                flow.unfinished -= done
-                self._exchange(lanes, flow)
-                yield from flow.complete()
-                lanes = self._moved(lanes, flow.unfinished)
+                    slots.hand_in(paths)
+                queue.unfinished -= done
+                self._exchange(slots, queue)
+                yield from queue.complete()
+                slots = self._moved(slots, queue.unfinished)
 
     def _checked(self, batch: Batch) -> Batch:
         """The batch as the kernels read it.
@@ -252,23 +257,23 @@ class BlockEvaluator:
                 raise DesignError(f"the {what} have shape {values.shape}", value=values.shape, allowed=shape)
         return whole
 
-    def _narrowest(self, count: int) -> Lanes:
-        """The fewest lanes that hold so many arms; the widest where none do."""
-        return next((lanes for lanes in reversed(self.lanes) if len(lanes) >= count), self.lanes[0])
+    def _narrowest(self, count: int) -> Slots:
+        """The fewest slots that hold so many arms; the widest where none do."""
+        return next((slots for slots in reversed(self.slots) if len(slots) >= count), self.slots[0])
 
-    def _moved(self, lanes: Lanes, count: int) -> Lanes:
-        """As many lanes as that many arms take, with the walks of these."""
+    def _moved(self, slots: Slots, count: int) -> Slots:
+        """As many slots as that many arms take, with the candidates of these."""
         fitting = self._narrowest(count)
-        if fitting is not lanes:
-            fitting.take_over(lanes)
+        if fitting is not slots:
+            fitting.take_over(slots)
         return fitting
 
-    def _exchange(self, lanes: Lanes, flow: Flow) -> None:
+    def _exchange(self, slots: Slots, queue: CandidateQueue) -> None:
         """Collect what is done, load what is next."""
-        flow.cursor = lanes.exchange(self.problem, flow.batch, flow.outcome, flow.cursor)
+        queue.cursor = slots.exchange(self.problem, queue.batch, queue.outcome, queue.cursor)
 
     def _scores(self, outcome: NDArray[np.void]) -> Scores:
-        """Turn finished walks into scores."""
+        """Turn outcomes into scores."""
         record, frames, n = self.problem.record[0], self.problem.frames, self.problem.dof
         valid, pruned = outcome["valid"] == 1, outcome["pruned"] == 1
         scored = valid & ~pruned
@@ -334,8 +339,19 @@ def as_rows(tables: Sequence[DHTable]) -> tuple[Array, Array]:
     return rows, np.array([t.base_yaw for t in tables])
 
 
-def compile_kernels(problem: Problem) -> None:
-    """Compile the kernels, or load them from the disk cache, by evaluating nothing but one arm on one frame."""
+def compile_kernels(problem: Problem, *, slopes: bool = False, on_progress: OnProgress | None = None) -> None:
+    """Compile the kernels, or load them from the disk cache, by evaluating nothing but one arm on one frame.
+
+    Args:
+        problem: The task with its settings.
+        slopes: Whether those of the gradients are needed, too (see Search.wants_slopes in the swarm package).
+        on_progress: Called with how much is compiled and how much there is, in arbitrary units.
+    """
     first = replace(problem, P=problem.P[:1].copy(), R=problem.R[:1].copy())
-    straight = DHTable(np.zeros(problem.dof + 1), np.full(problem.dof + 1, 0.1), np.full(problem.dof + 1, 0.1))
-    BlockEvaluator(first, block=1).follow(straight)
+    n = problem.dof
+    straight = DHTable(np.zeros(n + 1), np.full(n + 1, 0.1), np.full(n + 1, 0.1))
+    entries = [advance, exchange, slopes_along_paths] if slopes else [advance, exchange]
+    with progress_of(entries, on_progress) if on_progress else nullcontext():
+        BlockEvaluator(first, block=1).follow(straight)
+        if slopes:
+            Sensitivity(first).slopes(*as_rows([straight]), np.zeros((1, 1, n)))

@@ -15,8 +15,8 @@ from armdesign.errors import DesignError
 from armdesign.fitness.batch import Batch
 from armdesign.fitness.block import BlockEvaluator, Scores
 from armdesign.fitness.constraints import DesignSpace
-from armdesign.fitness.kernels.sensitivity import Sensitivity
 from armdesign.fitness.problem import Problem
+from armdesign.fitness.sensitivity import Sensitivity
 
 
 class Generation(NamedTuple):

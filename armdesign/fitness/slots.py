@@ -1,4 +1,4 @@
-"""Arms side by side, each with the walk it is on: what one call of Pinocchio and one of the kernel serve at once."""
+"""Arms side by side, each with its solver state: what one call of Pinocchio and one of the kernel serve at once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from armdesign.fitness.batch import Batch
 from armdesign.fitness.kernels.association import MATCH
 from armdesign.fitness.kernels.orientation import ATTITUDE
 from armdesign.fitness.kernels.path import advance, exchange
-from armdesign.fitness.kernels.solver_state import DONE, IDLE, TRACE, WALK
+from armdesign.fitness.kernels.solver_state import DONE, IDLE, STATE, TRACE
 from armdesign.fitness.kernels.temporal import FRAME, MOTION
 from armdesign.fitness.problem import Problem
 from armdesign.kinematics.kernels.dls import STEP
@@ -20,29 +20,29 @@ from armdesign.kinematics.models import ArmBlock
 NARROWING = 3
 
 
-class Lanes:
-    """B arms of n joints in one Pinocchio model, and the state of the walk of each.
+class Slots:
+    """B arms of n joints in one Pinocchio model, and the solver state of each.
 
-    A walk's numbers do not depend on its lane or on the number of lanes, so that it can move on to other lanes.
+    A candidate's numbers do not depend on its slot or on the number of slots, so that it can move on to other slots.
 
     Attributes:
         arms: The block of arms.
-        walks: Where each of them is, WALK records, shape (B,); the next three are part of it.
+        states: Where each of them is on its way, STATE records, shape (B,); the next three are part of it.
         chains: CHAIN records, shape (B,).
         frames: FRAME records, shape (B,).
         attitudes: ATTITUDE records, shape (B,).
     """
 
     def __init__(self, size: int, dof: int) -> None:
-        """Allocate the lanes; none is in use.
+        """Allocate the slots; none is in use.
 
         Args:
-            size: Number of lanes B.
+            size: Number of slots B.
             dof: Joints per arm n.
         """
         self.arms = ArmBlock(size, dof)
-        self.walks = np.zeros(size, dtype=WALK)
-        self.walks["phase"] = IDLE
+        self.states = np.zeros(size, dtype=STATE)
+        self.states["phase"] = IDLE
         self.chains = np.zeros(size, dtype=CHAIN)
         self.frames = np.zeros(size, dtype=FRAME)
         self.attitudes = np.zeros(size, dtype=ATTITUDE)
@@ -50,34 +50,34 @@ class Lanes:
         self.traces = np.zeros((size, 0), dtype=TRACE)
 
     def __len__(self) -> int:
-        return len(self.walks)
+        return len(self.states)
 
     def keep_traces(self, rows: int) -> None:
-        """Have ``traces`` take so many TRACE records of every walk; 0 for none."""
+        """Have ``traces`` take so many TRACE records of every candidate; 0 for none."""
         if self.traces.shape[1] != rows:
-            self.traces = np.zeros((len(self.walks), rows), dtype=TRACE)
+            self.traces = np.zeros((len(self.states), rows), dtype=TRACE)
 
     def hand_in(self, paths: Array) -> None:
-        """Write the joint paths of the walks that are done, out of their traces, to paths (N, T, n)."""
+        """Write the joint paths of the candidates that are done, out of their traces, to paths (N, T, n)."""
         frames, n = paths.shape[1:]
-        for b in np.flatnonzero(self.walks["phase"] == DONE):
-            walk = self.walks[b]
-            if walk["valid"] == 1 and walk["pruned"] == 0:
-                first = int(walk["path"]) * frames
-                paths[walk["candidate"]] = self.traces["q"][b, first : first + frames, :n]
+        for b in np.flatnonzero(self.states["phase"] == DONE):
+            state = self.states[b]
+            if state["valid"] == 1 and state["pruned"] == 0:
+                first = int(state["path"]) * frames
+                paths[state["candidate"]] = self.traces["q"][b, first : first + frames, :n]
 
     def clear(self) -> None:
         """Give up whatever is under way."""
-        self.walks["phase"] = IDLE
+        self.states["phase"] = IDLE
 
     def exchange(self, problem: Problem, batch: Batch, outcome: NDArray[np.void], cursor: int) -> int:
-        """Collect the walks that are done, begin the next ones; returns the index of the next candidate."""
+        """Collect the candidates that are done, begin the next ones; returns the index of the next."""
         arms, task = self.arms, (problem.record, problem.starts)
-        state = (self.walks, self.chains, self.attitudes, arms.placements, arms.q)
-        return int(exchange(*state, *task, *batch, outcome, cursor))
+        arrays = (self.states, self.chains, self.attitudes, arms.placements, arms.q)
+        return int(exchange(*arrays, *task, *batch, outcome, cursor))
 
     def advance(self, problem: Problem, trace: NDArray[np.void]) -> int:
-        """One step on every lane; returns how many are done.
+        """One step on every slot; returns how many are done.
 
         Args:
             problem: The task and its settings.
@@ -85,18 +85,18 @@ class Lanes:
         """
         arms = self.arms
         arms.update()
-        state = (self.walks, self.chains, self.frames, self.attitudes, *self.scratch)
+        arrays = (self.states, self.chains, self.frames, self.attitudes, *self.scratch)
         task = (problem.record, problem.P, problem.R, problem.starts)
-        return int(advance(*state, *task, arms.poses, arms.jacobian, arms.q, trace))
+        return int(advance(*arrays, *task, arms.poses, arms.jacobian, arms.q, trace))
 
-    def take_over(self, other: Lanes) -> None:
-        """Go on with the walks of other lanes, which are idle then; as many as there is room for at most.
+    def take_over(self, other: Slots) -> None:
+        """Go on with the candidates of other slots, which are idle then; as many as there is room for at most.
 
-        Their traces come along where both lanes keep them.
+        Their traces come along where both slots keep them.
         """
         n = self.arms.dof
-        for here, there in enumerate(np.flatnonzero(other.walks["phase"] != IDLE)):
-            for name in ("walks", "chains", "frames", "attitudes"):
+        for here, there in enumerate(np.flatnonzero(other.states["phase"] != IDLE)):
+            for name in ("states", "chains", "frames", "attitudes"):
                 getattr(self, name)[here] = getattr(other, name)[there]
             to, of = slice(here * n, (here + 1) * n), slice(there * n, (there + 1) * n)
             self.arms.placements[to], self.arms.q[to] = other.arms.placements[of], other.arms.q[of]
@@ -106,7 +106,7 @@ class Lanes:
 
 
 def widths(widest: int) -> list[int]:
-    """Numbers of lanes to keep ready, from the widest down to one: the last walks need not drag idle lanes along."""
+    """Numbers of slots to keep ready, from the widest down to one: the last candidates drag no idle slots along."""
     sizes = [widest]
     while sizes[-1] > 1:
         sizes.append(max(1, sizes[-1] // NARROWING))

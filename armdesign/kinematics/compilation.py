@@ -1,4 +1,8 @@
-"""How kernels are compiled: leaves into their callers, branches once, entries cached on disk.
+"""How kernels are compiled: typed one by one, turned into machine code once per entry, cached on disk.
+
+Left to itself, Numba optimises a function and writes machine code for it, and does so again inside each of its
+callers, level by level; four fifths of that is thrown away, since Python calls none but the entries. Inner kernels
+therefore stay an intermediate form here (InnerLibrary), which the entries link, inline and optimise in one go.
 
 Numba's cache looks only at the file of the function it caches; a change in a leaf that lives elsewhere would go
 unnoticed and give old numbers. Entries are therefore stamped with the source of the whole package's kernels.
@@ -7,25 +11,82 @@ unnoticed and give old numbers. Entries are therefore stamped with the source of
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import event
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.dispatcher import Dispatcher
+from numba.core.typed_passes import NativeLowering
 
 KERNEL_ROOMS = ("kinematics", "fitness")
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+LINKING_SHARE = 0.25
+"""Part of the time an entry takes that goes by after its kernels are typed, while LLVM optimises them all."""
+
+OnProgress = Callable[[int, int], None]
+"""Called with how much is compiled and how much there is, in units of bytecode."""
+
+
+class InnerLibrary(JITCodeLibrary):
+    """Code of an inner kernel, neither optimised across functions nor turned into machine code."""
+
+    def _optimize_final_module(self) -> None:
+        """Leave it to the entry."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class InnerLowering(NativeLowering):
+    """Lowers an inner kernel and makes it known to its callers, without machine code."""
+
+    _name = "inner_lowering"
+
+    def run_pass(self, state: Any) -> bool:  # noqa: ANN401 (Numba's compiler state)
+        """Lower; in place of machine code goes a built-in method, as Numba asks for, that says what is wrong."""
+        state.flags.no_compile = True
+        super().run_pass(state)
+        entry_point = f"{{{state.func_id.func_name} can be called by other kernels only}}".format
+        state.targetctx.insert_user_function(entry_point, state.cr.fndesc, [state.library])
+        state.cr = state.cr._replace(cfunc=entry_point)
+        return True
+
+
+class InnerCompiler(CompilerBase):
+    """Numba's compiler with InnerLowering in place of its lowering."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        """Passes of an inner kernel."""
+        state = self.state
+        state.library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        pipeline = PassManager("inner kernel")
+        for kind, text in DefaultPassBuilder.define_nopython_pipeline(state).passes:
+            pipeline.add_pass(InnerLowering if kind is NativeLowering else kind, text)
+        pipeline.finalize()
+        return [pipeline]
+
+
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_rewrites": True, "no_cfunc_wrapper": True}
+INNER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "pipeline_class": InnerCompiler, "_nrt": False}
+"""Inner kernels allocate nothing: without reference counts (_nrt) there is less to lower."""
 
 
 def leaf(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (a Numba dispatcher)
     """Compile a function that only other kernels call, into each of its callers."""
-    return numba.njit(forceinline=True, **OPTIONS)(function)
+    return numba.njit(forceinline=True, **INNER)(function)
 
 
 def branch(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (a Numba dispatcher)
-    """Compile a larger function that kernels call from several places, once."""
-    return numba.njit(**OPTIONS)(function)
+    """Compile a larger function that only other kernels call; LLVM decides where it is worth inlining."""
+    return numba.njit(**INNER)(function)
 
 
 def entry(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (a Numba dispatcher)
@@ -52,5 +113,46 @@ def source_stamp() -> str:
     digest = hashlib.sha256(numba.__version__.encode())
     kernels = (path for room in KERNEL_ROOMS for path in (package / room / "kernels").glob("*.py"))
     for path in (Path(__file__), *sorted(kernels)):
-        digest.update(path.read_bytes())
+        digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
+
+
+@contextmanager
+def progress_of(entries: list[Dispatcher], on_progress: OnProgress) -> Iterator[None]:
+    """Report how far the compilation of these entries is, as long as the context lasts.
+
+    Args:
+        entries: The kernels that are called in the context.
+        on_progress: Called after every kernel; at the end with everything done, also where the disk cache had it.
+    """
+    sizes = {kernel: len(kernel.py_func.__code__.co_code) for entry in entries for kernel in called_by(entry)}
+    linking = LINKING_SHARE / (1.0 - LINKING_SHARE)
+    for dispatcher in entries:
+        sizes[dispatcher] += round(linking * sum(sizes[kernel] for kernel in called_by(dispatcher)))
+    total = sum(sizes.values())
+
+    class Listener(event.Listener):
+        def on_start(self, event: event.Event) -> None:
+            """Nothing is done yet."""
+
+        def on_end(self, event: event.Event) -> None:
+            if sizes.pop(event.data["dispatcher"], None) is not None:
+                on_progress(total - sum(sizes.values()), total)
+
+    with event.install_listener("numba:compile", Listener()):
+        yield
+    if sizes:
+        on_progress(total, total)
+
+
+def called_by(kernel: Dispatcher) -> set[Dispatcher]:
+    """A kernel with all kernels that it calls, directly or through others."""
+    found: set[Dispatcher] = set()
+    waiting = [kernel]
+    while waiting:
+        kernel = waiting.pop()
+        if kernel not in found:
+            found.add(kernel)
+            names = (kernel.py_func.__globals__.get(name) for name in kernel.py_func.__code__.co_names)
+            waiting.extend(value for value in names if isinstance(value, Dispatcher))
+    return found

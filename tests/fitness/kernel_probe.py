@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
-
 import numpy as np
 
 from armdesign.fitness.block import as_rows
@@ -12,8 +9,8 @@ from armdesign.fitness.kernels.area import frame_area
 from armdesign.fitness.kernels.association import MATCH
 from armdesign.fitness.kernels.orientation import ATTITUDE, METRICS
 from armdesign.fitness.kernels.temporal import FRAME, MOTION, differentiate_frame, evaluate_frame
-from armdesign.kinematics.compilation import entry, source_stamp
-from armdesign.kinematics.kernels.skeleton import CHAIN, hang_arm, update_skeleton
+from armdesign.kinematics.compilation import entry
+from armdesign.kinematics.kernels.skeleton import CHAIN, load_arm, update_skeleton
 from armdesign.kinematics.models import ArmBlock
 
 
@@ -21,14 +18,14 @@ from armdesign.kinematics.models import ArmBlock
 def hang_all(chains, placements, rows, yaws):
     """Hang one arm per chain."""
     for b in range(len(chains)):
-        hang_arm(chains[b], placements, b * (rows.shape[1] - 1), rows[b], yaws[b])
+        load_arm(chains[b], placements[b * (rows.shape[1] - 1) :], rows[b], yaws[b])
 
 
 @entry
 def pose_all(chains, poses):
     """Bring every skeleton up to date."""
     for b in range(len(chains)):
-        update_skeleton(chains[b], poses, b * chains[b].dof)
+        update_skeleton(chains[b], poses[b * chains[b].dof :])
 
 
 @entry
@@ -44,15 +41,9 @@ def look_all(
         areas[b] = frame_area(chains[b], matches[b], points[b], delta)
         if differentiate:
             differentiate_frame(
-                frames[b], motions[b], matches[b], attitudes[b], chains[b], jacobian, b * chains[b].dof, weights, w_0,
+                frames[b], motions[b], matches[b], attitudes[b], chains[b], jacobian[b * chains[b].dof :], weights, w_0,
                 metric,
             )  # fmt: skip
-
-
-for _kernel in (hang_all, pose_all, look_all):  # the cache must notice a change in this file, too
-    if hasattr(_kernel._cache, "_cache_file"):
-        _own = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
-        _kernel._cache._cache_file._source_stamp = source_stamp() + _own
 
 
 class Probe:

@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armdesign.fitness.kernels.solver_state import WALK
+from armdesign.fitness.kernels.solver_state import STATE
 from armdesign.fitness.kernels.starts import SAME_POSE, keep_finalist
 
 
 @pytest.fixture
 def keep():
-    """Offer outcomes (q_1, value) to an empty walk; returns those kept."""
+    """Offer outcomes (q_1, value) to an empty solver state; returns those kept."""
 
     def offer(outcomes, limit):
-        walk = np.zeros(1, dtype=WALK)[0]
+        state = np.zeros(1, dtype=STATE).view(np.recarray)[0]
         for q, value in outcomes:
-            walk["q"][0], walk["value"] = q, value
-            keep_finalist(walk, 2, limit)
-        count = int(walk["final_count"])
-        return list(zip(walk["final_q"][:count, 0].tolist(), walk["final_value"][:count].tolist(), strict=True))
+            state["q"][0], state["value"] = q, value
+            keep_finalist.py_func(state, 2, limit)
+        count = int(state["final_count"])
+        return list(zip(state["final_q"][:count, 0].tolist(), state["final_value"][:count].tolist(), strict=True))
 
     return offer
 

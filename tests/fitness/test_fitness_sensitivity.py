@@ -7,8 +7,8 @@ import pytest
 from scenes import PACKAGING, WELDING, problem_for, recorded
 
 from armdesign.fitness.constraints import design_space
-from armdesign.fitness.kernels.sensitivity import Sensitivity
 from armdesign.fitness.robot import RobotFitness
+from armdesign.fitness.sensitivity import Sensitivity
 from armdesign.settings.sections import Design, Solver
 
 EXACT = Solver(tolerance=1e-14, floor=0.0, max_steps=400)

@@ -10,7 +10,7 @@ from armdesign.demonstration import read_recording
 from armdesign.errors import SearchError
 from armdesign.fitness.block import BlockEvaluator
 from armdesign.fitness.constraints import design_space
-from armdesign.fitness.kernels.solver_state import WALK
+from armdesign.fitness.kernels.solver_state import STATE
 from armdesign.fitness.kernels.starts import SAME_POSE, TIE, keep_reaching
 from armdesign.fitness.problem import start_effort
 from armdesign.fitness.robot import RobotFitness
@@ -122,15 +122,15 @@ def test_as_many_starts_are_solved_as_paths_are_wanted():
 
 @pytest.fixture
 def keep():
-    """Offer solved starts (q_1, g) to an empty walk; returns those kept."""
+    """Offer solved starts (q_1, g) to an empty solver state; returns those kept."""
 
     def offer(starts, limit):
-        walk = np.zeros(1, dtype=WALK)[0]
+        state = np.zeros(1, dtype=STATE).view(np.recarray)[0]
         for q, g in starts:
-            walk["q"][0] = q
-            keep_reaching(walk, 2, g, 0.0, limit)
-        count = int(walk["start_count"])
-        return list(zip(walk["start_q"][:count, 0].tolist(), walk["start_g"][:count].tolist(), strict=True))
+            state["q"][0] = q
+            keep_reaching.py_func(state, 2, g, 0.0, limit)
+        count = int(state["start_count"])
+        return list(zip(state["start_q"][:count, 0].tolist(), state["start_g"][:count].tolist(), strict=True))
 
     return offer
 

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-from pathlib import Path
-
 import numpy as np
 
-from armdesign.kinematics.compilation import entry, source_stamp
+from armdesign.kinematics.compilation import entry
 from armdesign.kinematics.kernels.dls import STEP, propose
-from armdesign.kinematics.kernels.skeleton import CHAIN, MAX_DOF, hang_arm, update_skeleton
+from armdesign.kinematics.kernels.skeleton import CHAIN, MAX_DOF, load_arm, update_skeleton
 from armdesign.kinematics.models import ArmBlock
 
 
@@ -17,14 +14,14 @@ from armdesign.kinematics.models import ArmBlock
 def hang_block(chains, placements, rows, yaws):
     """Hang one arm per chain."""
     for b in range(len(chains)):
-        hang_arm(chains[b], placements, b * (rows.shape[1] - 1), rows[b], yaws[b])
+        load_arm(chains[b], placements[b * (rows.shape[1] - 1) :], rows[b], yaws[b])
 
 
 @entry
 def update_block(chains, poses):
     """Bring every skeleton up to date."""
     for b in range(len(chains)):
-        update_skeleton(chains[b], poses, b * chains[b].dof)
+        update_skeleton(chains[b], poses[b * chains[b].dof :])
 
 
 @entry
@@ -32,12 +29,6 @@ def propose_all(steps, n, q, previous, radius, lower, upper, mu, done):
     """One damped step per record; the arrays have a row each."""
     for b in range(len(steps)):
         done[b] = propose(steps[b], n, q[b], previous[b], radius[b], lower[b], upper[b], mu[b])
-
-
-for _kernel in (hang_block, update_block, propose_all):  # the cache must notice a change in this file, too
-    if hasattr(_kernel._cache, "_cache_file"):
-        _own = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
-        _kernel._cache._cache_file._source_stamp = source_stamp() + _own
 
 
 def hang(tables):

@@ -21,11 +21,11 @@ from numpy.typing import ArrayLike, NDArray
 from armdesign._types import Array
 from armdesign.errors import DesignError
 from armdesign.experiments.compare.serial_arm import SUPPORTED, SerialArm
-from armdesign.fitness.batch import Batch, Flow
+from armdesign.fitness.batch import Batch, CandidateQueue
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
 from armdesign.fitness.kernels.solver_state import SAMPLE
 from armdesign.fitness.problem import Problem, make_problem, start_poses
-from armdesign.fitness.slots import Lanes
+from armdesign.fitness.slots import Slots
 from armdesign.kinematics.dh import rot_z
 from armdesign.kinematics.kernels.skeleton import ALONG_X, CHAIN, MAX_DOF
 from armdesign.kinematics.models import ArmBlock, se3_view
@@ -151,8 +151,8 @@ class PolylineEvaluator(BlockEvaluator):
         """
         self.arm_chain = PolylineChain(arm)
         super().__init__(problem, block)
-        for lanes in self.lanes:
-            lanes.arms = AxisBlock(len(lanes), self.arm_chain.axes)
+        for slots in self.slots:
+            slots.arms = AxisBlock(len(slots), self.arm_chain.axes)
 
     def on(self, problem: Problem) -> PolylineEvaluator:
         """The same arm on another problem; the two share their block and must not run at the same time."""
@@ -183,16 +183,16 @@ class PolylineEvaluator(BlockEvaluator):
         limits = np.full(len(poses), np.inf) if cutoff is None else np.asarray(cutoff, dtype=float)
         return Batch(rows, np.zeros(len(poses)), limits)
 
-    def _exchange(self, lanes: Lanes, flow: Flow) -> None:
+    def _exchange(self, slots: Slots, queue: CandidateQueue) -> None:
         """Load what is next, and put the arm in the place of the DH arms that were made of the rows."""
-        super()._exchange(lanes, flow)
+        super()._exchange(slots, queue)
         n, arm = self.problem.dof, self.arm_chain
-        for b in np.flatnonzero((lanes.walks["phase"] == SAMPLE) & (lanes.walks["steps"] == 0)):
-            lanes.chains[b] = arm.chain[0]
+        for b in np.flatnonzero((slots.states["phase"] == SAMPLE) & (slots.states["steps"] == 0)):
+            slots.chains[b] = arm.chain[0]
             poses = arm.placements.copy()
-            poses[0] = arm.first_placement(flow.batch.rows[lanes.walks[b]["candidate"], 0])
+            poses[0] = arm.first_placement(queue.batch.rows[slots.states[b]["candidate"], 0])
             turns = poses[:, :3, :3].transpose(0, 2, 1).reshape(n, 9)
-            lanes.arms.placements[b * n : (b + 1) * n] = np.concatenate([turns, poses[:, :3, 3]], axis=1)
+            slots.arms.placements[b * n : (b + 1) * n] = np.concatenate([turns, poses[:, :3, 3]], axis=1)
 
 
 def arm_problem(arm: SerialArm, P: Array, R: Array | None, dt: float, fitness: Fitness, solver: Solver) -> Problem:

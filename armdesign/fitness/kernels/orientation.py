@@ -86,19 +86,15 @@ def rotation_between(hand, target, D, rho):
 def roll_pitch_yaw_difference(hand, target, rho):
     """Rho = roll, pitch, yaw of hand minus those of target, each wrapped to (-pi, pi]."""
     rho[0] = np.arctan2(hand[2, 1], hand[2, 2]) - np.arctan2(target[2, 1], target[2, 2])
-    rho[1] = pitch_of(hand) - pitch_of(target)
+    # pitch of R = Rz(yaw) Ry(pitch) Rx(roll)
+    rho[1] = np.arctan2(-hand[2, 0], np.sqrt(hand[0, 0] ** 2 + hand[1, 0] ** 2))
+    rho[1] -= np.arctan2(-target[2, 0], np.sqrt(target[0, 0] ** 2 + target[1, 0] ** 2))
     rho[2] = np.arctan2(hand[1, 0], hand[0, 0]) - np.arctan2(target[1, 0], target[0, 0])
     for i in range(3):
         if rho[i] > np.pi:
             rho[i] -= 2.0 * np.pi
         elif rho[i] <= -np.pi:
             rho[i] += 2.0 * np.pi
-
-
-@branch
-def pitch_of(rotation):
-    """Pitch of R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    return np.arctan2(-rotation[2, 0], np.sqrt(rotation[0, 0] ** 2 + rotation[1, 0] ** 2))
 
 
 @branch
@@ -117,13 +113,12 @@ def axis_turn(hand, target, rho):
 
 
 @branch
-def orientation_jacobian(attitude, jacobian, first, n, metric):
+def orientation_jacobian(attitude, jacobian, n, metric):
     """Write the linear model rho + K x at the present pose, from the angular part of Pinocchio's world Jacobian.
 
     Args:
         attitude: Record of type ATTITUDE, after compare_orientation.
-        jacobian: Jacobian columns as (joints, 6): linear, then angular.
-        first: Index of the arm's first joint.
+        jacobian: World Jacobian of the arm, shape (n, 6): linear, then angular.
         n: Number of joints.
         metric: GEODESIC, EULER or AXIS.
     """
@@ -136,7 +131,7 @@ def orientation_jacobian(attitude, jacobian, first, n, metric):
     if cosine > 1e-12:
         level_x, level_y = hand[0, 0] / cosine, hand[1, 0] / cosine
     for j in range(n):
-        x, y, z = jacobian[first + j, 3], jacobian[first + j, 4], jacobian[first + j, 5]
+        x, y, z = jacobian[j, 3], jacobian[j, 4], jacobian[j, 5]
         if metric == EULER:
             forward = level_x * x + level_y * y  # angular velocity in the frame turned by the yaw alone
             K[j, 0] = forward / max(cosine, 1e-12)

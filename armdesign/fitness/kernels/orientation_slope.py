@@ -17,8 +17,8 @@ MET = 10.0 * KINK
 
 
 @leaf
-def model_turn(attitude, turn, metric, image):
-    """How a turn moves rho, up to what is normal to it: K of the metric, written to image."""
+def model_turn(attitude, turn, metric):
+    """How a turn (3,) moves rho, up to what is normal to it: K of the metric times the turn."""
     x, y, z = turn[0], turn[1], turn[2]
     hand = attitude.hand
     if metric == EULER:
@@ -26,12 +26,10 @@ def model_turn(attitude, turn, metric, image):
         level_x = hand[0, 0] / cosine if cosine > 1e-12 else 1.0
         level_y = hand[1, 0] / cosine if cosine > 1e-12 else 0.0
         forward = level_x * x + level_y * y
-        image[0] = forward / max(cosine, 1e-12)
-        image[1] = level_x * y - level_y * x
-        image[2] = z - hand[2, 0] * forward / max(cosine, 1e-12)
-    else:
-        along = hand[0, 2] * x + hand[1, 2] * y + hand[2, 2] * z if metric == AXIS else 0.0
-        image[0], image[1], image[2] = x - along * hand[0, 2], y - along * hand[1, 2], z - along * hand[2, 2]
+        cosine = max(cosine, 1e-12)
+        return forward / cosine, level_x * y - level_y * x, z - hand[2, 0] * forward / cosine
+    along = hand[0, 2] * x + hand[1, 2] * y + hand[2, 2] * z if metric == AXIS else 0.0
+    return x - along * hand[0, 2], y - along * hand[1, 2], z - along * hand[2, 2]
 
 
 @leaf
@@ -60,31 +58,29 @@ def second_turn(variation, attitude, target, metric, a, b):
         cosine = dot(h, t)
         normal_part = cosine * (dot(a, b) - radial) - 0.5 * (dot(a, t) * dot(b, h) + dot(a, h) * dot(b, t))
         return variation.curvature * normal_part + 0.5 * triple(normal, a, b)
-    return second_euler(variation, attitude, a, b)
+    return second_euler(variation, attitude, metric, a, b)
 
 
 @branch
-def second_euler(variation, attitude, a, b):
+def second_euler(variation, attitude, metric, a, b):
     """The same of the roll-pitch-yaw metric: the images of the turns change with yaw and pitch."""
     normal, hand = variation.normal, attitude.hand
-    Ka, Kb, Kc, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    turned[0], turned[1] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
-    turned[2] = a[0] * b[1] - a[1] * b[0]
-    model_turn(attitude, a, EULER, Ka)
-    model_turn(attitude, b, EULER, Kb)
-    model_turn(attitude, turned, EULER, Kc)
+    turned = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    Ka = model_turn(attitude, a, metric)
+    Kb = model_turn(attitude, b, metric)
+    roll, pitch, yaw = model_turn(attitude, turned, metric)
     cosine = max(np.sqrt(hand[0, 0] ** 2 + hand[1, 0] ** 2), 1e-12)
     sine = -hand[2, 0]
     forward = Kb[0] * cosine
-    Kc[0] += Kb[1] / cosine * Ka[2] + forward * sine / cosine**2 * Ka[1]
-    Kc[1] -= forward * Ka[2]
-    Kc[2] += sine / cosine * Kb[1] * Ka[2] + forward / cosine**2 * Ka[1]
+    roll += Kb[1] / cosine * Ka[2] + forward * sine / cosine**2 * Ka[1]
+    pitch -= forward * Ka[2]
+    yaw += sine / cosine * Kb[1] * Ka[2] + forward / cosine**2 * Ka[1]
     radial = 0.0 if variation.met == 1 else dot(Ka, normal) * dot(Kb, normal)
-    return variation.curvature * (dot(Ka, Kb) - radial) + dot(normal, Kc)
+    return variation.curvature * (dot(Ka, Kb) - radial) + dot(normal, (roll, pitch, yaw))
 
 
 @branch
-def set_normal(variation, attitude, metric, n, w_0, at_limit):
+def set_normal(variation, attitude, metric, n, w_0):
     """Direction of rho and how e_R bends; where the orientation is met, the pull that balances the positions'.
 
     Call it with ``variation.slope`` that of the position part.
@@ -93,7 +89,7 @@ def set_normal(variation, attitude, metric, n, w_0, at_limit):
     variation.met = 1 if error < MET else 0
     if variation.met == 1:
         variation.curvature = 1.0 / KINK
-        balance(variation, attitude, metric, n, w_0, at_limit)
+        balance(variation, attitude, metric, n, w_0)
         return
     for r in range(3):
         variation.normal[r] = attitude.rho[r] / error
@@ -105,14 +101,16 @@ def set_normal(variation, attitude, metric, n, w_0, at_limit):
 
 
 @branch
-def balance(variation, attitude, metric, n, w_0, at_limit):
+def balance(variation, attitude, metric, n, w_0):
     """Least squares of slope_j + w_0 K_j . normal = 0 over the joints that are not at a limit."""
-    N, right, image = np.zeros((3, 3)), np.zeros(3), np.empty(3)
+    N, right = variation.normal_matrix, variation.normal_right
+    for r in range(3):
+        right[r] = N[r, 0] = N[r, 1] = N[r, 2] = 0.0
     for j in range(n):
         q = 1 + 4 * j + Q
-        if at_limit[j] == 1:
+        if variation.at_limit[j] == 1:
             continue
-        model_turn(attitude, variation.axis[q, 3:], metric, image)
+        image = model_turn(attitude, variation.axis[q, 3:], metric)
         for r in range(3):
             right[r] -= image[r] * variation.slope[q] / w_0
             for s in range(3):
@@ -125,17 +123,16 @@ def balance(variation, attitude, metric, n, w_0, at_limit):
 
 
 @branch
-def add_orientation(variation, attitude, chain, target, metric, n, w_0, follows, at_limit):
-    """Add w_0 e_R to slope and mixed; where ``follows``, the mount goes with the start's tool.
+def add_orientation(variation, attitude, chain, target, metric, n, w_0):
+    """Add w_0 e_R to slope and mixed; where ``variation.follows``, the mount goes with the start's tool.
 
     A turn of the mount acts behind all joints; in the base frame it is minus the tool's turn at the start.
     """
-    set_normal(variation, attitude, metric, n, w_0, at_limit)
-    image, turn = np.empty(3), np.empty(3)
+    set_normal(variation, attitude, metric, n, w_0)
     for c in range(4 * n + 4):
         axis = variation.axis[c, 3:]
         joint = c > 0 and (c - 1) % 4 == Q
-        behind = follows and not joint
+        behind, turn = variation.follows == 1 and not joint, variation.mount_turn[c]
         if behind:
             for r in range(3):
                 turn[r] = -dot(chain.tip_rotation[r], variation.tool_turn[c])
@@ -149,12 +146,12 @@ def add_orientation(variation, attitude, chain, target, metric, n, w_0, follows,
             if behind:
                 bent += second_turn(variation, attitude, target, metric, other, turn)
             variation.mixed[j, c] += w_0 * bent
-        model_turn(attitude, axis, metric, image)
+        image = model_turn(attitude, axis, metric)
         if joint:
             j = (c - 1) // 4
             variation.pull[j] = variation.slope[c] + w_0 * dot(variation.normal, image)
         if variation.met == 0:
             variation.slope[c] += w_0 * dot(variation.normal, image)
             if behind:
-                model_turn(attitude, turn, metric, image)
+                image = model_turn(attitude, turn, metric)
                 variation.slope[c] += w_0 * dot(variation.normal, image)

@@ -8,10 +8,10 @@ of their place in the block, so the result is the same for any block size. An ar
     DESCEND  solve the first frame roughly from each of those, the hand drawn to its point
     POLISH   solve it to the end from the best few of the outcomes, the hand held to its point (method section 4);
              an arm with a start pose of its own begins here, with that one alone
-    OPEN     take a start that reaches, the best one first, fix the mount, book frame 0
-    FOLLOW   solve frame t from q_{t-1}, book it, go on, until the last frame or the cutoff; then OPEN the next start
+    OPEN     take a start that reaches, the best one first, fix the mount, accumulate frame 0
+    FOLLOW   solve frame t from q_{t-1}, accumulate it, until the last frame or the cutoff; then OPEN the next start
              where several paths are wanted
-    REPLAY   book given joint angles as they are
+    REPLAY   accumulate given joint angles as they are
     DONE     the outcome can be collected, and the place given to the next candidate
 """
 
@@ -33,8 +33,8 @@ from armdesign.fitness.kernels.solver_state import (
     SAMPLE,
 )
 from armdesign.fitness.kernels.starts import (
+    begin_candidate,
     begin_frame,
-    begin_walk,
     keep_finalist,
     keep_reaching,
     keep_start,
@@ -44,19 +44,19 @@ from armdesign.fitness.kernels.starts import (
 from armdesign.fitness.kernels.temporal import differentiate_frame, evaluate_frame
 from armdesign.fitness.kernels.trial import judge, propose_trial
 from armdesign.kinematics.compilation import branch, entry, leaf
-from armdesign.kinematics.kernels.skeleton import MAX_DOF, hang_arm, update_skeleton
+from armdesign.kinematics.kernels.skeleton import MAX_DOF, load_arm, update_skeleton
 
 
 @branch
-def book(walk, frame, match, attitude, chain, points, problem, trace, n, w_0, frames):
+def accumulate(state, frame, match, attitude, chain, points, problem, trace, n, w_0, frames):
     """Add the frame at the present poses to the sums, and to the path's part of the trace where one is kept."""
     area = frame_area(chain, match, points, problem.delta)
-    walk.f_sum += frame.g
-    walk.E_sum += area
+    state.f_sum += frame.g
+    state.E_sum += area
     if len(trace) > 0:
-        row = trace[walk.path * frames + walk.t]
+        row = trace[state.path * frames + state.t]
         for j in range(n):
-            row.q[j] = walk.trial[j]
+            row.q[j] = state.trial[j]
         row.g, row.area = frame.g, area
         row.orientation_error = attitude.error if w_0 > 0.0 else 0.0
         for i in range(len(points)):
@@ -65,54 +65,54 @@ def book(walk, frame, match, attitude, chain, points, problem, trace, n, w_0, fr
 
 
 @branch
-def over(walk, attitude, problem, frames, n):
-    """Whether the path ends behind the frame just booked: the last one, or the sum is past the cutoff.
+def over(state, attitude, problem, frames, n):
+    """Whether the path ends behind the frame just accumulated: the last one, or the sum is past the cutoff.
 
     The fitness is a mean of terms >= 0, so a partial sum beyond the cutoff settles it (method section 7); so does one
     beyond the fitness of another start's path. With several paths the whole sum counts too: which of them is the best
     is known only where all below the cutoff are walked to their end.
     """
-    walk.t += 1
-    walk.frames += 1
-    partial = (problem.lambda_f * walk.f_sum + problem.lambda_E * walk.E_sum) / frames
-    beyond = partial > min(walk.cutoff, walk.best_r) * (1.0 + 1e-12)
-    if walk.t < frames and not beyond:
+    state.t += 1
+    state.frames += 1
+    partial = (problem.lambda_f * state.f_sum + problem.lambda_E * state.E_sum) / frames
+    beyond = partial > min(state.cutoff, state.best_r) * (1.0 + 1e-12)
+    if state.t < frames and not beyond:
         return False
-    if walk.t == frames and (walk.start_count < 2 or not beyond):
-        if walk.best < 0 or partial < walk.best_r:
-            walk.best, walk.best_r, walk.best_f, walk.best_E = walk.path, partial, walk.f_sum, walk.E_sum
-            keep_mount(walk, attitude)
+    if state.t == frames and (state.start_count < 2 or not beyond):
+        if state.best < 0 or partial < state.best_r:
+            state.best, state.best_r, state.best_f, state.best_E = state.path, partial, state.f_sum, state.E_sum
+            keep_mount(state, attitude)
     else:
-        walk.pruned = 1
-    end_path(walk, attitude, problem, frames, n)
+        state.pruned = 1
+    end_path(state, attitude, problem, frames, n)
     return True
 
 
 @branch
-def keep_mount(walk, attitude):
+def keep_mount(state, attitude):
     """Note the mount of the path at hand."""
     for i in range(3):
         for j in range(3):
-            walk.mount[i, j] = attitude.mount[i, j]
+            state.mount[i, j] = attitude.mount[i, j]
 
 
 @branch
-def end_path(walk, attitude, problem, frames, n):
+def end_path(state, attitude, problem, frames, n):
     """Go to the next start's path, or draw the sum of all paths: the best one counts."""
-    if walk.path == 0 and walk.best < 0:
-        keep_mount(walk, attitude)
-    if walk.path + 1 < walk.start_count:
-        walk.path += 1
-        open_path(walk, problem, n)
+    if state.path == 0 and state.best < 0:
+        keep_mount(state, attitude)
+    if state.path + 1 < state.start_count:
+        state.path += 1
+        open_path(state, problem, n)
         return
-    walk.phase, walk.valid = DONE, 1
-    if walk.best >= 0:
-        walk.path, walk.t, walk.pruned = walk.best, frames, 0
-        walk.f_sum, walk.E_sum = walk.best_f, walk.best_E
-    elif walk.pruned == 1:
-        walk.path = 0
+    state.phase, state.valid = DONE, 1
+    if state.best >= 0:
+        state.path, state.t, state.pruned = state.best, frames, 0
+        state.f_sum, state.E_sum = state.best_f, state.best_E
+    elif state.pruned == 1:
+        state.path = 0
     else:
-        walk.path, walk.t, walk.valid = walk.farthest, walk.miss_frame, 0
+        state.path, state.t, state.valid = state.farthest, state.miss_frame, 0
 
 
 @branch
@@ -140,12 +140,12 @@ def tip_error(chain, point):
 
 @entry
 def advance(
-    walks, chains, frames, attitudes, motions, matches, steps, problems, P, R, starts, poses, jacobian, q, traces
+    states, chains, frames, attitudes, motions, matches, steps, problems, P, R, starts, poses, jacobian, q, traces
 ):
     """Judge the trial of every arm of the block and propose the next one.
 
     Args:
-        walks: WALK records, shape (B,).
+        states: STATE records, shape (B,).
         chains: CHAIN records, shape (B,).
         frames: FRAME records, shape (B,).
         attitudes: ATTITUDE records, shape (B,).
@@ -166,34 +166,34 @@ def advance(
     """
     problem = problems[0]
     done = 0
-    for b in range(len(walks)):
-        walk = walks[b]
-        if walk.phase == IDLE:
+    for b in range(len(states)):
+        state = states[b]
+        if state.phase == IDLE:
             continue
-        if walk.phase != DONE:
+        if state.phase != DONE:
             n = chains[b].dof
-            update_skeleton(chains[b], poses, b * n)
+            update_skeleton(chains[b], poses[b * n :])
             advance_arm(
-                walk, chains[b], frames[b], attitudes[b], motions[0], matches[0], steps[0], problem, P, R, starts,
-                jacobian, b * n, traces[b],
+                state, chains[b], frames[b], attitudes[b], motions[0], matches[0], steps[0], problem, P, R, starts,
+                jacobian[b * n :], traces[b],
             )  # fmt: skip
             for j in range(n):
-                q[b * n + j] = walk.trial[j]
-        if walk.phase == DONE:
+                q[b * n + j] = state.trial[j]
+        if state.phase == DONE:
             done += 1
     return done
 
 
 @branch
-def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R, starts, jacobian, first, trace):
+def advance_arm(state, chain, frame, attitude, motion, match, step, problem, P, R, starts, jacobian, trace):
     """One evaluation of one arm; more than one only where the next frame opens at the same pose."""
     n, m = chain.dof, P.shape[1]
     while True:
-        phase = walk.phase
-        points, target = P[walk.t], R[min(walk.t, len(R) - 1)]
+        phase = state.phase
+        points, target = P[state.t], R[min(state.t, len(R) - 1)]
         starting = phase in (SAMPLE, DESCEND, POLISH)
-        w_0 = 0.0 if starting and problem.mount == MOUNT_START and walk.mounted == 0 else problem.w_0
-        if (starting or phase == OPEN) and problem.w_0 > 0.0 and walk.mounted == 0:
+        w_0 = 0.0 if starting and problem.mount == MOUNT_START and state.mounted == 0 else problem.w_0
+        if (starting or phase == OPEN) and problem.w_0 > 0.0 and state.mounted == 0:
             set_mount(attitude, chain, target, MOUNT_IDENTITY if starting else problem.mount)
         weights = problem.weights[:m]
         if phase == POLISH:
@@ -203,36 +203,34 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
         free = problem.start_free if starting else problem.free
         evaluate_frame(frame, match, attitude, chain, points, target, weights, free, w_0, problem.metric)
         if phase == SAMPLE:
-            walk.steps += 1
-            keep_start(walk, frame.value, problem.descents)
-            walk.k += 1
-            if walk.k < len(starts):
+            state.steps += 1
+            keep_start(state, frame.value, problem.descents)
+            state.k += 1
+            if state.k < len(starts):
                 for j in range(n):
-                    walk.trial[j] = starts[walk.k, j]
+                    state.trial[j] = starts[state.k, j]
             else:
-                walk.k = 0
-                next_start(walk, problem, starts, n)
+                state.k = 0
+                next_start(state, problem, starts, n)
             return
         if phase in (DESCEND, POLISH, FOLLOW):
-            if walk.closing == 0:
-                moved = judge(frame, walk, problem, n)
+            if state.closing == 0:
+                moved = judge(frame, state, problem, n)
                 if moved:
-                    differentiate_frame(
-                        frame, motion, match, attitude, chain, jacobian, first, weights, w_0, problem.metric
-                    )
-                if walk.tries < problem.max_steps and propose_trial(step, frame, attitude, walk, problem, n, w_0, m):
+                    differentiate_frame(frame, motion, match, attitude, chain, jacobian, weights, w_0, problem.metric)
+                if state.tries < problem.max_steps and propose_trial(step, frame, attitude, state, problem, n, w_0, m):
                     return
                 if not moved:  # the poses are those of a rejected trial: go back once
-                    walk.closing = 1
+                    state.closing = 1
                     for j in range(n):
-                        walk.trial[j] = walk.q[j]
+                        state.trial[j] = state.q[j]
                     return
             for j in range(n):
-                walk.trial[j] = walk.q[j]
+                state.trial[j] = state.q[j]
         if phase == DESCEND:
-            keep_finalist(walk, n, problem.finalists)
-            walk.k += 1
-            next_start(walk, problem, starts, n)
+            keep_finalist(state, n, problem.finalists)
+            state.k += 1
+            next_start(state, problem, starts, n)
             return
         if phase == POLISH:
             error = tip_error(chain, points[m - 1])
@@ -241,70 +239,70 @@ def advance_arm(walk, chain, frame, attitude, motion, match, step, problem, P, R
                     frame, match, attitude, chain, points, target, problem.weights[:m], problem.free, w_0,
                     problem.metric,
                 )  # fmt: skip
-                keep_reaching(walk, n, frame.g, error, problem.start_paths)
+                keep_reaching(state, n, frame.g, error, problem.start_paths)
             else:
-                walk.nearest = min(walk.nearest, error)
-            walk.k += 1
-            next_start(walk, problem, starts, n)
+                state.nearest = min(state.nearest, error)
+            state.k += 1
+            next_start(state, problem, starts, n)
             return
         if problem.every == 1 and phase == FOLLOW:
             error = tip_error(chain, points[m - 1])
             if error > problem.reach:
-                if walk.t > walk.miss_frame:
-                    walk.farthest, walk.miss_frame, walk.miss = walk.path, walk.t, error
-                end_path(walk, attitude, problem, len(P), n)
+                if state.t > state.miss_frame:
+                    state.farthest, state.miss_frame, state.miss = state.path, state.t, error
+                end_path(state, attitude, problem, len(P), n)
                 return
-        book(walk, frame, match, attitude, chain, points, problem, trace, n, w_0, len(P))
-        if over(walk, attitude, problem, len(P), n):
+        accumulate(state, frame, match, attitude, chain, points, problem, trace, n, w_0, len(P))
+        if over(state, attitude, problem, len(P), n):
             return
         if phase == REPLAY:
             for j in range(n):
-                walk.trial[j] = trace[walk.t].q[j]
+                state.trial[j] = trace[state.t].q[j]
             return
-        walk.phase = FOLLOW
-        begin_frame(walk, problem, n)
+        state.phase = FOLLOW
+        begin_frame(state, problem, n)
 
 
 @leaf
-def collect(outcome, walk):
-    """Keep what counts of a walk that is done."""
+def collect(outcome, state):
+    """Keep what counts of a candidate that is done."""
     for j in range(MAX_DOF):
-        outcome.best_q[j] = walk.start_q[walk.path, j]
+        outcome.best_q[j] = state.start_q[state.path, j]
     for i in range(3):
         for j in range(3):
-            outcome.mount[i, j] = walk.mount[i, j]
-    outcome.path, outcome.t, outcome.frames = walk.path, walk.t, walk.frames
-    outcome.f_sum, outcome.E_sum = walk.f_sum, walk.E_sum
-    outcome.start_error = walk.start_miss[walk.path] if walk.start_count > 0 else walk.nearest
-    outcome.miss_frame, outcome.miss = walk.miss_frame, walk.miss
-    outcome.steps, outcome.start_steps, outcome.accepted = walk.steps, walk.start_steps, walk.accepted
-    outcome.pruned, outcome.valid, outcome.done = walk.pruned, walk.valid, 1
+            outcome.mount[i, j] = state.mount[i, j]
+    outcome.path, outcome.t, outcome.frames = state.path, state.t, state.frames
+    outcome.f_sum, outcome.E_sum = state.f_sum, state.E_sum
+    outcome.start_error = state.start_miss[state.path] if state.start_count > 0 else state.nearest
+    outcome.miss_frame, outcome.miss = state.miss_frame, state.miss
+    outcome.steps, outcome.start_steps, outcome.accepted = state.steps, state.start_steps, state.accepted
+    outcome.pruned, outcome.valid, outcome.done = state.pruned, state.valid, 1
 
 
 @entry
 def exchange(
-    walks, chains, attitudes, placements, q, problems, starts, rows, yaws, cutoffs, poses, mounts, outcome, cursor
+    states, chains, attitudes, placements, q, problems, starts, rows, yaws, cutoffs, poses, mounts, outcome, cursor
 ):
-    """Collect finished walks and give their places to the next candidates. Returns the index of the next one."""
-    for b in range(len(walks)):
-        if walks[b].phase == DONE:
-            collect(outcome[walks[b].candidate], walks[b])
-            walks[b].phase = IDLE
-        if walks[b].phase == IDLE and cursor < len(rows):
+    """Collect finished candidates and give their places to the next candidates. Returns the index of the next one."""
+    for b in range(len(states)):
+        if states[b].phase == DONE:
+            collect(outcome[states[b].candidate], states[b])
+            states[b].phase = IDLE
+        if states[b].phase == IDLE and cursor < len(rows):
             n = rows.shape[1] - 1
-            hang_arm(chains[b], placements, b * n, rows[cursor], yaws[cursor])
-            begin_walk(walks[b], problems[0], n, starts, cutoffs[cursor], poses[cursor], cursor)
-            give_mount(walks[b], attitudes[b], mounts[cursor])
+            load_arm(chains[b], placements[b * n :], rows[cursor], yaws[cursor])
+            begin_candidate(states[b], problems[0], n, starts, cutoffs[cursor], poses[cursor], cursor)
+            give_mount(states[b], attitudes[b], mounts[cursor])
             for j in range(n):
-                q[b * n + j] = walks[b].trial[j]
+                q[b * n + j] = states[b].trial[j]
             cursor += 1
     return cursor
 
 
 @branch
-def give_mount(walk, attitude, mount):
+def give_mount(state, attitude, mount):
     """Bolt the hand on as given, or leave that to the start where nothing is given."""
-    walk.mounted = 1 if np.isfinite(mount[0, 0]) else 0
+    state.mounted = 1 if np.isfinite(mount[0, 0]) else 0
     for i in range(3):
         for j in range(3):
-            attitude.mount[i, j] = mount[i, j] if walk.mounted == 1 else 0.0
+            attitude.mount[i, j] = mount[i, j] if state.mounted == 1 else 0.0

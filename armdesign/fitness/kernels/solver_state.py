@@ -41,7 +41,7 @@ PROBLEM = np.dtype(
 )
 """Everything about the task and the method that is one number; the frames come beside it."""
 
-WALK = np.dtype(
+STATE = np.dtype(
     [
         ("phase", np.int64),
         ("candidate", np.int64),
@@ -61,8 +61,8 @@ WALK = np.dtype(
         ("nearest", np.float64),  # smallest distance of the hand at a start while none reaches [m]
         ("mounted", np.int64),  # 1: the mount is given
         # the paths
-        ("path", np.int64),  # start whose path is walked
-        ("best", np.int64),  # start of the best path walked to its end; -1 before there is one
+        ("path", np.int64),  # start whose path is followed
+        ("best", np.int64),  # start of the best path followed to its end; -1 before there is one
         ("best_r", np.float64),
         ("best_f", np.float64),  # its sums
         ("best_E", np.float64),
@@ -93,7 +93,7 @@ WALK = np.dtype(
         ("valid", np.int64),
     ]
 )
-"""Where an arm stands; one record an arm."""
+"""Solver state: where an arm is on its way along the demonstration; one record an arm."""
 
 OUTCOME = np.dtype(
     [
@@ -115,7 +115,7 @@ OUTCOME = np.dtype(
         ("valid", np.int64),
     ]
 )
-"""What is kept of a walk that is done."""
+"""What is kept of a candidate that is done."""
 
 TRACE = np.dtype(
     [
@@ -127,6 +127,6 @@ TRACE = np.dtype(
         ("distance", np.float64, MAX_POINTS),
     ]
 )
-"""What is booked of a frame; kept only where somebody asks for it."""
+"""What is accumulated of a frame; kept only where somebody asks for it."""
 
 SMALLEST_DAMPING = 1e-9  # relative damping at which a frame begins

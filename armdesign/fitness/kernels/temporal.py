@@ -73,7 +73,7 @@ def evaluate_frame(frame, match, attitude, chain, points, target, weights, free,
 
 
 @leaf
-def differentiate_frame(frame, motion, match, attitude, chain, jacobian, first, weights, w_0, metric):
+def differentiate_frame(frame, motion, match, attitude, chain, jacobian, weights, w_0, metric):
     """Write slope, newton and gauss of the position part, and K of the orientation part.
 
     Args:
@@ -82,8 +82,7 @@ def differentiate_frame(frame, motion, match, attitude, chain, jacobian, first, 
         match: Record of type MATCH, after evaluate_frame.
         attitude: Record of type ATTITUDE.
         chain: Record of type CHAIN.
-        jacobian: World Jacobian of the block as (joints, 6).
-        first: Index of the arm's first joint.
+        jacobian: World Jacobian of the arm, shape (n, 6): linear, then angular.
         weights: w_1..w_m, shape (m,).
         w_0: Orientation weight.
         metric: Orientation metric.
@@ -96,21 +95,20 @@ def differentiate_frame(frame, motion, match, attitude, chain, jacobian, first, 
             frame.gauss[i, j] = 0.0
     for p in range(len(weights)):
         if weights[p] > 0.0:
-            add_point(frame, motion, match, p, chain.row[match.segment[p]], jacobian, first, weights[p])
+            add_point(frame, motion, match, p, chain.row[match.segment[p]], jacobian, weights[p])
     for j in range(n):
         x, y, z = motion.torque[j, 0], motion.torque[j, 1], motion.torque[j, 2]
         for i in range(j + 1):
-            k = first + i
-            turn = jacobian[k, 3] * x + jacobian[k, 4] * y + jacobian[k, 5] * z
+            turn = jacobian[i, 3] * x + jacobian[i, 4] * y + jacobian[i, 5] * z
             frame.newton[j, i] = frame.gauss[j, i] + turn
-    remove_sliding(frame, motion, match, chain, jacobian, first, weights)
+    remove_sliding(frame, motion, match, chain, jacobian, weights)
     if w_0 > 0.0:
         take_root(frame, n, len(weights))
-        orientation_jacobian(attitude, jacobian, first, n, metric)
+        orientation_jacobian(attitude, jacobian, n, metric)
 
 
 @leaf
-def add_point(frame, motion, match, p, movers, jacobian, first, weight):
+def add_point(frame, motion, match, p, movers, jacobian, weight):
     """Add w |r|^2 / 2 of one point with sigma held.
 
     Columns are v_j + omega_j x place (Pinocchio's world Jacobian); the second derivative of a place by joints
@@ -120,10 +118,9 @@ def add_point(frame, motion, match, p, movers, jacobian, first, weight):
     fx, fy, fz = weight * match.residual[p, 0], weight * match.residual[p, 1], weight * match.residual[p, 2]
     column = motion.column[p]
     for j in range(movers):
-        k = first + j
-        cx = jacobian[k, 0] + jacobian[k, 4] * z - jacobian[k, 5] * y
-        cy = jacobian[k, 1] + jacobian[k, 5] * x - jacobian[k, 3] * z
-        cz = jacobian[k, 2] + jacobian[k, 3] * y - jacobian[k, 4] * x
+        cx = jacobian[j, 0] + jacobian[j, 4] * z - jacobian[j, 5] * y
+        cy = jacobian[j, 1] + jacobian[j, 5] * x - jacobian[j, 3] * z
+        cz = jacobian[j, 2] + jacobian[j, 3] * y - jacobian[j, 4] * x
         column[j, 0], column[j, 1], column[j, 2] = cx, cy, cz
         frame.slope[j] += cx * fx + cy * fy + cz * fz
         motion.torque[j, 0] += cy * fz - cz * fy
@@ -135,38 +132,36 @@ def add_point(frame, motion, match, p, movers, jacobian, first, weight):
 
 
 @leaf
-def remove_sliding(frame, motion, match, chain, jacobian, first, weights):
+def remove_sliding(frame, motion, match, chain, jacobian, weights):
     """Eliminate the sliding of every pool: subtract b b^T / W, W the pool's weight.
 
     b_j = sum_i w_i (u . column_ij + r_i . (omega_j x u)) couples the place along the segment's direction u to q_j;
     the Gauss-Newton part leaves out the second term, as its residual does not turn with the segment.
     """
-    p = 0
-    while p < len(weights):
-        end = p + 1
+    for p in range(len(weights)):
+        if match.pool[p] != p or match.sliding[p] == 0:
+            continue
+        end, total = p, 0.0
         while end < len(weights) and match.pool[end] == p:
+            total += weights[end]
             end += 1
-        total = 0.0
-        for i in range(p, end):
-            total += weights[i]
-        if match.sliding[p] == 1 and total > 0.0:
-            u = chain.direction[match.segment[p]]
-            movers = chain.row[match.segment[p]]
-            for full in range(2):
-                for j in range(movers):
-                    motion.slide[j] = sliding_slope(motion, match, jacobian, first + j, j, u, p, end, weights, full)
-                for j in range(movers):
-                    for i in range(j + 1):
-                        product = motion.slide[j] * motion.slide[i] / total
-                        if full == 0:
-                            frame.gauss[j, i] -= product
-                        else:
-                            frame.newton[j, i] -= product
-        p = end
+        if not total > 0.0:
+            continue
+        u, movers = chain.direction[match.segment[p]], chain.row[match.segment[p]]
+        for full in range(2):
+            for j in range(movers):
+                motion.slide[j] = sliding_slope(motion, match, jacobian, j, u, p, end, weights, full)
+            for j in range(movers):
+                for i in range(j + 1):
+                    product = motion.slide[j] * motion.slide[i] / total
+                    if full == 0:
+                        frame.gauss[j, i] -= product
+                    else:
+                        frame.newton[j, i] -= product
 
 
 @leaf
-def sliding_slope(motion, match, jacobian, joint, j, u, start, end, weights, full):
+def sliding_slope(motion, match, jacobian, j, u, start, end, weights, full):
     """b_j of one pool, with the turning of the segment (full = 1) or without (full = 0)."""
     total = 0.0
     for i in range(start, end):
@@ -174,9 +169,9 @@ def sliding_slope(motion, match, jacobian, joint, j, u, start, end, weights, ful
             column, r = motion.column[i, j], match.residual[i]
             along = u[0] * column[0] + u[1] * column[1] + u[2] * column[2]
             if full == 1:
-                along += jacobian[joint, 3] * (u[1] * r[2] - u[2] * r[1])
-                along += jacobian[joint, 4] * (u[2] * r[0] - u[0] * r[2])
-                along += jacobian[joint, 5] * (u[0] * r[1] - u[1] * r[0])
+                along += jacobian[j, 3] * (u[1] * r[2] - u[2] * r[1])
+                along += jacobian[j, 4] * (u[2] * r[0] - u[0] * r[2])
+                along += jacobian[j, 5] * (u[0] * r[1] - u[1] * r[0])
             total += weights[i] * along
     return total
 

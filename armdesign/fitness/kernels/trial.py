@@ -1,4 +1,4 @@
-"""One damped least squares step of a walk: the model of the objective, the trial it proposes, and what comes of it."""
+"""One damped least squares step: the model of the objective, the trial it proposes, and what comes of it."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def error_after(attitude, move, n):
 
 
 @branch
-def solve_model(step, frame, attitude, walk, problem, n, radius, mu, w_0):
+def solve_model(step, frame, attitude, state, problem, n, radius, mu, w_0):
     """Leave the best step of the present model in ``step.move``; False where the model is not convex.
 
     With orientation the model is the position part plus w_0 |rho + K x|, a norm with a kink where the orientation is
@@ -50,27 +50,27 @@ def solve_model(step, frame, attitude, walk, problem, n, radius, mu, w_0):
     reweighted with the error it leads to.
     """
     if w_0 == 0.0:
-        compose(step, frame, attitude, n, walk.model, 0.0)
-        return propose(step, n, walk.q, walk.previous, radius, problem.lower, problem.upper, mu)
+        compose(step, frame, attitude, n, state.model, 0.0)
+        return propose(step, n, state.q, state.previous, radius, problem.lower, problem.upper, mu)
     if attitude.base_error < KINK_RANGE:
-        compose(step, frame, attitude, n, walk.model, w_0 / KINK)
-        if not propose(step, n, walk.q, walk.previous, radius, problem.lower, problem.upper, mu):
+        compose(step, frame, attitude, n, state.model, w_0 / KINK)
+        if not propose(step, n, state.q, state.previous, radius, problem.lower, problem.upper, mu):
             return False
         if error_after(attitude, step.move, n) <= KINK:
             return True
     error = attitude.base_error
     for _ in range(3):
-        compose(step, frame, attitude, n, walk.model, w_0 / max(error, KINK))
-        if not propose(step, n, walk.q, walk.previous, radius, problem.lower, problem.upper, mu):
+        compose(step, frame, attitude, n, state.model, w_0 / max(error, KINK))
+        if not propose(step, n, state.q, state.previous, radius, problem.lower, problem.upper, mu):
             return False
         error = error_after(attitude, step.move, n)
     return True
 
 
 @leaf
-def predicted_decrease(step, frame, attitude, walk, n, w_0):
+def predicted_decrease(step, frame, attitude, state, n, w_0):
     """How much the model says the objective falls with ``step.move``."""
-    multiply(frame.newton if walk.model == NEWTON else frame.gauss, step.move, step.work, n)
+    multiply(frame.newton if state.model == NEWTON else frame.gauss, step.move, step.work, n)
     total = 0.0
     for i in range(n):
         total -= (frame.slope[i] + 0.5 * step.work[i]) * step.move[i]
@@ -80,64 +80,64 @@ def predicted_decrease(step, frame, attitude, walk, n, w_0):
 
 
 @leaf
-def out_of_the_race(walk, problem):
+def out_of_the_race(state, problem):
     """Whether a descent will hardly come among the best few: it needs far more than its next step promises."""
-    if walk.tries < RACE_FROM or walk.final_count < problem.finalists:
+    if state.tries < RACE_FROM or state.final_count < problem.finalists:
         return False
-    return walk.value - RACE * walk.predicted > walk.final_value[problem.finalists - 1]
+    return state.value - RACE * state.predicted > state.final_value[problem.finalists - 1]
 
 
 @branch
-def propose_trial(step, frame, attitude, walk, problem, n, w_0, m):
+def propose_trial(step, frame, attitude, state, problem, n, w_0, m):
     """Propose the next trial from the model at q. Returns False where the frame counts as solved."""
-    radius = problem.radius if walk.phase == FOLLOW else TRUST
-    tolerance = max(problem.tolerance, ROUGH) if walk.phase == DESCEND else problem.tolerance
+    radius = problem.radius if state.phase == FOLLOW else TRUST
+    tolerance = max(problem.tolerance, ROUGH) if state.phase == DESCEND else problem.tolerance
     trace = 0.0
     for j in range(n):
         trace += frame.gauss[j, j]
-        if walk.phase != FOLLOW:
-            walk.previous[j] = walk.q[j]
+        if state.phase != FOLLOW:
+            state.previous[j] = state.q[j]
     while True:
-        mu = walk.damping * (trace / n + 1e-12)
-        if solve_model(step, frame, attitude, walk, problem, n, radius, mu, w_0):
+        mu = state.damping * (trace / n + 1e-12)
+        if solve_model(step, frame, attitude, state, problem, n, radius, mu, w_0):
             break
-        if walk.model == NEWTON:
-            walk.model = GAUSS
-        elif walk.damping > 1e6:
+        if state.model == NEWTON:
+            state.model = GAUSS
+        elif state.damping > 1e6:
             return False
         else:
-            walk.damping *= 10.0
-    walk.predicted = predicted_decrease(step, frame, attitude, walk, n, w_0)
-    gain = walk.predicted
+            state.damping *= 10.0
+    state.predicted = predicted_decrease(step, frame, attitude, state, n, w_0)
+    gain = state.predicted
     if w_0 == 0.0:
-        gain = walk.g - np.sqrt(max(2.0 * (walk.value - walk.predicted), 0.0)) / m
-    if not gain > max(tolerance * walk.g, problem.floor):
+        gain = state.g - np.sqrt(max(2.0 * (state.value - state.predicted), 0.0)) / m
+    if not gain > max(tolerance * state.g, problem.floor):
         return False
-    if walk.phase == DESCEND and out_of_the_race(walk, problem):
+    if state.phase == DESCEND and out_of_the_race(state, problem):
         return False
     for j in range(n):
-        walk.trial[j] = min(max(walk.q[j] + step.move[j], problem.lower[j]), problem.upper[j])
+        state.trial[j] = min(max(state.q[j] + step.move[j], problem.lower[j]), problem.upper[j])
     return True
 
 
 @leaf
-def judge(frame, walk, problem, n):
+def judge(frame, state, problem, n):
     """Accept or reject the trial just evaluated, and set damping and model for the next one."""
-    walk.tries += 1
-    walk.steps += 1
-    if walk.fresh == 0 and not frame.value < walk.value:
-        walk.damping = max(10.0 * walk.damping, 1e-3)
-        walk.model = GAUSS
+    state.tries += 1
+    state.steps += 1
+    if state.fresh == 0 and not frame.value < state.value:
+        state.damping = max(10.0 * state.damping, 1e-3)
+        state.model = GAUSS
         return False
-    if walk.fresh == 0:
-        ratio = (walk.value - frame.value) / walk.predicted
+    if state.fresh == 0:
+        ratio = (state.value - frame.value) / state.predicted
         if ratio > 0.5:
-            walk.damping = max(0.1 * walk.damping, SMALLEST_DAMPING)
+            state.damping = max(0.1 * state.damping, SMALLEST_DAMPING)
         elif ratio < 0.1:
-            walk.damping = max(4.0 * walk.damping, 1e-4)
-        walk.model = NEWTON if problem.second_order == 1 else GAUSS
-        walk.accepted += 1
-    walk.fresh, walk.value, walk.g = 0, frame.value, frame.g
+            state.damping = max(4.0 * state.damping, 1e-4)
+        state.model = NEWTON if problem.second_order == 1 else GAUSS
+        state.accepted += 1
+    state.fresh, state.value, state.g = 0, frame.value, frame.g
     for j in range(n):
-        walk.q[j] = walk.trial[j]
+        state.q[j] = state.trial[j]
     return True

@@ -21,7 +21,6 @@ A, D, Q = 1, 2, 3
 
 VARIATION = np.dtype(
     [
-        ("poses", np.float64, (MAX_DOF, 12)),  # joint poses: the axes x, y, z, then the origin
         ("axis", np.float64, (MAX_COORDINATES, 6)),  # world Jacobian: linear, then angular
         ("column", np.float64, (MAX_POINTS, MAX_COORDINATES, 3)),  # d place_i / d coordinate with sigma held
         ("movers", np.int64, MAX_POINTS),  # number of coordinates that move place_i
@@ -40,9 +39,13 @@ VARIATION = np.dtype(
         ("moment", np.float64, 3),
         # of the orientation
         ("normal", np.float64, 3),  # rho / e_R
+        ("normal_matrix", np.float64, (3, 3)),  # scratch of the least squares for the normal
+        ("normal_right", np.float64, 3),
         ("curvature", np.float64),
         ("met", np.int64),  # 1: e_R is at its kink
+        ("follows", np.int64),  # 1: the mount goes with the tool at the start
         ("tool_turn", np.float64, (MAX_COORDINATES, 3)),  # how the start turns the tool, in the tool's frame
+        ("mount_turn", np.float64, (MAX_COORDINATES, 3)),  # how that turns the mount, in the base frame
         # of the path
         ("dq", np.float64, (MAX_DOF, MAX_COORDINATES)),  # d q_t / d entry
         ("f", np.float64, MAX_COORDINATES),  # sums over the frames
@@ -85,9 +88,9 @@ def set_shift(axis, x, y, z):
 
 
 @branch
-def set_axes(variation, chain, rows, n):
+def set_axes(variation, poses, chain, rows, n):
     """World Jacobian of all coordinates at the present joint poses, and what they add to L."""
-    axis, poses = variation.axis, variation.poses
+    axis = variation.axis
     set_turn(axis[0], 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
     for c in range(4 * n + 4):
         variation.stretch[c] = 0.0
@@ -160,22 +163,19 @@ def add_columns(variation, match, u, p):
 @branch
 def glide_pools(variation, match, weights, m):
     """Points that slide in one pool share their glide: minus the weighted mean of their b."""
-    p = 0
-    while p < m:
-        end = p + 1
+    for p in range(m):
+        if match.pool[p] != p or match.sliding[p] == 0:
+            continue
+        end, total = p, 0.0
         while end < m and match.pool[end] == p:
+            total += max(weights[end], SMALLEST_WEIGHT)
             end += 1
-        if match.sliding[p] == 1:
-            total = 0.0
+        for c in range(variation.movers[p]):
+            mean = 0.0
             for i in range(p, end):
-                total += max(weights[i], SMALLEST_WEIGHT)
-            for c in range(variation.movers[p]):
-                mean = 0.0
-                for i in range(p, end):
-                    mean += max(weights[i], SMALLEST_WEIGHT) * variation.bend[i, c]
-                for i in range(p, end):
-                    variation.glide[i, c] = -mean / total
-        p = end
+                mean += max(weights[i], SMALLEST_WEIGHT) * variation.bend[i, c]
+            for i in range(p, end):
+                variation.glide[i, c] = -mean / total
 
 
 @branch

@@ -40,15 +40,14 @@ CHAIN = np.dtype(
 
 
 @branch
-def hang_arm(chain, placements, first, rows, yaw):
+def load_arm(chain, placements, rows, yaw):
     """Write a design into a chain record and into Pinocchio's joint placements.
 
     The placement of joint i is Rx(alpha_i) Tx(a_i) Tz(d_i) Rz(theta_i), eq. 2, with the base yaw before the first.
 
     Args:
         chain: Record of type CHAIN; its constant part is written.
-        placements: All joint placements of the block as (joints, 12), see ArmBlock.
-        first: Index of the arm's first joint in placements.
+        placements: The arm's joint placements, shape (n, 12), see ArmBlock.
         rows: DH rows (alpha, a, d, theta), tool last, shape (n + 1, 4) [rad, m, m, rad].
         yaw: Base yaw [rad].
     """
@@ -58,16 +57,16 @@ def hang_arm(chain, placements, first, rows, yaw):
     for i in range(n + 1):
         ca, sa = np.cos(rows[i, 0]), np.sin(rows[i, 0])
         ct, st = np.cos(rows[i, 3]), np.sin(rows[i, 3])
-        pose = chain.tool if i == n else placements[first + i, :9].reshape(3, 3).T
+        pose = chain.tool if i == n else placements[i, :9].reshape(3, 3).T
         pose[0, 0], pose[0, 1], pose[0, 2] = ct, -st, 0.0
         pose[1, 0], pose[1, 1], pose[1, 2] = ca * st, ca * ct, -sa
         pose[2, 0], pose[2, 1], pose[2, 2] = sa * st, sa * ct, ca
         if i == n:
             break
-        origin = placements[first + i, ORIGIN:]
+        origin = placements[i, ORIGIN:]
         origin[0], origin[1], origin[2] = rows[i, 1], -rows[i, 2] * sa, rows[i, 2] * ca
         if i == 0:
-            turn_about_z(placements[first], chain.base_x[0], chain.base_x[1])
+            turn_about_z(placements[0], chain.base_x[0], chain.base_x[1])
     cut_into_segments(chain, rows)
 
 
@@ -95,40 +94,37 @@ def cut_into_segments(chain, rows):
 
 
 @branch
-def update_skeleton(chain, poses, first):
+def update_skeleton(chain, poses):
     """Bring start, direction and tip of a chain up to date with the joint poses.
 
     Args:
         chain: Record of type CHAIN.
-        poses: All SE3 of the Pinocchio data as (joints, 12): the axes x, y, z, then the origin.
-        first: Index of the arm's first joint in poses.
+        poses: Joint poses, shape (n, 12): the axes x, y, z, then the origin.
     """
     n = chain.dof
-    last = first + n - 1
+    last = poses[n - 1]
     for i in range(3):
         for j in range(3):
             chain.tip_rotation[i, j] = (
-                poses[last, i] * chain.tool[0, j]
-                + poses[last, 3 + i] * chain.tool[1, j]
-                + poses[last, 6 + i] * chain.tool[2, j]
+                last[i] * chain.tool[0, j] + last[3 + i] * chain.tool[1, j] + last[6 + i] * chain.tool[2, j]
             )
     for i in range(3):
-        chain.tip[i] = poses[last, ORIGIN + i]
+        chain.tip[i] = last[ORIGIN + i]
     for k in range(chain.segments):
         row = chain.row[k]
         if chain.kind[k] == ALONG_X:
             for i in range(3):
-                axis = poses[first + row - 1, X + i] if row > 0 else chain.base_x[i]
+                axis = poses[row - 1, X + i] if row > 0 else chain.base_x[i]
                 chain.direction[k, i] = chain.sign[k] * axis
-                chain.start[k, i] = poses[first + row - 1, ORIGIN + i] if row > 0 else 0.0
+                chain.start[k, i] = poses[row - 1, ORIGIN + i] if row > 0 else 0.0
         else:
             for i in range(3):
-                axis = poses[first + row, Z + i] if row < n else chain.tip_rotation[i, 2]
+                axis = poses[row, Z + i] if row < n else chain.tip_rotation[i, 2]
                 chain.direction[k, i] = chain.sign[k] * axis
                 if k > 0 and chain.row[k - 1] == row:  # behind the same row's piece along x
                     chain.start[k, i] = chain.start[k - 1, i] + chain.extent[k - 1] * chain.direction[k - 1, i]
                 else:
-                    chain.start[k, i] = poses[first + row - 1, ORIGIN + i] if row > 0 else 0.0
+                    chain.start[k, i] = poses[row - 1, ORIGIN + i] if row > 0 else 0.0
         if row == n:
             for i in range(3):
                 chain.tip[i] = chain.start[k, i] + chain.extent[k] * chain.direction[k, i]

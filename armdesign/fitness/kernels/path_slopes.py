@@ -13,20 +13,14 @@ Along directions in which the objective is flat q_t keeps what q_{t-1} had, as t
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from armdesign._types import Array
-from armdesign.fitness.kernels.area_slope import PULL, area_slope
-from armdesign.fitness.kernels.association import MATCH
-from armdesign.fitness.kernels.orientation import ATTITUDE
+from armdesign.fitness.kernels.area_slope import area_slope
 from armdesign.fitness.kernels.orientation_slope import add_orientation
 from armdesign.fitness.kernels.path import set_mount
 from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY, MOUNT_START
-from armdesign.fitness.kernels.temporal import FRAME, evaluate_frame
+from armdesign.fitness.kernels.temporal import evaluate_frame
 from armdesign.fitness.kernels.variations import (
-    VARIATION,
     Q,
     differentiate_position,
     place_joints,
@@ -34,26 +28,13 @@ from armdesign.fitness.kernels.variations import (
     set_axes,
     tie_points,
 )
-from armdesign.fitness.problem import Problem
 from armdesign.kinematics.compilation import branch, entry
-from armdesign.kinematics.kernels.dls import STEP, factorise, solve_lower, solve_upper
-from armdesign.kinematics.kernels.skeleton import CHAIN, hang_arm, update_skeleton
+from armdesign.kinematics.kernels.dls import factorise, solve_lower, solve_upper
+from armdesign.kinematics.kernels.skeleton import load_arm, update_skeleton
 
 FLAT = 1e-9
 """Curvature, relative to the mean one, below which a direction counts as flat."""
 ON_BALL = 1.0 - 1e-7
-
-
-class Slopes(NamedTuple):
-    """Gradients of N candidates by all entries of the DH table: (alpha, a, d) of rows 0..n, then the base yaw.
-
-    Attributes:
-        path_fitness: Of f, shape (N, 3 (n + 1) + 1).
-        area: Of E, likewise.
-    """
-
-    path_fitness: Array
-    area: Array
 
 
 @entry
@@ -62,17 +43,22 @@ def slopes_along_paths(
 ):  # fmt: skip
     """Write the gradients of f and E, shape (N, 3 (n + 1) + 1), of N arms by their paths (N, T, n)."""
     v, chain, n = variations[0], chains[0], rows.shape[1] - 1
-    placements = np.empty((n, 12))
+    placements, poses = np.empty((n, 12)), np.empty((n, 12))
     for k in range(len(rows)):
-        hang_arm(chain, placements, 0, rows[k], yaws[k])
+        load_arm(chain, placements, rows[k], yaws[k])
         given = np.isfinite(mounts[k, 0, 0])
         if given:
-            attitudes[0].mount[:] = mounts[k]
-        v.dq[:], v.f[:], v.E[:] = 0.0, 0.0, 0.0
+            for i in range(3):
+                for j in range(3):
+                    attitudes[0].mount[i, j] = mounts[k, i, j]
+        for c in range(4 * n + 4):
+            v.f[c] = v.E[c] = 0.0
+            for j in range(n):
+                v.dq[j, c] = 0.0
         for t in range(len(P)):
-            place_joints(v.poses, placements, paths[k, t], n)
-            update_skeleton(chain, v.poses, 0)
-            set_axes(v, chain, rows[k], n)
+            place_joints(poses, placements, paths[k, t], n)
+            update_skeleton(chain, poses)
+            set_axes(v, poses, chain, rows[k], n)
             frame_slopes(
                 v, pulls[0], chain, frames[0], attitudes[0], matches[0], steps[0], problems[0], P, R, paths[k], t,
                 given,
@@ -90,12 +76,13 @@ def frame_slopes(v, pull, chain, frame, attitude, match, step, problem, P, R, pa
     follows = problem.mount == MOUNT_START and not given
     points, target, weights = P[t], R[min(t, len(R) - 1)], problem.weights[:m]
     if t == 0:
-        open_slopes(v, chain, frame, attitude, match, step, problem, points, target, path, follows, given)
+        open_slopes(v, chain, frame, attitude, match, step, problem, points, target, path[0], follows, given)
+    v.follows = 1 if follows else 0
     w_0 = problem.w_0
     evaluate_frame(frame, match, attitude, chain, points, target, weights, problem.free, w_0, problem.metric)
-    second_order(v, chain, frame, attitude, match, weights, target, problem, path[t], w_0, follows)
+    second_order(v, chain, frame, attitude, match, weights, target, problem, path[t], w_0)
     if t > 0:
-        turn_joints(v, step, problem, path, t, n)
+        turn_joints(v, step, problem, path[t], path[t - 1], n)
     area_slope(v, pull, chain, match, points, problem.delta, n)
     scale = 1.0 if w_0 > 0.0 else 1.0 / (m * max(frame.root, 1e-12))
     for c in range(4 * n + 4):
@@ -109,16 +96,19 @@ def frame_slopes(v, pull, chain, frame, attitude, match, step, problem, P, R, pa
 
 
 @branch
-def open_slopes(v, chain, frame, attitude, match, step, problem, points, target, path, follows, given):
+def open_slopes(v, chain, frame, attitude, match, step, problem, points, target, q, follows, given):
     """Differentiate the start pose, which minimises another objective: the hand is held, see PROBLEM."""
     n, m = chain.dof, len(points)
     weights, w_0 = problem.held_weights[:m], 0.0 if follows else problem.w_0
-    v.tool_turn[:] = 0.0
+    for c in range(4 * n + 4):
+        for r in range(3):
+            v.tool_turn[c, r] = 0.0
+    v.follows = 0
     if problem.w_0 > 0.0 and not given:
         set_mount(attitude, chain, target, MOUNT_IDENTITY)
     evaluate_frame(frame, match, attitude, chain, points, target, weights, problem.start_free, w_0, problem.metric)
-    second_order(v, chain, frame, attitude, match, weights, target, problem, path[0], w_0, False)
-    turn_joints(v, step, problem, path, 0, n)
+    second_order(v, chain, frame, attitude, match, weights, target, problem, q, w_0)
+    turn_joints(v, step, problem, q, q, n)
     if problem.w_0 > 0.0 and not given:
         set_mount(attitude, chain, target, problem.mount)
     for c in range(4 * n + 4):
@@ -133,7 +123,7 @@ def open_slopes(v, chain, frame, attitude, match, step, problem, points, target,
 
 
 @branch
-def second_order(v, chain, frame, attitude, match, weights, target, problem, q, w_0, follows):
+def second_order(v, chain, frame, attitude, match, weights, target, problem, q, w_0):
     """Slope of the solver's objective by all coordinates, and its second derivatives by joints and coordinates."""
     n, m = chain.dof, len(weights)
     tie_points(v, match, chain, weights, m)
@@ -146,14 +136,13 @@ def second_order(v, chain, frame, attitude, match, weights, target, problem, q, 
         v.pull[j] = v.slope[1 + 4 * j + Q]
         v.scale += abs(v.mixed[j, 1 + 4 * j + Q]) / n
     if w_0 > 0.0:
-        add_orientation(v, attitude, chain, target, problem.metric, n, w_0, follows, v.at_limit)
+        add_orientation(v, attitude, chain, target, problem.metric, n, w_0)
 
 
 @branch
-def turn_joints(v, step, problem, path, t, n):
-    """Bring ``v.dq`` from frame t - 1 to frame t."""
-    q, before = path[t], path[max(t - 1, 0)]
-    nu = ball_multiplier(v, problem, q, before, t, n)
+def turn_joints(v, step, problem, q, before, n):
+    """Bring ``v.dq`` from the frame before, with the angles ``before``, to the one at hand; both are q at the start."""
+    nu = ball_multiplier(v, problem, q, before, n)
     for j in range(n):
         slope = v.pull[j] + nu * (q[j] - before[j])
         low = q[j] <= problem.lower[j] and slope > 0.0
@@ -173,10 +162,8 @@ def turn_joints(v, step, problem, path, t, n):
 
 
 @branch
-def ball_multiplier(v, problem, q, before, t, n):
+def ball_multiplier(v, problem, q, before, n):
     """The ball's multiplier nu; 0 where it does not bind."""
-    if t == 0:
-        return 0.0
     square, free, pull = 0.0, 0.0, 0.0
     for j in range(n):
         away = q[j] - before[j]
@@ -214,30 +201,3 @@ def turn_by(v, step, q, before, nu, c, n):
             across += step.gradient[j] * step.move[j]
         for j in range(n):
             v.dq[j, c] -= step.move[j] * (ahead - wanted) / across
-
-
-class Sensitivity:
-    """Gradients on one problem."""
-
-    def __init__(self, problem: Problem) -> None:
-        """Allocate the scratch of one arm."""
-        self.problem = problem
-        kinds = (VARIATION, PULL, CHAIN, FRAME, ATTITUDE, MATCH, STEP)
-        self.scratch = tuple(np.zeros(1, dtype=kind) for kind in kinds)
-
-    def slopes(self, rows: Array, yaw: Array, paths: Array, mounts: Array | None = None) -> Slopes:
-        """Gradients of candidates.
-
-        Args:
-            rows: DH rows, shape (N, n + 1, 4) [rad, m, m, rad].
-            yaw: Base yaw, shape (N,) [rad].
-            paths: Solved joint paths, shape (N, T, n) [rad].
-            mounts: Hand frames that were given, see BlockEvaluator.evaluate.
-        """
-        problem, count = self.problem, len(rows)
-        f, E = np.empty((2, count, 3 * problem.dof + 4))
-        given = np.full((count, 3, 3), np.nan) if mounts is None else mounts
-        task = (problem.record, problem.P, problem.R)
-        arrays = (np.array(values, dtype=float, order="C") for values in (rows, yaw, paths, given))
-        slopes_along_paths(*self.scratch, *task, *arrays, f, E)
-        return Slopes(f, E)
