@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -34,7 +34,7 @@ from armdesign.errors import RunFolderError, SettingsError, counted, resume_comm
 from armdesign.fitness.block import compile_kernels
 from armdesign.runs.folder import SETTINGS, TASK, TASK_JSON, URDF, claim_folder, free_folder
 from armdesign.runs.reading import read_problem
-from armdesign.runs.resumable import carry_out, finished, tidy_up
+from armdesign.runs.resumable import EXTENSIBLE, carry_out, extend_run, finished, tidy_up
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.settings.sections import ARM, RECORDING, Design, Fitness, Search, Task
@@ -92,7 +92,11 @@ def search(
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     resume: Annotated[
-        Path | None, typer.Option("--resume", metavar="DIR", help="Go on with the search in this run folder.")
+        Path | None,
+        typer.Option(
+            "--resume", metavar="DIR",
+            help="Go on with the search in this run folder; with --budget, --iterations or a stop rule beyond its end.",
+        ),
     ] = None,
     out: Annotated[
         Path | None,
@@ -125,8 +129,9 @@ def search(
     far, and --resume goes on, also after a crash.
     """
     if resume is not None:
-        refuse_beside_resume(context, "a search", "For another search leave --resume out and choose another --out")
-        resume_search(resume, workers, cluster, report=report, quiet=quiet)
+        fix = "For another search leave --resume out and choose another --out"
+        refuse_beside_resume(context, "a search", fix, also=EXTENSIBLE)
+        resume_search(resume, given["search"], workers, cluster, report=report, quiet=quiet)
         return
     auto = given["design"].get("dof") == AUTO
     if auto:
@@ -206,16 +211,38 @@ def refuse_other_kinds(folder: Path) -> None:
             raise RunFolderError(f"{folder} holds {kind}", value=str(folder), fix="Name another folder with --out")
 
 
-def resume_search(folder: Path, workers: int | None, cluster: str | None, *, report: bool, quiet: bool) -> None:
-    """Go on with the search of a run folder."""
-    if (folder / "auto.json").exists():
+def resume_search(
+    folder: Path, changes: Mapping[str, Any], workers: int | None, cluster: str | None, *, report: bool, quiet: bool
+) -> None:
+    """Go on with the search of a run folder, with another length or other stop rules where some are given."""
+    if changes:
+        extend(folder, changes)
+    elif (folder / "auto.json").exists():
         resume_auto(folder, workers=workers, cluster=cluster, report=report, quiet=quiet)
         return
-    if finished(folder):
+    elif finished(folder):
         tidy_up(folder)
         say(f"{folder} is finished; nothing to resume.")
         return
     carry_on(folder, read_problem(folder), workers, cluster, fresh=False, report=report, quiet=quiet)
+
+
+def extend(folder: Path, changes: Mapping[str, Any]) -> None:
+    """Give the search of a run folder another length or other stop rules, and say what that means.
+
+    Raises:
+        RunFolderError: The folder holds a search for the number of joints.
+        SettingsError: The algorithm has no such setting, or the search would stop at once all the same.
+    """
+    refuse_other_kinds(folder)
+    settings = read_problem(folder).settings.search
+    refuse_other_algorithms(changes, [settings.algorithm])
+    extend_run(folder, changes)
+    if "budget" in changes and changes["budget"] != settings.budget:
+        say(
+            f"The budget becomes {changes['budget']} instead of {settings.budget}: this is another run than one with "
+            "that budget from the start, which would have planned its stages otherwise."
+        )
 
 
 def carry_on(

@@ -122,13 +122,18 @@ def save_state(folder: Path, content: bytes) -> None:
         raise RunFolderError(f"cannot write the saved state in {folder}: {error.strerror}") from error
 
 
-def remove_states(folder: Path) -> None:
+def remove_states(folder: Path, *, keep_newest: bool = False) -> None:
     """Remove the states and what a killed process may have left half-written.
+
+    Args:
+        folder: The run folder.
+        keep_newest: Keep the state that a finished search can be extended from.
 
     Raises:
         RunFolderError: A file cannot be removed.
     """
-    remove_files([folder / CURRENT, folder / PREVIOUS, folder / NEXT, *folder.glob(".*.tmp")])
+    newest = [] if keep_newest else [folder / CURRENT]
+    remove_files([*newest, folder / PREVIOUS, folder / NEXT, *folder.glob(".*.tmp")])
 
 
 class StateWriter:

@@ -5,26 +5,34 @@ from __future__ import annotations
 import hashlib
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
-from armdesign.errors import RunFolderError, SearchError, resume_command
+from armdesign.errors import RunFolderError, SearchError, SettingsError, resume_command
 from armdesign.files import read_json, remove_files, write_whole
 from armdesign.runs import checkpoint
 from armdesign.runs.contents import dh_content, inner_demonstrations, json_text, problem_contents, result_contents
 from armdesign.runs.folder import DEMONSTRATIONS, RESULT, TASK, TASK_FILES, inner_folders, settings_file
 from armdesign.runs.lock import locked
+from armdesign.runs.reading import read_problem
 from armdesign.runs.writing import clear_result, write_files
-from armdesign.search.backends import Backend
+from armdesign.search.backends import Backend, InProcess
 from armdesign.search.backends.processes import CandidateKillsWorkersError
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.search.search import Progress, Search
+from armdesign.settings.sections import Search as SearchSettings
+from armdesign.settings.sections import read_settings
+from armdesign.swarm import ALGORITHMS
 
 FAILED = "failed_candidate.json"
 """The design that has brought worker processes down."""
+EXTENSIBLE = ("budget", "iterations", "patience", "target", "time_limit")
+"""Settings of the search that may change from one part of it to the next."""
 
 
 class NothingYetError(SearchError):
@@ -97,19 +105,64 @@ def tidy_up(folder: Path) -> None:
 
 
 def identity(folder: Path) -> str:
-    """Digest of the tasks and the settings a state belongs to.
+    """Digest of the tasks and the settings a state belongs to; length and stop rules may change.
 
     Raises:
         RunFolderError: The folder holds none, or they cannot be read.
     """
     digest = hashlib.sha256()
-    places = [folder, *inner_folders(folder, DEMONSTRATIONS)]
-    try:
-        for path in (path for place in places for path in (settings_file(place), place / TASK)):
-            digest.update(path.read_bytes())
-    except OSError as error:
-        raise RunFolderError(f"cannot read {path}: {error.strerror}", value=str(folder)) from error
+    for place in (folder, *inner_folders(folder, DEMONSTRATIONS)):
+        settings, task = read_settings(settings_file(place)), place / TASK
+        anyhow = {name: getattr(SearchSettings(), name) for name in EXTENSIBLE}
+        digest.update(replace(settings, search=replace(settings.search, **anyhow)).to_toml().encode())
+        try:
+            digest.update(task.read_bytes())
+        except OSError as error:
+            raise RunFolderError(f"cannot read {task}: {error.strerror}", value=str(folder)) from error
     return digest.hexdigest()
+
+
+def extend_run(folder: Path, changes: Mapping[str, Any]) -> None:
+    """Give a search that has ended or stopped another length or other stop rules, to go on with ``carry_out``.
+
+    It can be killed at any point: a result is marked as interrupted before the settings change, and the saved state
+    belongs to the settings before and after.
+
+    Args:
+        folder: The run folder.
+        changes: New values of entries named in EXTENSIBLE.
+
+    Raises:
+        RunFolderError: Another process uses the folder, or there is no state to go on from.
+        SettingsError: A value is not allowed, or the search would stop at once all the same.
+    """
+    with locked(folder):
+        problem = read_problem(folder)
+        settings = replace(problem.settings, search=replace(problem.settings.search, **changes))
+        state = checkpoint.load_state(folder, identity(folder))
+        if state is None:
+            fix = "Search again with the new settings"
+            raise RunFolderError(f"{folder} holds no saved state to go on from", value=str(folder), fix=fix)
+        algorithm = ALGORITHMS[settings.search.algorithm]
+        done = algorithm.units_done(int(state["history_evaluations"][-1]), asdict(settings.search))
+        if changes.get(algorithm.length, done + 1) <= done:
+            raise SettingsError(
+                f"the {algorithm.length} is {changes[algorithm.length]}, but {done} {algorithm.unit}s are done",
+                value=changes[algorithm.length], allowed=f"more than {done}",
+            )  # fmt: skip
+        extended = replace(problem, settings=settings)
+        run = Search(extended, InProcess(extended))
+        run.restore(state)
+        if (reason := run.ended_by()) is not None:
+            rule = reason.replace("_", " ")
+            raise SettingsError(
+                f"the search in {folder} would stop at once, by its {rule}", value=getattr(settings.search, reason),
+                fix=f"Give another --{reason.replace('_', '-')} as well",
+            )  # fmt: skip
+        if finished(folder):
+            content = read_json(folder / RESULT) | {"stopped_by": "interrupted"}
+            write_whole(folder / RESULT, json_text(content))
+        write_whole(settings_file(folder), settings.to_toml())
 
 
 def carry_out(
@@ -170,7 +223,7 @@ def tidy(folder: Path) -> None:
     Raises:
         RunFolderError: A file cannot be removed.
     """
-    checkpoint.remove_states(folder)
+    checkpoint.remove_states(folder, keep_newest=True)
     remove_files([folder / FAILED])
 
 

@@ -15,7 +15,7 @@ def test_ctrl_c_at_once_ends_with_130_and_one_sentence(run, place, packaging, sm
     def interrupted(*args, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("armdesign.search.prepare.prepare", interrupted)
+    monkeypatch.setattr("armdesign.cli.input_recordings.prepare", interrupted)
     outcome = run("search", packaging, *small)
     assert outcome.exit_code == 130
     assert outcome.output.splitlines()[-1].startswith("armdesign: ")
@@ -30,7 +30,7 @@ def test_ctrl_c_before_the_work_leaves_an_earlier_run_alone(run, packaged, packa
     def interrupted(*args, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("armdesign.search.prepare.prepare", interrupted)
+    monkeypatch.setattr("armdesign.cli.input_recordings.prepare", interrupted)
     assert run("search", packaging, *small, "--seed", 1, "--out", folder, "--overwrite").exit_code == 130
     assert content(folder) == before
 

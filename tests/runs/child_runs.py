@@ -19,13 +19,13 @@ from armdesign.search.search import Search
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FINISHED = {
     "history.csv", "settings.toml", "task.csv", "task.json", "trajectory.csv", "arm.urdf", "alternatives.json",
-    "result.json",
+    "result.json", "state.npz",
 }  # fmt: skip
 
 
 def outcome(folder):
     """Everything a finished run says, times aside."""
-    texts = {name: (folder / name).read_text() for name in FINISHED - {"result.json"}}
+    texts = {name: (folder / name).read_text() for name in FINISHED - {"result.json", "state.npz"}}
     result = json.loads((folder / "result.json").read_text())
     result.pop("wall_time")
     return texts | {"result.json": result}

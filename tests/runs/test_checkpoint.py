@@ -232,7 +232,7 @@ def test_a_state_of_another_format_is_refused(folder, cli, monkeypatch):
 @pytest.mark.parametrize("name", ["settings.toml", "task.csv"])
 def test_a_state_of_another_task_or_other_settings_is_refused_and_kept(folder, cli, name, check):
     original = (folder / name).read_text()
-    other = original.replace("iterations = 6", "iterations = 7") if name == "settings.toml" else original[:-2] + "\n"
+    other = original.replace("particles = 12", "particles = 13") if name == "settings.toml" else original[:-2] + "\n"
     assert other != original
     (folder / name).write_text(other)
     before = contents(folder)

@@ -130,7 +130,7 @@ def test_a_removed_file_of_the_run_is_named(tmp_path, begin, cli, monkeypatch, n
         return identity(place)
 
     monkeypatch.setattr(running, "identity", removed_before)
-    refused(cli(*begin(folder, "-q")), f"cannot read {folder / name}")
+    refused(cli(*begin(folder, "-q")), str(folder / name))
 
 
 def test_resuming_where_nothing_may_be_written(tmp_path, child, begin, cli, monkeypatch, check):

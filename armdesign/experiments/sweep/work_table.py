@@ -135,6 +135,8 @@ def result_entries(place: Path, *, optional: bool) -> Row:
         content = json.loads(path.read_text(encoding="utf-8"))
         return {name: content[name] for name in (*FOUND, "stopped_by", "wall_time")}
     except (OSError, ValueError, KeyError, TypeError) as error:
+        if optional:  # the search goes on from its saved state and writes its result anew
+            return {}
         raise RunFolderError(
             f"{path} is damaged: {error!r}", value=str(path), fix="Remove its folder to have that run done again"
         ) from error
