@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from armdesign.demonstration import build_task, read_recording
 from armdesign.fitness.problem import make_problem
 from armdesign.kinematics.dh import DHTable
-from armdesign.settings.sections import Fitness, Solver
+from armdesign.settings.sections import Fitness, Solver, Task
 
 ROOT = Path(__file__).resolve().parents[2]
 SHARED = ROOT.parent / "shared"
@@ -75,7 +75,7 @@ def recorded(name):
         pytest.skip("the shared recordings are not at hand")
     recording = read_recording(RECORDINGS[name])
     oriented = "hand" if "hand" in recording.orientations else None
-    task = build_task(recording, orientation=oriented, max_gap=1.0)
+    task = build_task(recording, Task(orientation=oriented, max_gap=1.0))
     return task.P, task.R
 
 
