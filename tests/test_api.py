@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import armdesign
+from armdesign.export.trajectory.exporting import TrajectoryOptions
 from armdesign.settings.sections import SECTIONS
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "packaging.csv"
@@ -91,7 +92,7 @@ def test_result_survives_its_run_folder(result, tmp_path):
 
 
 def test_files_for_other_tools_and_for_people(result, tmp_path):
-    done = armdesign.export(result, tmp_path, ["urdf", "dh-csv"], "csv", speed=0.5)
+    done = armdesign.export(result, tmp_path, ["urdf", "dh-csv"], "csv", timing=TrajectoryOptions(speed=0.5))
     assert [path.name for path in done.paths] == ["arm.urdf", "dh.csv", "joint_trajectory.csv"]
     armdesign.preview(result, tmp_path / "preview.html")
     assert armdesign.report(result, tmp_path / "report.html") == (tmp_path / "report.html",)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -15,7 +15,7 @@ from armdesign.export.dh_text import check_convention
 from armdesign.export.export_files import export as write_export
 from armdesign.export.formats import FORMATS, chosen
 from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions, TagOptions
-from armdesign.export.trajectory.exporting import FILES
+from armdesign.export.trajectory.exporting import FILES, TrajectoryOptions
 from armdesign.runs.reading import read_result
 
 TRAJECTORY = "Trajectory"
@@ -96,7 +96,7 @@ def export(
     kinds = [] if wanted is None else chosen(wanted, tuple(FORMATS), "--format")
     motions = [] if trajectory is None else chosen(trajectory, tuple(FILES), "--trajectory")
     check_convention(convention)
-    timing = {
+    timing: dict[str, Any] = {
         "rate": rate, "speed": speed, "fit_limits": fit_limits, "max_velocity": max_velocity,
         "max_acceleration": max_acceleration, "cutoff": cutoff, "ramp": ramp,
     }  # fmt: skip
@@ -110,7 +110,8 @@ def export(
         finished = read_result(run)
     done = write_export(
         finished, out if out is not None else run / FOLDER, kinds, motions, options=options, convention=convention,
-        overwrite=overwrite, **{name: value for name, value in timing.items() if value is not None},
+        timing=TrajectoryOptions(**{name: value for name, value in timing.items() if value is not None}),
+        overwrite=overwrite,
     )  # fmt: skip
     if not quiet:
         for note in done.notes:

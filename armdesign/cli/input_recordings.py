@@ -11,7 +11,7 @@ from armdesign.cli.command_options import with_weights
 from armdesign.cli.screen import say
 from armdesign.demonstration import Recording
 from armdesign.errors import SettingsError
-from armdesign.runs.folder import DEMONSTRATIONS, HOLDOUTS, TASK, TASK_JSON, inner_folders
+from armdesign.runs.folder import DEMONSTRATIONS, HOLDOUTS, TASK, TASK_JSON, inner_folders, old_name_note
 from armdesign.search.design_arm import recording_of
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import for_one, prepare
@@ -85,6 +85,8 @@ def from_run_folder(settings: Settings, folder: Path) -> Settings:
         settings: The settings.
         folder: The folder that they were read from.
     """
+    if note := old_name_note(folder):
+        say(note)
     task = settings.task
     first: list[str | None] = [*task.files.values()] or [task.recording]
     named = [path for path in (*first, *(task.more_recordings or ()), *(task.holdouts or ())) if path is not None]

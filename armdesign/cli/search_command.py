@@ -32,7 +32,7 @@ from armdesign.cli.tables import show_evaluation
 from armdesign.cli.worker_options import ClusterOption, WorkersOption, check_workers, open_backend
 from armdesign.errors import RunFolderError, SettingsError, counted, resume_command
 from armdesign.fitness.block import compile_kernels
-from armdesign.runs.folder import SETTINGS, TASK, TASK_JSON, URDF, claim_folder, free_folder
+from armdesign.runs.folder import SETTINGS, TASK, TASK_JSON, URDF, claim_folder, free_folder, old_name_note
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import EXTENSIBLE, carry_out, extend_run, finished, tidy_up
 from armdesign.search.design_problem import DesignProblem
@@ -224,7 +224,10 @@ def resume_search(
         tidy_up(folder)
         say(f"{folder} is finished; nothing to resume.")
         return
-    carry_on(folder, read_problem(folder), workers, cluster, fresh=False, report=report, quiet=quiet)
+    problem = read_problem(folder)
+    if note := old_name_note(folder):
+        say(note)
+    carry_on(folder, problem, workers, cluster, fresh=False, report=report, quiet=quiet)
 
 
 def extend(folder: Path, changes: Mapping[str, Any]) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
+import coal
 import numpy as np
+import pinocchio as pin
 
 from armdesign._types import Array
-from armdesign.export.solids import Cylinder, LinkBody
+from armdesign.export.solids import LinkBody
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.models import arm_model
 
 Pair = tuple[int, int]
 """Two links: 0 is base_link, i is link_i."""
@@ -29,15 +31,12 @@ class CollisionScene:
             table: The arm, n joints.
             bodies: Bodies of base_link, link_1, ..., link_n.
         """
-        import pinocchio as pin  # noqa: PLC0415, slow to import
-
-        from armdesign.kinematics.models import arm_model  # noqa: PLC0415, imports Pinocchio
-
-        self._pin, self._model = pin, arm_model(table)
+        self._model = arm_model(table)
         self._shapes = pin.GeometryModel()
         for link, body in enumerate(bodies):
             for k, part in enumerate(body.collision):
-                self._shapes.addGeometryObject(_shape(pin, f"{link}_{k}", link, part))
+                shape = coal.Cylinder(part.radius, part.length)
+                self._shapes.addGeometryObject(pin.GeometryObject(f"{link}_{k}", link, pin.SE3(part.pose), shape))
         self._shapes.addAllCollisionPairs()
         self._data, self._room = self._model.createData(), pin.GeometryData(self._shapes)
         parts = self._shapes.geometryObjects
@@ -54,7 +53,7 @@ class CollisionScene:
         """
         counts: dict[Pair, int] = {}
         for angles in q:
-            self._pin.computeCollisions(self._model, self._data, self._shapes, self._room, angles, False)
+            pin.computeCollisions(self._model, self._data, self._shapes, self._room, angles, False)
             results = zip(self.owners, self._room.collisionResults, strict=True)
             for pair in {pair for pair, result in results if result.isCollision()}:
                 counts[pair] = counts.get(pair, 0) + 1
@@ -70,14 +69,7 @@ class CollisionScene:
         chosen = [k for k, pair in enumerate(self.owners) if wanted(pair)]
         least = np.inf
         for angles in q:
-            self._pin.updateGeometryPlacements(self._model, self._data, self._shapes, self._room, angles)
+            pin.updateGeometryPlacements(self._model, self._data, self._shapes, self._room, angles)
             for k in chosen:
-                least = min(least, self._pin.computeDistance(self._shapes, self._room, k).min_distance)
+                least = min(least, pin.computeDistance(self._shapes, self._room, k).min_distance)
         return float(least)
-
-
-def _shape(pin: Any, name: str, joint: int, part: Cylinder) -> Any:  # noqa: ANN401 (Pinocchio has no types)
-    """A cylinder as one of Pinocchio's geometry objects."""
-    import coal  # noqa: PLC0415, comes with Pinocchio
-
-    return pin.GeometryObject(name, joint, pin.SE3(part.pose), coal.Cylinder(part.radius, part.length))

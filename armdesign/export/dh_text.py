@@ -35,7 +35,7 @@ def dh_rows(table: DHTable, convention: str = "modified") -> list[Row]:
     """The rows of a table with their labels.
 
     Modified: a row per joint, then the tool. Classic: the base, a row per joint, the tool; the two fixed rows hold what
-    stands before the first joint's axis and behind the last.
+    lies before the first joint's axis and behind the last.
 
     Args:
         table: The arm, n joints.
@@ -56,7 +56,7 @@ def dh_rows(table: DHTable, convention: str = "modified") -> list[Row]:
 
 
 def dh_csv(table: DHTable, convention: str = "modified") -> str:
-    """A table as CSV, angles in radians and lengths in metres; what has no column stands in comments above.
+    """A table as CSV, angles in radians and lengths in metres; what has no column is in comments above.
 
     Raises:
         SettingsError: There is no such convention.

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from armdesign.errors import RunFolderError
 from armdesign.export.dh_text import check_convention
 from armdesign.export.formats import FORMATS, check_places, chosen, robot_files
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import finished_robot
-from armdesign.export.trajectory.exporting import FILES, export_trajectory, place_for
+from armdesign.export.trajectory.exporting import FILES, TrajectoryOptions, export_trajectory, place_for
+from armdesign.export.urdf_check import check_urdf
 from armdesign.files import write_whole
 from armdesign.search.result import Result
 
@@ -38,8 +38,8 @@ def export(
     *,
     options: RobotOptions | None = None,
     convention: str = "modified",
+    timing: TrajectoryOptions | None = None,
     overwrite: bool = False,
-    **timing: Any,  # noqa: ANN401 (what make_trajectory takes)
 ) -> Export:
     """Write robot files and trajectories of a result.
 
@@ -50,14 +50,14 @@ def export(
         trajectories: Trajectories: ``csv``, ``ros`` (ROS 2 YAML), ``ros2-bag``, ``npz``; a list, or by commas.
         options: What the robot files assume beyond the design.
         convention: Of the DH tables, ``modified`` or ``classic``.
+        timing: How the trajectories are smoothed, timed and sampled.
         overwrite: Whether files of the same names are replaced.
-        timing: How the trajectories are timed and smoothed: ``rate``, ``speed``, ``fit_limits`` and what else
-            ``make_trajectory`` takes.
 
     Raises:
         SettingsError: A kind or convention is unknown, or an option is out of range.
         RunFolderError: A file cannot be written, or is there already.
         MissingExtraError: A bag was asked for, and rosbags is not installed.
+        DesignError: The URDF does not read back as the arm, as after a change of its template.
     """
     place = Path(folder)
     kinds, motions = names(formats, tuple(FORMATS), "the format"), names(trajectories, tuple(FILES), "the trajectory")
@@ -70,6 +70,9 @@ def export(
     if kinds:
         robot = finished_robot(result, options)
         files = {name: text for kind in kinds for name, text in robot_files(robot, kind, convention).items()}
+        for name in FORMATS["urdf"]:
+            if name in files:
+                check_urdf(files[name], robot)
         notes += robot.notes
     try:
         place.mkdir(parents=True, exist_ok=True)
@@ -82,7 +85,7 @@ def export(
         write_whole(place / name, text)
     paths = [place / name for name in files]
     for kind in motions:
-        motion = export_trajectory(result, kind, place, overwrite=overwrite, **timing)
+        motion = export_trajectory(result, kind, place, timing, overwrite=overwrite)
         paths, notes = [*paths, motion.path], [*notes, *motion.notes]
     return Export(tuple(paths), tuple(dict.fromkeys(notes)))
 

@@ -26,8 +26,8 @@ GROWTH = 1.25
 
 
 @dataclass(frozen=True)
-class Fitted:
-    """A fit and what it could not help.
+class FitResult:
+    """A fit, and which links touch all the same.
 
     Attributes:
         fit: The room made.
@@ -62,7 +62,7 @@ PLACES = {
 }
 
 
-def fit_body(table: DHTable, q: ArrayLike, options: BodyOptions, side: str = AUTO) -> Fitted:
+def fit_body(table: DHTable, q: ArrayLike, options: BodyOptions, side: str = AUTO) -> FitResult:
     """Find the room that a body has to make for a motion; no random numbers, same in same out.
 
     Args:
@@ -80,7 +80,7 @@ def fit_body(table: DHTable, q: ArrayLike, options: BodyOptions, side: str = AUT
         touching = _touching(table, angles, options, fit)
         near = {pair for pair in touching if meet(table, pair, options.reach)}
         if not near:
-            return Fitted(fit, len(angles), touching)
+            return FitResult(fit, len(angles), touching)
         fit = _roomier(table, angles, options, fit, near)
 
 

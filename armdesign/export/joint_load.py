@@ -6,13 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
+from scipy.signal import savgol_filter
 
 from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
-from armdesign.export.options import PEAK_WINDOW, BodyOptions
+from armdesign.export.options import PEAK_WINDOW, BodyOptions, LimitOptions
 from armdesign.export.solids import link_bodies, tool_inertial
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.models import arm_model
 
 GRAVITY = (0.0, 0.0, -9.81)
 """Gravity in the base frame [m/s^2]."""
@@ -52,11 +55,7 @@ def trajectory_limits(
     q: ArrayLike,
     *,
     body: BodyOptions | None = None,
-    payload: float = 0.0,
-    margin: float = 1.5,
-    velocity_floor: float = 1.0,
-    effort_floor: float = 1.0,
-    window: float = PEAK_WINDOW,
+    options: LimitOptions | None = None,
     gravity: ArrayLike = GRAVITY,
 ) -> TrajectoryLimits:
     """Peak speed and peak inverse-dynamics torque of every joint over a motion, times a margin, never below a floor.
@@ -69,25 +68,20 @@ def trajectory_limits(
         time: Times of the frames, shape (T,), T >= 3, increasing [s].
         q: Joint angles without jumps by a full turn, shape (T, n) [rad].
         body: What the arm is built of.
-        payload: Point mass carried at tool0 [kg].
-        margin: Factor on both peaks, 1 or more.
-        velocity_floor: Least speed limit [rad/s].
-        effort_floor: Least torque limit [N m].
-        window: Length of the smoothing window [s], see ``smooth_motion``.
+        options: Payload, margin, floors and smoothing window.
         gravity: Gravity in the base frame, shape (3,) [m/s^2].
 
     Raises:
         DesignError: The motion does not fit the arm, or its times do not increase.
-        SettingsError: A setting is out of range.
     """
-    _check_settings(payload=payload, margin=margin, velocity_floor=velocity_floor, effort_floor=effort_floor)
-    motion = smooth_motion(time, q, window)
+    chosen = options or LimitOptions()
+    motion = smooth_motion(time, q, chosen.window)
     if motion.q.shape[1] != table.dof:
         raise DesignError(f"the motion has {motion.q.shape[1]} joints, but the arm has {table.dof}")
-    torque = joint_torques(table, motion, body or BodyOptions(), payload, gravity)
+    torque = joint_torques(table, motion, body or BodyOptions(), chosen.payload, gravity)
     return TrajectoryLimits(
-        velocity=np.maximum(margin * np.abs(motion.v).max(axis=0), velocity_floor),
-        effort=np.maximum(margin * np.abs(torque).max(axis=0), effort_floor),
+        velocity=np.maximum(chosen.margin * np.abs(motion.v).max(axis=0), chosen.velocity_floor),
+        effort=np.maximum(chosen.margin * np.abs(torque).max(axis=0), chosen.effort_floor),
     )
 
 
@@ -108,8 +102,6 @@ def smooth_motion(time: ArrayLike, q: ArrayLike, window: float = PEAK_WINDOW) ->
         DesignError: There are too few frames, shapes do not match, values are not finite, or times do not increase.
         SettingsError: The window is not a positive number.
     """
-    from scipy.signal import savgol_filter  # noqa: PLC0415, slow to import
-
     times, angles = checked_motion(time, q)
     if not (np.isfinite(window) and window > 0.0):
         raise SettingsError(f"the smoothing window is {window!r} s", value=window, allowed="> 0")
@@ -138,8 +130,6 @@ def joint_torques(table: DHTable, motion: SmoothMotion, body: BodyOptions, paylo
     Returns:
         Torques, shape (T, n) [N m].
     """
-    import pinocchio as pin  # noqa: PLC0415, slow to import
-
     pull = np.asarray(gravity, dtype=float)
     if pull.shape != (3,) or not np.isfinite(pull).all():
         raise SettingsError("gravity is not a finite vector", value=gravity, allowed="three numbers [m/s^2]")
@@ -157,10 +147,6 @@ def dynamic_model(table: DHTable, body: BodyOptions, payload: float = 0.0) -> An
         body: What the arm is built of.
         payload: Point mass at tool0 [kg].
     """
-    import pinocchio as pin  # noqa: PLC0415, slow to import
-
-    from armdesign.kinematics.models import arm_model  # noqa: PLC0415, imports Pinocchio
-
     model = arm_model(table)
     for joint, link in enumerate(link_bodies(table, body)[1:], start=1):
         inertial = link.inertial
@@ -182,7 +168,12 @@ def _window_frames(wanted: float, frames: int) -> int:
 
 
 def checked_motion(time: ArrayLike, q: ArrayLike) -> tuple[Array, Array]:
-    """Times (T,) and angles (T, n) as arrays, once they make sense together."""
+    """Times (T,) and angles (T, n) as arrays.
+
+    Raises:
+        DesignError: Shapes do not match, there are fewer than 3 frames, values are not finite, or times do not
+            increase.
+    """
     times, angles = np.array(time, dtype=float), np.array(q, dtype=float)
     if times.ndim != 1 or angles.ndim != 2 or len(times) != len(angles) or angles.shape[1] < 1:
         raise DesignError(f"times of shape {times.shape} and angles of shape {angles.shape}", allowed="(T,) and (T, n)")
@@ -196,14 +187,3 @@ def checked_motion(time: ArrayLike, q: ArrayLike) -> tuple[Array, Array]:
         moment = float(times[bad])
         raise DesignError(f"the time of frame {bad}, {moment!r} s, is not after the one before", value=moment)
     return times, angles
-
-
-def _check_settings(*, payload: float, margin: float, velocity_floor: float, effort_floor: float) -> None:
-    """Check the numbers that shape the limits."""
-    least = {"payload": (payload, 0.0), "margin": (margin, 1.0)}
-    for name, (value, bound) in least.items():
-        if not (np.isfinite(value) and value >= bound):
-            raise SettingsError(f"{name} is {value!r}", value=value, allowed=f"{bound:g} or more")
-    for name, value in {"velocity_floor": velocity_floor, "effort_floor": effort_floor}.items():
-        if not (np.isfinite(value) and value > 0.0):
-            raise SettingsError(f"{name} is {value!r}", value=value, allowed="> 0")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 
 from armdesign._types import Array
 from armdesign.export.fit import meet
@@ -18,7 +19,7 @@ TEMPLATE = "arm.mjcf.j2"
 MOST_SITES = 60
 """Demonstrated points are thinned to at most so many places each."""
 POINT_COLOURS = ("0.0 0.447 0.698 1", "0.902 0.624 0.0 1", "0.0 0.62 0.451 1", "0.8 0.475 0.655 1")
-"""Colours of the demonstrated points in turn, told apart by the colour-blind too."""
+"""Colours of the demonstrated points in turn, distinct for the colour-blind too."""
 
 
 def robot_mjcf(robot: Robot) -> str:
@@ -57,8 +58,6 @@ def gains(robot: Robot) -> tuple[Array, Array]:
     Returns:
         Position gains [N m/rad] and velocity gains [N m s/rad], shape (n,) each.
     """
-    import pinocchio as pin  # noqa: PLC0415, slow to import
-
     options = robot.options
     model = dynamic_model(robot.table, options.body, options.limits.payload)
     inertia = np.diag(pin.crba(model, model.createData(), robot.start)) + options.simulation.joint_armature

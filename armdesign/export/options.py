@@ -1,7 +1,6 @@
 """Everything a robot file assumes beyond the design and its motion, for the files, the command line and the report.
 
-Each field says what it is, what it allows and its default. This module stays free of NumPy, so that the command line
-can show its help at once.
+Each field says what it is, what it allows and its default.
 """
 
 from __future__ import annotations
@@ -115,11 +114,6 @@ class LimitOptions(Section):
     def title(cls) -> str:
         """See Section.title."""
         return "limits"
-
-    def loads(self) -> dict[str, float]:
-        """The arguments of ``trajectory_limits``."""
-        names = ("payload", "margin", "velocity_floor", "effort_floor", "window")
-        return {name: getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True, repr=False)

@@ -108,8 +108,7 @@ def motion_limits(
         options: What is assumed.
     """
     chosen = options or RobotOptions()
-    loads = chosen.limits.loads()
-    each = [trajectory_limits(table, time, q, body=chosen.body, **loads) for time, q in moved]
+    each = [trajectory_limits(table, time, q, body=chosen.body, options=chosen.limits) for time, q in moved]
     return TrajectoryLimits(*(np.max([getattr(one, name) for one in each], axis=0) for name in ("velocity", "effort")))
 
 

@@ -13,7 +13,7 @@ TEMPLATE = "arm.sdf.j2"
 def robot_sdf(robot: Robot) -> str:
     """Write a robot as SDF; a pure function of it.
 
-    A joint stands in its parent link, ``relative_to`` it, and a link stands where its joint does.
+    The pose of a joint is ``relative_to`` its parent link, that of a link ``relative_to`` its joint.
     """
     simulation = robot.options.simulation
     dynamics = {"damping": number(simulation.joint_damping), "friction": number(simulation.joint_friction)}

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import jinja2
+
 from armdesign.errors import ArmDesignError
 
 FOLDER = "urdf_templates"
@@ -43,8 +45,6 @@ def render(name: str, context: dict[str, Any], package: Path = PACKAGE) -> str:
     Raises:
         ArmDesignError: The template is missing, is not a template, or uses a value that is not given.
     """
-    import jinja2  # noqa: PLC0415, only writing a URDF needs it
-
     path = template_path(name, package)
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(path.parent),

@@ -35,7 +35,12 @@ def safe_name(name: str, default: str = DEFAULT_NAME) -> str:
 
 
 def safe_names(names: list[str], default: str) -> list[str]:
-    """Names made safe, and told apart by a number where two become the same."""
+    """Names made safe, and numbered where two become the same.
+
+    Args:
+        names: The names.
+        default: Name of what has no letter or digit.
+    """
     taken: list[str] = []
     for name in names:
         safe = plain = safe_name(name, default)

@@ -1,6 +1,6 @@
 """The best arms of a search that are really different, each as a run folder of its own.
 
-A search keeps the good designs it has come upon in ``alternatives.json``; the same arm written down in another way,
+A search keeps the good designs that it has found in ``alternatives.json``; the same arm written down in another way,
 with an axis turned round, does not count twice.
 """
 
@@ -42,6 +42,10 @@ class Alternative:
 
 def read_designs(folder: Path, space: DesignSpace) -> Array:
     """The good designs of a search, best first, shape (A, D).
+
+    Args:
+        folder: The run folder.
+        space: The design space.
 
     Raises:
         RunFolderError: There are none, or the file is damaged.
@@ -133,7 +137,11 @@ def write_alternatives(
 
 
 def check_options(count: int, distance: float) -> None:
-    """Refuse what makes no sense.
+    """Check how many arms are asked for and how different they have to be.
+
+    Args:
+        count: Number of arms.
+        distance: How different they have to be.
 
     Raises:
         SettingsError: A setting is out of range.

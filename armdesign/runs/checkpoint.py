@@ -33,7 +33,7 @@ def pack(state: State, identity: str) -> bytes:
 
     Args:
         state: Arrays and JSON values.
-        identity: What the state belongs to, see runfolder.identity.
+        identity: What the state belongs to, see ``resumable.identity``.
     """
     arrays = {name: value for name, value in state.items() if isinstance(value, np.ndarray)}
     values = {name: value for name, value in state.items() if name not in arrays}
@@ -49,6 +49,11 @@ def pack(state: State, identity: str) -> bytes:
 
 def unpack(content: bytes, identity: str, source: Path) -> State:
     """The state out of an archive.
+
+    Args:
+        content: The archive.
+        identity: What the state has to belong to.
+        source: Its file, for messages.
 
     Raises:
         RunFolderError: Cut short or damaged, of another version, or of another task.
@@ -109,6 +114,10 @@ def load_state(folder: Path, identity: str, on_note: Callable[[str], None] | Non
 def save_state(folder: Path, content: bytes) -> None:
     """Put a packed state in place, keeping the one before it.
 
+    Args:
+        folder: The run folder.
+        content: The state, see ``pack``.
+
     Raises:
         RunFolderError: It cannot be written; the states on disk are untouched.
     """
@@ -144,7 +153,7 @@ class StateWriter:
 
         Args:
             folder: The run folder.
-            identity: What the states belong to, see running.identity.
+            identity: What the states belong to, see ``resumable.identity``.
         """
         self.folder, self.identity = folder, identity
         self.waiting: State | None = None

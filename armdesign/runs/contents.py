@@ -125,7 +125,7 @@ def result_content(result: Result) -> dict[str, Any]:
 def path_content(
     table: DHTable, demonstration: Demonstration, settings: Settings, score: PathEvaluation
 ) -> dict[str, Any]:
-    """What result.json tells of an arm on one demonstration.
+    """What result.json says of an arm on one demonstration.
 
     Args:
         table: The arm.

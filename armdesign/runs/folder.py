@@ -1,4 +1,4 @@
-"""The run folder: which files it has, where they are, and how one is claimed."""
+"""The run folder: which files it has, where they are, and how one is made ready for a run."""
 
 from __future__ import annotations
 
@@ -22,6 +22,10 @@ holdout_1 on. Each is a run folder itself, of the same arm."""
 
 def claim_folder(folder: Path, *, overwrite: bool = False) -> Path:
     """Make the run folder before the work begins, so that a bad path fails early.
+
+    Args:
+        folder: The run folder.
+        overwrite: Whether a run that it holds may be given up.
 
     Raises:
         RunFolderError: It holds a run already, is a file, or cannot be written.
@@ -53,7 +57,12 @@ def holds_run(folder: Path) -> bool:
 
 
 def free_folder(parent: Path, name: str) -> Path:
-    """The first of NAME, NAME-2, NAME-3, ... below parent that holds no run."""
+    """The first of NAME, NAME-2, NAME-3, ... that holds no run.
+
+    Args:
+        parent: The folder that runs are in.
+        name: NAME.
+    """
     folder, k = parent / name, 2
     while holds_run(folder):
         folder, k = parent / f"{name}-{k}", k + 1
@@ -64,6 +73,14 @@ def settings_file(folder: Path) -> Path:
     """The settings of a run folder, also of one that an earlier version has written."""
     earlier = folder / EARLIER_SETTINGS
     return earlier if earlier.is_file() and not (folder / SETTINGS).is_file() else folder / SETTINGS
+
+
+def old_name_note(folder: Path) -> str | None:
+    """A sentence for people where the settings of a run folder have the name that earlier versions gave them."""
+    path = settings_file(folder)
+    if path.name != EARLIER_SETTINGS or not path.is_file():
+        return None
+    return f"The settings of {folder} are read from {EARLIER_SETTINGS}, which is called {SETTINGS} now."
 
 
 def inner_names(pattern: str, number: int) -> list[str]:

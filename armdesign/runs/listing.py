@@ -1,4 +1,4 @@
-"""The runs below a folder and where they stand, as their files tell it; nothing else is kept about them."""
+"""The runs below a folder and their status, which is read from their files; nothing else is kept about them."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from armdesign.swarm import ALGORITHMS
 MARKS = (RESULT, CURRENT, PREVIOUS, TASK_JSON)
 """A folder that holds one of these is a run folder ..."""
 WORK = "work.json"
-"""... unless it is a study's work that is no search."""
+"""... unless this file says that it is a piece of a study that is no search."""
 
 
 @dataclass(frozen=True)
 class RunStatus:
-    """Where a run stands.
+    """How far a run is.
 
     Attributes:
         folder: The run folder.
-        state: finished, interrupted, running, stopped (not finished and nobody is at it), failed (all iterations done,
-            nothing found), evaluated (a given arm, not a search), or broken.
-        detail: The process that is at it, or what is broken.
+        state: finished, interrupted, running, stopped (not finished, and no process works on it), failed (all
+            iterations done, nothing found), evaluated (a given arm, not a search), or broken.
+        detail: The process that works on it, or what is broken.
         best: Best robot fitness r so far [m], if there is one.
         iterations: Iterations done, or candidates, whichever the algorithm counts, if known.
         planned: How many of them are planned, if known.
@@ -91,7 +91,7 @@ def natural(path: Path) -> list[tuple[int, str]]:
 
 
 def read_run(folder: Path) -> RunStatus:
-    """Where the run in a folder stands; one that cannot be made out is broken, not an error."""
+    """The status of the run in a folder; a run whose files cannot be read is broken, not an error."""
     blank = RunStatus(folder, "broken", age=age_of(folder))
     try:
         return judge(folder, with_settings(blank))
@@ -139,7 +139,7 @@ def from_result(result: dict[str, Any], run: RunStatus) -> RunStatus:
 
 
 def with_settings(run: RunStatus) -> RunStatus:
-    """The run with what its settings tell, and how far its saved state is.
+    """The run with what its settings say, and how far its saved state is.
 
     Raises:
         ValueError: They are missing or damaged; the message says so.

@@ -153,7 +153,7 @@ def missed_holdout(place: Path, entry: dict[str, Any], first: PathResult) -> Pat
 
     Args:
         place: The demonstration's run folder.
-        entry: What the result.json above it tells of it.
+        entry: What the result.json of the whole run says of it.
         first: The arm's path on the first demonstration.
 
     Raises:
@@ -198,8 +198,8 @@ def listed(content: dict[str, Any], name: str, count: int, place: Path) -> list[
     """
     value = content.get(name)
     if not isinstance(value, list) or len(value) != count or not all(isinstance(entry, dict) for entry in value):
-        what = f"'{name}' does not tell of {count} of them"
-        raise RunFolderError(f"{place / 'result.json'} is damaged: {what}", value=value, fix="Search again")
+        what = f"'{name}' has not {count} entries"
+        raise RunFolderError(f"{place / RESULT} is damaged: {what}", value=value, fix="Search again")
     return value
 
 
@@ -236,9 +236,9 @@ def rotation(value: object, folder: Path) -> Array:
     try:
         matrix = np.array(value, dtype=float).reshape(3, 3)
     except (TypeError, ValueError) as error:
-        raise RunFolderError(f"{folder / 'result.json'} is damaged: 'mount' is {value!r}", value=value) from error
+        raise RunFolderError(f"{folder / RESULT} is damaged: 'mount' is {value!r}", value=value) from error
     if not np.abs(matrix @ matrix.T - np.eye(3)).max() < 1e-6:
-        raise RunFolderError(f"{folder / 'result.json'} is damaged: 'mount' is no rotation", value=value)
+        raise RunFolderError(f"{folder / RESULT} is damaged: 'mount' is no rotation", value=value)
     return matrix
 
 

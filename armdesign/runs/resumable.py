@@ -98,7 +98,7 @@ def tidy_up(folder: Path) -> None:
     """Clear away what a kill right behind the end of a search has left beside its result.
 
     Raises:
-        RunFolderError: Another process is at it, or a file cannot be removed.
+        RunFolderError: Another process uses the folder, or a file cannot be removed.
     """
     with locked(folder):
         tidy(folder)
@@ -190,7 +190,7 @@ def carry_out(
         The result, and the files that it has added to the folder: their text by name.
 
     Raises:
-        RunFolderError: Another process is at it, the saved state cannot be used, or the disk cannot be written.
+        RunFolderError: Another process uses the folder, the saved state cannot be used, or the disk cannot be written.
         SearchError: Nothing was found, or a candidate kills the workers.
     """
     with locked(folder), interruptible(on_interrupt) as interrupts:

@@ -35,6 +35,10 @@ def write_result(folder: str | Path, result: Result) -> tuple[str, ...]:
 def write_files(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
     """Write texts to the files of a folder, each whole or not at all, in their order; returns their names.
 
+    Args:
+        folder: The folder.
+        files: Texts by the path of their file in the folder.
+
     Raises:
         RunFolderError: One cannot be written; files written before it are whole.
     """

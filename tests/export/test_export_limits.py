@@ -8,7 +8,8 @@ import pytest
 
 from armdesign.errors import DesignError, SettingsError
 from armdesign.export.joint_load import joint_torques, smooth_motion, trajectory_limits
-from armdesign.export.solids import BodyOptions, link_bodies
+from armdesign.export.options import BodyOptions, LimitOptions
+from armdesign.export.solids import link_bodies
 from armdesign.export.urdf import urdf_text
 from armdesign.kinematics.dh import DHTable
 
@@ -53,8 +54,8 @@ def test_a_sampled_wave_gives_its_derivatives():
 def test_noise_barely_moves_the_peaks():
     t, q, v, _ = wave()
     noisy = q + np.random.default_rng(0).normal(scale=1e-3, size=q.shape)
-    found = trajectory_limits(ARM, t, noisy, margin=1.0, velocity_floor=1e-3, effort_floor=1e-3)
-    clean = trajectory_limits(ARM, t, q, margin=1.0, velocity_floor=1e-3, effort_floor=1e-3)
+    found = trajectory_limits(ARM, t, noisy, options=LimitOptions(margin=1.0, velocity_floor=1e-3, effort_floor=1e-3))
+    clean = trajectory_limits(ARM, t, q, options=LimitOptions(margin=1.0, velocity_floor=1e-3, effort_floor=1e-3))
     np.testing.assert_allclose(found.velocity, np.abs(v).max(axis=0), rtol=0.05)
     np.testing.assert_allclose(found.effort, clean.effort, rtol=0.1)
 
@@ -77,7 +78,7 @@ def test_a_held_pendulum_needs_its_weight_times_its_lever():
     options = BodyOptions()
     body = link_bodies(PENDULUM, options)[1].inertial
     lever = body.mass * body.com[0] + (options.tool_mass + 2.0) * 0.5
-    held = trajectory_limits(PENDULUM, [0.0, 1.0, 2.0], np.zeros((3, 1)), payload=2.0, margin=1.5)
+    held = trajectory_limits(PENDULUM, [0.0, 1.0, 2.0], np.zeros((3, 1)), options=LimitOptions(payload=2.0, margin=1.5))
     assert held.effort[0] == pytest.approx(1.5 * 9.81 * lever, rel=1e-12)
     assert held.velocity[0] == 1.0
 
@@ -94,11 +95,11 @@ def test_torques_are_those_of_the_written_file():
 
 def test_limits_scale_with_the_margin_and_stop_at_the_floor():
     t, q, _, _ = wave()
-    one = trajectory_limits(ARM, t, q, margin=1.0, velocity_floor=1e-9, effort_floor=1e-9)
-    two = trajectory_limits(ARM, t, q, margin=2.0, velocity_floor=1e-9, effort_floor=1e-9)
+    one = trajectory_limits(ARM, t, q, options=LimitOptions(margin=1.0, velocity_floor=1e-9, effort_floor=1e-9))
+    two = trajectory_limits(ARM, t, q, options=LimitOptions(margin=2.0, velocity_floor=1e-9, effort_floor=1e-9))
     np.testing.assert_allclose(two.velocity, 2 * one.velocity, rtol=1e-14)
     np.testing.assert_allclose(two.effort, 2 * one.effort, rtol=1e-14)
-    high = trajectory_limits(ARM, t, q, velocity_floor=100.0, effort_floor=1000.0)
+    high = trajectory_limits(ARM, t, q, options=LimitOptions(velocity_floor=100.0, effort_floor=1000.0))
     assert (high.velocity == 100.0).all()
     assert (high.effort == 1000.0).all()
 
@@ -111,7 +112,7 @@ def test_without_gravity_a_still_arm_needs_only_the_floor():
 
 def test_the_limits_go_into_the_file():
     t, q, _, _ = wave()
-    limits = trajectory_limits(ARM, t, q, payload=1.0)
+    limits = trajectory_limits(ARM, t, q, options=LimitOptions(payload=1.0))
     model = pin.buildModelFromXML(urdf_text(ARM, velocity=limits.velocity, effort=limits.effort))
     np.testing.assert_array_equal(model.velocityLimit, limits.velocity)
     np.testing.assert_array_equal(model.effortLimit, limits.effort)
@@ -138,7 +139,7 @@ def test_inputs_stay_as_they_are():
         ([0, 1, 2], np.full((3, 3), np.inf)),
     ],
 )
-def test_a_motion_that_makes_no_sense_is_refused(time, q):
+def test_what_is_no_motion_is_refused(time, q):
     with pytest.raises(DesignError):
         trajectory_limits(ARM, time, q)
 
@@ -152,9 +153,13 @@ def test_a_motion_that_makes_no_sense_is_refused(time, q):
         {"velocity_floor": 0.0},
         {"effort_floor": 0.0},
         {"window": 0.0},
-        {"gravity": (0, 0)},
     ],
 )
 def test_settings_out_of_range_are_refused(setting):
     with pytest.raises(SettingsError):
-        trajectory_limits(ARM, [0, 1, 2], np.zeros((3, 3)), **setting)
+        trajectory_limits(ARM, [0, 1, 2], np.zeros((3, 3)), options=LimitOptions(**setting))
+
+
+def test_gravity_is_a_vector():
+    with pytest.raises(SettingsError):
+        trajectory_limits(ARM, [0, 1, 2], np.zeros((3, 3)), gravity=(0, 0))

@@ -79,7 +79,11 @@ def test_body_options_reach_mass_and_torque(each):
     for one, other in zip(light.bodies[1:], loaded.bodies[1:], strict=True):
         assert other.inertial.mass > one.inertial.mass + 1.39
     expected = trajectory_limits(
-        each.run.table, each.run.problem.task.time, each.run.evaluation.path.q, body=heavy, margin=2.0
+        each.run.table,
+        each.run.problem.task.time,
+        each.run.evaluation.path.q,
+        body=heavy,
+        options=LimitOptions(margin=2.0),
     )
     np.testing.assert_array_equal(loaded.limits.effort, expected.effort)
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import pytest
 
 from armdesign.errors import ArmDesignError
@@ -49,9 +46,3 @@ def test_a_template_that_cannot_be_filled_in_is_named(tmp_path, text):
     put(tmp_path, text)
     with pytest.raises(ArmDesignError, match=r"t\.j2"):
         render("t.j2", {}, tmp_path / "armdesign")
-
-
-def test_importing_the_writer_leaves_the_heavy_packages_alone():
-    code = "import sys, armdesign.export.urdf, armdesign.export.joint_load; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert not {"jinja2", "scipy", "pinocchio", "yourdfpy"} & set(loaded)

@@ -26,7 +26,16 @@ from armdesign.experiments.auto_dof.dof_rule import Rule, Verdict, decide, expla
 from armdesign.experiments.auto_dof.extra_joint import with_extra_joint
 from armdesign.files import write_whole
 from armdesign.kinematics.dh_files import read_design
-from armdesign.runs.folder import PREVIEW, REPORT, settings_file
+from armdesign.runs.folder import (
+    DEMONSTRATIONS,
+    HOLDOUTS,
+    PREVIEW,
+    REPORT,
+    RESULT_FILES,
+    TASK_FILES,
+    inner_folders,
+    settings_file,
+)
 from armdesign.runs.lock import locked
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import (
@@ -37,7 +46,7 @@ from armdesign.runs.resumable import (
     interruptible,
     start_run,
 )
-from armdesign.runs.writing import clear_result
+from armdesign.runs.writing import clear_result, write_files
 from armdesign.search.backends import Backend
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import NothingFoundError, Progress
@@ -230,19 +239,22 @@ def conclude(
 def publish(run: Path, folder: Path) -> None:
     """Copy a run's files to another folder, result.json last, so that it can be used like the run.
 
+    Args:
+        run: The run folder of the chosen number of joints.
+        folder: Where the files go.
+
     Raises:
         RunFolderError: A file cannot be read or written.
     """
     clear_result(folder)
-    files = [path.relative_to(run) for path in sorted(run.rglob("*")) if path.is_file()]
-    last = Path("result.json")
-    shown = [path for path in files if path != last and not any(part.startswith(".") for part in path.parts)]
+    places = [*inner_folders(run, DEMONSTRATIONS), *inner_folders(run, HOLDOUTS), run]
+    names = [name for name in (*TASK_FILES, *reversed(RESULT_FILES)) if name not in (PREVIEW, REPORT)]
+    paths = [place / name for place in places for name in names if (place / name).is_file()]
     try:
-        for path in (*(path for path in shown if path.name not in (PREVIEW, REPORT)), last):
-            (folder / path).parent.mkdir(parents=True, exist_ok=True)
-            write_whole(folder / path, (run / path).read_bytes())
-    except OSError as error:
+        files = {str(path.relative_to(run)): path.read_text(encoding="utf-8") for path in paths}
+    except (OSError, ValueError) as error:
         raise RunFolderError(f"cannot copy the run in {run}: {error}", value=str(run)) from error
+    write_files(folder, files)
 
 
 def nothing_at_all(found: Mapping[int, Found]) -> NothingFoundError:

@@ -1,4 +1,4 @@
-"""The trajectory of a finished run as a file: smoothed, timed, written, and told in words what that changed."""
+"""The trajectory of a finished run as a file: smoothed, timed, written, with sentences on what that changed."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armdesign.errors import RunFolderError, SettingsError, counted
+from armdesign.export.trajectory.ros2_bag import write_bag
 from armdesign.export.trajectory.scaling import (
     MAX_ACCELERATION,
     MAX_VELOCITY,
@@ -37,8 +38,31 @@ FILES = {
 
 
 @dataclass(frozen=True)
-class Exported:
-    """What was written.
+class TrajectoryOptions:
+    """How a demonstrated motion becomes a trajectory for a robot.
+
+    Attributes:
+        rate: Samples per second [1/s]; None for the demonstration's frame rate.
+        speed: Factor on the demonstrated speed.
+        fit_limits: Slow down as far as the two limits below ask for, never speed up.
+        max_velocity: Joint velocity limits, one or shape (n,) [rad/s].
+        max_acceleration: Joint acceleration limits, one or shape (n,) [rad/s^2].
+        cutoff: Frequency of the motion that smoothing keeps by half [Hz].
+        ramp: Length of the ramps from and to rest [s of the demonstration]; 0 for none.
+    """
+
+    rate: float | None = None
+    speed: float = 1.0
+    fit_limits: bool = False
+    max_velocity: ArrayLike = MAX_VELOCITY
+    max_acceleration: ArrayLike = MAX_ACCELERATION
+    cutoff: float = CUTOFF
+    ramp: float = RAMP
+
+
+@dataclass(frozen=True)
+class ExportedTrajectory:
+    """A trajectory on the disk.
 
     Attributes:
         path: The file, or the bag's folder.
@@ -68,41 +92,26 @@ class Trajectory:
     notes: tuple[str, ...]
 
 
-def make_trajectory(
-    run: Result,
-    *,
-    rate: float | None = None,
-    speed: float = 1.0,
-    fit_limits: bool = False,
-    max_velocity: ArrayLike = MAX_VELOCITY,
-    max_acceleration: ArrayLike = MAX_ACCELERATION,
-    cutoff: float = CUTOFF,
-    ramp: float = RAMP,
-) -> Trajectory:
+def make_trajectory(run: Result, options: TrajectoryOptions | None = None) -> Trajectory:
     """Smooth the joint path of a run, time it and sample it.
 
     Args:
         run: The run.
-        rate: Samples per second [1/s]; None for the demonstration's frame rate.
-        speed: Factor on the demonstrated speed.
-        fit_limits: Slow down as far as the velocity and acceleration limits ask for, never speed up.
-        max_velocity: Joint velocity limits, one or shape (n,) [rad/s].
-        max_acceleration: Joint acceleration limits, one or shape (n,) [rad/s^2].
-        cutoff: Frequency of the motion that smoothing keeps by half [Hz].
-        ramp: Length of the ramps from and to rest [s of the demonstration]; 0 for none.
+        options: How.
 
     Raises:
         SettingsError: A number is out of range.
     """
+    chosen = options or TrajectoryOptions()
     q, task = run.evaluation.path.q, run.problem.task
-    path = fit_path(task.time, q, run.limits, cutoff=cutoff)
-    timing = timing_of(path, speed=speed, ramp=ramp)
+    path = fit_path(task.time, q, run.limits, cutoff=chosen.cutoff)
+    timing = timing_of(path, speed=chosen.speed, ramp=chosen.ramp)
     deviation = tool_deviation(run.table, q, path)
-    notes = [*smoothing_notes(path, deviation)]
-    if fit_limits:
-        timing, told = _slowed(path, timing, max_velocity, max_acceleration)
-        notes.append(told)
-    motion = sample(path, timing, 1.0 / task.dt if rate is None else rate)
+    notes = smoothing_notes(path, deviation)
+    if chosen.fit_limits:
+        timing, note = slowed(path, timing, chosen)
+        notes.append(note)
+    motion = sample(path, timing, 1.0 / task.dt if chosen.rate is None else chosen.rate)
     return Trajectory(path, timing, motion, deviation, (*notes, *timing_notes(timing, motion)))
 
 
@@ -110,16 +119,10 @@ def export_trajectory(
     run: Result,
     kind: str,
     folder_or_path: str | Path,
+    options: TrajectoryOptions | None = None,
     *,
     overwrite: bool = False,
-    rate: float | None = None,
-    speed: float = 1.0,
-    fit_limits: bool = False,
-    max_velocity: ArrayLike = MAX_VELOCITY,
-    max_acceleration: ArrayLike = MAX_ACCELERATION,
-    cutoff: float = CUTOFF,
-    ramp: float = RAMP,
-) -> Exported:
+) -> ExportedTrajectory:
     """Write the trajectory of a run as one kind of file.
 
     Args:
@@ -127,14 +130,8 @@ def export_trajectory(
         kind: ``csv``, ``ros``, ``ros2-bag`` or ``npz``.
         folder_or_path: The file where its ending is the kind's, else the folder for it, made if need be; the names
             there are those of ``FILES``. A bag always goes into the folder given.
+        options: How the motion is smoothed, timed and sampled.
         overwrite: Replace what is there.
-        rate: As for ``make_trajectory``, like the rest.
-        speed: Factor on the demonstrated speed.
-        fit_limits: Slow down as far as the limits ask for.
-        max_velocity: Joint velocity limits [rad/s].
-        max_acceleration: Joint acceleration limits [rad/s^2].
-        cutoff: Frequency of the motion that smoothing keeps by half [Hz].
-        ramp: Length of the ramps from and to rest [s of the demonstration].
 
     Returns:
         Where it was written, and what was done to the motion.
@@ -145,19 +142,20 @@ def export_trajectory(
         MissingExtraError: A bag was asked for, and rosbags is not installed.
     """
     place = place_for(kind, Path(folder_or_path), overwrite=overwrite)
-    trajectory = make_trajectory(
-        run, rate=rate, speed=speed, fit_limits=fit_limits, max_velocity=max_velocity,
-        max_acceleration=max_acceleration, cutoff=cutoff, ramp=ramp,
-    )  # fmt: skip
-    _make_folder(place.parent)
+    trajectory = make_trajectory(run, options)
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        on_the_way = isinstance(error, (FileExistsError, NotADirectoryError))
+        why = "part of the path is a file" if on_the_way else error.strerror
+        message = f"cannot make the folder {place.parent}: {why}"
+        raise RunFolderError(message, value=str(place.parent), fix="Name another") from error
     if kind == "ros2-bag":
-        from armdesign.export.trajectory.ros2_bag import write_bag  # noqa: PLC0415, an extra
-
         write_bag(place, trajectory.motion, overwrite=overwrite)
     else:
         writers: dict[str, Callable[[Motion], str | bytes]] = {"csv": csv_text, "ros": ros_yaml, "npz": npz_bytes}
         write_whole(place, writers[kind](trajectory.motion))
-    return Exported(place, trajectory.notes)
+    return ExportedTrajectory(place, trajectory.notes)
 
 
 def place_for(kind: str, given: Path, *, overwrite: bool = False) -> Path:
@@ -202,13 +200,20 @@ def timing_notes(timing: Timing, motion: Motion) -> list[str]:
     ]
 
 
-def _slowed(path: SmoothPath, timing: Timing, velocity: ArrayLike, acceleration: ArrayLike) -> tuple[Timing, str]:
-    """The timing slowed down to the limits, and what that took.
+def slowed(path: SmoothPath, timing: Timing, options: TrajectoryOptions) -> tuple[Timing, str]:
+    """The timing slowed down as far as the joints' limits ask for, and a sentence on what that took.
+
+    Args:
+        path: The path.
+        timing: When the arm is where on it, as asked for.
+        options: The limits.
 
     Raises:
         SettingsError: The limits would need a speed below the lowest.
     """
-    most, what = fastest_speed(path, ramp=timing.ramp, velocity=velocity, acceleration=acceleration)
+    most, what = fastest_speed(
+        path, ramp=timing.ramp, velocity=options.max_velocity, acceleration=options.max_acceleration
+    )
     if most >= timing.speed:
         return timing, "The velocity and acceleration limits hold without slowing down."
     if most < SPEED_RANGE[0]:
@@ -216,22 +221,5 @@ def _slowed(path: SmoothPath, timing: Timing, velocity: ArrayLike, acceleration:
             f"the limits would take {most:.2g} times the demonstrated speed", value=most,
             allowed=f"{SPEED_RANGE[0]:g} or more", fix=f"Raise the limit on {what}",
         )  # fmt: skip
-    told = f"Slowed down to {most / timing.speed:.4g} of the speed asked for, so that {what} keeps its limit."
-    return timing_of(path, speed=most, ramp=timing.ramp), told
-
-
-def _make_folder(folder: Path) -> None:
-    """Make the folder for a file.
-
-    Raises:
-        RunFolderError: It cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        why = (
-            "part of the path is a file" if isinstance(error, (FileExistsError, NotADirectoryError)) else error.strerror
-        )
-        raise RunFolderError(
-            f"cannot make the folder {folder}: {why}", value=str(folder), fix="Name another"
-        ) from error
+    note = f"Slowed down to {most / timing.speed:.4g} of the speed asked for, so that {what} keeps its limit."
+    return timing_of(path, speed=most, ramp=timing.ramp), note

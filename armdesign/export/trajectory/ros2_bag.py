@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import secrets
 import shutil
+import sqlite3
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -78,8 +79,6 @@ def typestore() -> Typestore:
 
 def _storage_errors() -> tuple[type[Exception], ...]:
     """What a full disk and the like raise: rosbags writes by one of two SQLite libraries."""
-    import sqlite3  # noqa: PLC0415, only here
-
     try:
         import apsw  # noqa: PLC0415, comes with newer rosbags
     except ImportError:

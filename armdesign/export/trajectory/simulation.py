@@ -14,9 +14,8 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import cubic
-from armdesign.export.trajectory.scaling import RAMP, Motion, sample, timing_of
+from armdesign.export.trajectory.exporting import TrajectoryOptions, make_trajectory
 from armdesign.export.trajectory.simulated_arm import Pairs, Servo, SimulatedArm
-from armdesign.export.trajectory.smooth import CUTOFF, fit_path
 from armdesign.export.trajectory.tool_poses import tool_poses
 from armdesign.export.urdf import result_urdf
 from armdesign.search.result import Result
@@ -73,24 +72,14 @@ class Tracking:
 
 
 def simulate(
-    run: Result,
-    *,
-    servo: Servo | None = None,
-    speed: float = 1.0,
-    cutoff: float = CUTOFF,
-    ramp: float = RAMP,
-    rate: float | None = None,
-    urdf: str | None = None,
+    run: Result, *, servo: Servo | None = None, options: TrajectoryOptions | None = None, urdf: str | None = None
 ) -> Tracking:
     """Run the trajectory of a run on its exported arm.
 
     Args:
         run: The run.
         servo: The servos and the step.
-        speed: Factor on the demonstrated speed.
-        cutoff: Frequency of the motion that smoothing keeps by half [Hz].
-        ramp: Length of the ramps from and to rest [s of the demonstration].
-        rate: Samples per second of the result [1/s]; None for the demonstration's frame rate.
+        options: How the motion is smoothed, timed and sampled.
         urdf: The arm, with joints joint_1..joint_n and their effort limits; None for what a run folder's arm.urdf is.
 
     Raises:
@@ -98,24 +87,25 @@ def simulate(
         DesignError: MuJoCo does not take the arm.
         SettingsError: A number is out of range, or the simulation does not stay finite.
     """
-    servo, task = servo or Servo(), run.problem.task
-    path = fit_path(task.time, run.evaluation.path.q, run.limits, cutoff=cutoff)
-    timing = timing_of(path, speed=speed, ramp=ramp)
-    wanted = sample(path, timing, 1.0 / task.dt if rate is None else rate)
-    text = result_urdf(run) if urdf is None else urdf
-    arm = SimulatedArm(text, path, servo)
+    servo = servo or Servo()
+    trajectory = make_trajectory(run, options)
+    path, timing, wanted = trajectory.path, trajectory.timing, trajectory.motion
+    arm = SimulatedArm(result_urdf(run) if urdf is None else urdf, path, servo)
     fine, torque = arm.follow(path, timing)
     steps = np.arange(len(fine)) * servo.step
     q, tau = (np.stack([np.interp(wanted.time, steps, y) for y in values.T], axis=1) for values in (fine, torque))
-    saturated = np.asarray((np.abs(torque) >= _SEEN * arm.effort).mean(axis=0))
-    return _tracking(run, wanted, q, tau, saturated, arm.touching(q))
-
-
-def _tracking(run: Result, wanted: Motion, q: Array, torque: Array, saturated: Array, touching: Pairs) -> Tracking:
-    """Compare what was done with what was wanted."""
     tip, meant = (tool_poses(run.table, angles)[:, :3, 3] for angles in (q, wanted.q))
     target = cubic(run.problem.task.time, run.problem.task.P[:, -1], wanted.demonstrated)
-    error, servo_error = (np.linalg.norm(tip - place, axis=1) for place in (target, meant))
     return Tracking(
-        wanted.time, wanted.demonstrated, q, wanted.q, torque, tip, target, error, servo_error, saturated, touching
+        time=wanted.time,
+        demonstrated=wanted.demonstrated,
+        q=q,
+        wanted=wanted.q,
+        torque=tau,
+        tip=tip,
+        target=target,
+        error=np.linalg.norm(tip - target, axis=1),
+        servo_error=np.linalg.norm(tip - meant, axis=1),
+        saturated=np.asarray((np.abs(torque) >= _SEEN * arm.effort).mean(axis=0)),
+        touching=arm.touching(q),
     )

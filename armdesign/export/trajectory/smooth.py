@@ -12,17 +12,16 @@ is chosen so that the factor is 1/2 at a cutoff frequency. Quadratics stay as th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import BSpline
+from scipy.sparse import csc_array, diags_array, eye_array
+from scipy.sparse.linalg import splu
 
 from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
-
-if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
-    from scipy.sparse import csc_array
+from armdesign.export.joint_load import checked_motion
 
 CUTOFF = 6.0
 """Default cutoff [Hz], the usual one for the motion of human arms."""
@@ -94,13 +93,9 @@ def fit_path(time: ArrayLike, q: ArrayLike, limits: ArrayLike | None = None, *, 
         cutoff: Frequency of the motion that is kept by half [Hz]; at most half of the frame rate is used.
 
     Raises:
-        DesignError: The motion or the limits do not make sense.
+        DesignError: Times or angles are not usable, or the limits do not fit the joints.
         SettingsError: The cutoff is out of range.
     """
-    from scipy.interpolate import BSpline  # noqa: PLC0415, slow to import
-
-    from armdesign.export.joint_load import checked_motion  # noqa: PLC0415
-
     times, angles = checked_motion(time, q)
     low, high = CUTOFF_RANGE
     if not low <= cutoff <= high:
@@ -143,9 +138,6 @@ def _roughness(times: Array, knots: Array, cutoff: float) -> csc_array:
 
     f''' is of degree 2 from knot to knot, so three Gauss points integrate its square exactly.
     """
-    from scipy.interpolate import BSpline  # noqa: PLC0415, slow to import
-    from scipy.sparse import csc_array, diags_array  # noqa: PLC0415
-
     nodes, weights = np.polynomial.legendre.leggauss(3)
     inner = knots[DEGREE:-DEGREE]
     half = np.diff(inner)[:, None] / 2.0
@@ -158,8 +150,6 @@ def _roughness(times: Array, knots: Array, cutoff: float) -> csc_array:
 
 def _third_derivative(knots: Array) -> csc_array:
     """Matrix from the control points of a spline to those of its third derivative, shape (K - 3, K)."""
-    from scipy.sparse import csc_array, diags_array, eye_array  # noqa: PLC0415, slow to import
-
     matrix = eye_array(len(knots) - DEGREE - 1)
     for degree in range(DEGREE, DEGREE - 3, -1):
         factor = degree / (knots[degree + 1 : -1] - knots[1 : -degree - 1])
@@ -170,8 +160,6 @@ def _third_derivative(knots: Array) -> csc_array:
 
 def _solve(system: csc_array, right: Array) -> Array:
     """Solution of a sparse system for every column."""
-    from scipy.sparse.linalg import splu  # noqa: PLC0415, slow to import
-
     return np.asarray(splu(system.tocsc()).solve(right))
 
 
@@ -210,8 +198,14 @@ def bounded_minimum(system: csc_array, right: Array, low: float, high: float) ->
 
 
 def _checked_limits(limits: ArrayLike, dof: int) -> Array:
-    """Joint limits (n, 2), once they make sense."""
+    """Joint limits as an array, shape (n, 2).
+
+    Raises:
+        DesignError: There are not two for each joint, or a lower one is not below the upper.
+    """
     bounds = np.asarray(limits, dtype=float)
     if bounds.shape != (dof, 2) or not (bounds[:, 0] < bounds[:, 1]).all():
-        raise DesignError("the joint limits make no sense", value=limits, allowed=f"shape ({dof}, 2), lower < upper")
+        raise DesignError(
+            "the joint limits do not fit the motion", value=limits, allowed=f"shape ({dof}, 2), lower < upper"
+        )
     return bounds

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
 from armdesign._types import Array
 from armdesign.export.trajectory.smooth import SmoothPath
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.models import TOOL_FRAME, arm_model
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +38,6 @@ def tool_poses(table: DHTable, q: ArrayLike) -> Array:
     Returns:
         Shape (T, 4, 4).
     """
-    import pinocchio as pin  # noqa: PLC0415, slow to import
-
-    from armdesign.kinematics.models import TOOL_FRAME, arm_model  # noqa: PLC0415, imports Pinocchio
-
     model = arm_model(table)
     data, tool = model.createData(), model.getFrameId(TOOL_FRAME)
     angles = np.asarray(q, dtype=float)
@@ -57,8 +56,6 @@ def tool_deviation(table: DHTable, q: ArrayLike, path: SmoothPath) -> ToolDeviat
         q: The angles that were fitted, shape (T, n) [rad].
         path: Their fit.
     """
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415, slow to import
-
     solved, fitted = tool_poses(table, q), tool_poses(table, path.at(path.time))
     distance = np.linalg.norm(fitted[:, :3, 3] - solved[:, :3, 3], axis=1)
     turn = Rotation.from_matrix(solved[:, :3, :3].transpose(0, 2, 1) @ fitted[:, :3, :3])

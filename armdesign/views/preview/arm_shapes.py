@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from pinocchio.visualize import MeshcatVisualizer
 
 from armdesign._types import Array
 from armdesign.export.urdf import MATERIALS
@@ -45,8 +46,6 @@ def draw_arm(node: Any, urdf: str, q: Array) -> list[Track]:  # noqa: ANN401 (a 
     Returns:
         How its solids move over the keyframes.
     """
-    from pinocchio.visualize import MeshcatVisualizer  # noqa: PLC0415 (slow to import)
-
     model, solids = arm_models(urdf)
     display = MeshcatVisualizer(model, None, solids)
     display.initViewer(viewer=node)

@@ -9,12 +9,13 @@ import meshcat.geometry as mg
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.export.trajectory.tool_poses import tool_poses
 from armdesign.search.result import Result
 from armdesign.views.preview.colours import ARM, DEMONSTRATOR, VIRIDIS, Scale
 from armdesign.views.preview.keyframes import Indices
-from armdesign.views.preview.places import places, tool_rotations
 from armdesign.views.preview.recorder import Track, pose_tracks, position_track
 from armdesign.views.preview.shapes import OnTop, draw_frame, material, rod, rod_tracks, trace
+from armdesign.views.skeleton import places
 
 POINT, SEGMENT, PLACE, ERROR, TRACE = 0.014, 0.006, 0.009, 0.0045, 0.003
 """Radii [m]."""
@@ -111,7 +112,7 @@ def draw_orientations(node: Any, run: Result, motion: Motion, chosen: Indices) -
     if R is None:
         return []
     path = run.evaluation.path
-    tools = tool_rotations(run.table, path.q[chosen]) @ path.mount
+    tools = tool_poses(run.table, path.q[chosen])[:, :3, :3] @ path.mount
     tracks: list[Track] = []
     for name, turns, points, size in (
         ("hand_frame", R[chosen], motion.points[:, -1], 0.07),

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import jinja2
+import meshcat
 import numpy as np
 
 from armdesign._types import Array
@@ -26,7 +28,7 @@ NEGLIGIBLE = 5e-5
 SLOWEST = 1e-3
 """Least speed, times true speed."""
 MOST_DESIGNS = 12
-"""Designs side by side; more could not be told apart, and would not fit into the page's size."""
+"""Designs side by side; more would look alike, and would not fit into the page's size."""
 NAME_GAP = 0.06
 """Free space below a design's name [m]."""
 
@@ -68,8 +70,6 @@ def check_speed(speed: float) -> None:
 
 def page(scene: Scene, speed: float) -> str:
     """The page of a scene; every name in it is escaped."""
-    import jinja2  # noqa: PLC0415 (only writing a page needs it)
-
     scripts = {"meshcat": meshcat_bundle(), "script": (HERE / "page.js").read_text(encoding="utf-8")}
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=True, trim_blocks=True)
     template = environment.from_string((HERE / "page.html.j2").read_text(encoding="utf-8"))
@@ -110,7 +110,7 @@ def framed(shown: Shown, floor: float) -> Array:
 
 
 def top_of(shown: Shown) -> float:
-    """Where a name stands above a design [m]."""
+    """Height of a name above its design [m]."""
     return max(float(shown.bounds[1, 2]), 1.2 * AXIS) + NAME_GAP
 
 
@@ -177,6 +177,4 @@ def meshcat_licences() -> str:
 
 def viewer_folder() -> Path:
     """Where MeshCat keeps its viewer."""
-    import meshcat  # noqa: PLC0415 (slow to import)
-
     return Path(meshcat.viewer_assets_path())

@@ -25,16 +25,16 @@ from armdesign.views.preview.human import (
     motion_of,
 )
 from armdesign.views.preview.keyframes import Indices, choose_frames, deviation, most_keyframes
-from armdesign.views.preview.places import skeleton
-from armdesign.views.preview.recorder import Command, Track, Window, animation
+from armdesign.views.preview.recorder import Command, Window, animation
 from armdesign.views.preview.shapes import draw_frame, draw_grid
+from armdesign.views.skeleton import skeleton
 
 GAP = 0.25
 """Free space between designs side by side [m]."""
 MARGIN = 0.1
 """Floor beyond and below what is shown [m]."""
 MOST_TRACED = 600
-"""Points of the traces of all designs; more cannot be told apart."""
+"""Points of the traces of all designs; more look no different."""
 AXIS, AXIS_RADIUS = 0.15, 0.004
 """Size of the base frames [m]."""
 
@@ -48,7 +48,7 @@ class Shown:
         points: Names of the m points.
         times: Keyframe times from the start, shape (K,) [s].
         distance: Distances of the points at the keyframes, shape (K, m) [m].
-        origin: Where its base stands, shape (3,) [m].
+        origin: Place of its base, shape (3,) [m].
         bounds: Lowest and highest corner of all it passes through, shape (2, 3) [m].
         frames: Number of frames of the task.
         deviation: How far the end-effector gets from its path by showing only keyframes [m].
@@ -68,7 +68,7 @@ class Shown:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What MeshCat is told, and what the page says beside it.
+    """What MeshCat draws, and what the page says beside it.
 
     Attributes:
         commands: Drawing commands, the animation last.
@@ -106,34 +106,21 @@ def build_scene(runs: Sequence[Result], urdfs: Sequence[str] | None = None) -> S
         chosen = choose_frames(run.problem.task.time, most)
         shown = describe(run, motion, chosen, origins[k], bounds[k])
         designs.append(shown)
-        node = viewer[f"design_{k + 1}"]
+        node, pose = viewer[f"design_{k + 1}"], np.eye(4)
+        pose[:3, 3] = shown.origin
+        node.set_transform(pose)
+        draw_frame(node["base_frame"], AXIS, AXIS_RADIUS)
         draw_traces(node["traces"], motion, MOST_TRACED // len(runs))
-        parts.append((shown.times, draw_design(node, run, urdf, motion, chosen, scale, shown.origin)))
+        tracks = [
+            *draw_arm(node, urdf, run.evaluation.path.q[chosen]),
+            *draw_demonstrator(node["demonstrator"], motion, chosen),
+            *draw_errors(node["distances"], motion, chosen, scale),
+            *draw_orientations(node["orientations"], run, motion, chosen),
+        ]
+        parts.append((shown.times, tracks))
     floor = draw_surroundings(viewer, designs)
     duration = max(float(shown.times[-1]) for shown in designs)
     return Scene((*window.commands, animation(parts, duration)), tuple(designs), scale, duration, floor)
-
-
-def draw_design(
-    node: Any,  # noqa: ANN401 (a meshcat.Visualizer)
-    run: Result,
-    urdf: str,
-    motion: Motion,
-    chosen: Indices,
-    scale: Scale,
-    origin: Array,
-) -> list[Track]:
-    """Draw one design with its demonstrator at its place; how all of it moves over the keyframes."""
-    pose = np.eye(4)
-    pose[:3, 3] = origin
-    node.set_transform(pose)
-    draw_frame(node["base_frame"], AXIS, AXIS_RADIUS)
-    return [
-        *draw_arm(node, urdf, run.evaluation.path.q[chosen]),
-        *draw_demonstrator(node["demonstrator"], motion, chosen),
-        *draw_errors(node["distances"], motion, chosen, scale),
-        *draw_orientations(node["orientations"], run, motion, chosen),
-    ]
 
 
 def describe(run: Result, motion: Motion, chosen: Indices, origin: Array, bounds: Array) -> Shown:

@@ -1,17 +1,19 @@
 """MeshCat without its server: the drawing commands and the poses of an animation are kept instead of sent.
 
-MeshCat's own server listens on every interface. Here a ``meshcat.Visualizer`` gets a window that only keeps what it is
-told, and the page plays it back.
+MeshCat's own server listens on every interface. Here a ``meshcat.Visualizer`` gets a window that only keeps its
+commands, and the page plays them back.
 """
 
 from __future__ import annotations
 
+import base64
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import umsgpack
 
 from armdesign._types import Array
 from armdesign.demonstration.files.quaternions import from_matrices, unit_continuous
@@ -20,7 +22,7 @@ Command = dict[str, Any]
 FLOAT32 = 0x17
 """Code of a Float32Array in MeshCat's messages."""
 STILL = 1e-12
-"""A pose that changes by less than this stands still."""
+"""A pose that changes by less than this does not move."""
 
 
 class Window:
@@ -78,7 +80,7 @@ class Track:
 
 
 def pose_tracks(path: str, poses: Array) -> list[Track]:
-    """Position and rotation of a node over the keyframes; none for a node that stands still.
+    """Position and rotation of a node over the keyframes; none for a node that does not move.
 
     Args:
         path: The node.
@@ -117,15 +119,9 @@ def animation(parts: Sequence[tuple[Array, Sequence[Track]]], duration: float) -
 
 def packed(values: Array) -> Any:  # noqa: ANN401 (a umsgpack.Ext)
     """Numbers as a Float32Array, row by row."""
-    import umsgpack  # noqa: PLC0415 (comes with meshcat)
-
     return umsgpack.Ext(FLOAT32, np.ascontiguousarray(values, dtype="<f4").tobytes())
 
 
 def encoded(command: Command) -> str:
     """A command as MeshCat's viewer takes it, in base64."""
-    import base64  # noqa: PLC0415
-
-    import umsgpack  # noqa: PLC0415
-
     return base64.b64encode(umsgpack.packb(command)).decode("ascii")

@@ -60,7 +60,7 @@ class PageServer(ThreadingHTTPServer):
         self.server_name, self.server_port = HOST, int(self.server_address[1])
 
     def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
-        """A browser that goes away in the middle is no news."""
+        """Say nothing of a browser that goes away in the middle."""
 
     @property
     def address(self) -> str:
@@ -73,7 +73,7 @@ class PageServer(ThreadingHTTPServer):
         Args:
             page: The page.
             browse: Open it in the browser.
-            say: Is told the address, and where there is no browser, so.
+            say: Called with sentences for the user.
         """
         self.page = page.encode("utf-8")
         say(f"The preview is at {self.address}, for this machine only. End with Ctrl-C.")

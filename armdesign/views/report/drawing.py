@@ -9,15 +9,14 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from armdesign._types import Array
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")  # Okabe and Ito, no yellow
 DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 2, 1, 2, 1, 2)), (0, (9, 3)))  # colour alone tells nothing
@@ -27,7 +26,7 @@ WIDTH = 4.8
 DOTS_PER_INCH = 150
 """Of figures as PNG."""
 MOST_DRAWN = 400
-"""Samples of a series that are drawn; more cannot be told apart."""
+"""Samples of a series that are drawn; more look no different."""
 STYLE: dict[str, Any] = {
     "svg.hashsalt": "armdesign",
     "svg.fonttype": "none",
@@ -66,7 +65,7 @@ class Picture:
         key: Its name, part of every identifier in it.
         svg: The picture as an ``<svg>`` element without size.
         alt: What it shows, for those who do not see it.
-        caption: What stands below it.
+        caption: The text below it.
     """
 
     key: str
@@ -82,7 +81,7 @@ def picture(key: str, build: Callable[[], Figure], alt: str, caption: str = "") 
         key: Name of the picture, ASCII letters.
         build: Makes the figure.
         alt: What it shows.
-        caption: What stands below it.
+        caption: The text below it.
     """
     content = io.StringIO()
     with own_style():
@@ -105,8 +104,6 @@ def png(build: Callable[[], Figure]) -> bytes:
 @contextmanager
 def own_style() -> Iterator[None]:
     """Figures drawn meanwhile have our style, apart from whatever settings of matplotlib are in force."""
-    import matplotlib as mpl  # noqa: PLC0415  (slow to import)
-
     with mpl.rc_context(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # the browser has letters that the font at hand lacks
         mpl.rcdefaults()
@@ -130,8 +127,6 @@ def new_figure(
     height: float, *, left: float = 0.66, right: float = 0.1, bottom: float = 0.45, top: float = 0.1
 ) -> Figure:
     """An empty figure with room around its axes [inch]; a figure that measures its letters takes twice as long."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     figure = Figure(figsize=(WIDTH, height))
     figure.subplots_adjust(left / WIDTH, bottom / height, 1.0 - right / WIDTH, 1.0 - top / height)
     return figure

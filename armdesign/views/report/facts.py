@@ -1,4 +1,4 @@
-"""What the report tells, as numbers: the fitness in its parts, the loads of the joints, how the search went."""
+"""What the report shows, as numbers: the fitness in its parts, the loads of the joints, how the search went."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from armdesign.export.joints import narrowed
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import motion_limits
 from armdesign.export.solids import link_bodies
-from armdesign.kinematics.dh import DHTable
 from armdesign.search.evaluation import motions
 from armdesign.search.result import Result
 
@@ -104,20 +103,3 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
         range=run.limits if narrow is None else narrowed(run.limits, every, float(np.deg2rad(narrow))),
         masses=np.array([each.inertial.mass for each in link_bodies(run.table, body)]),
     )
-
-
-def arm_corners(table: DHTable, q: Array) -> Array:
-    """Corners of the arm skeleton from the base to the tool: per row along x_{i-1} by a_i, then along z_i by d_i.
-
-    Args:
-        table: The arm.
-        q: Joint angles, shape (n,) [rad].
-
-    Returns:
-        Shape (2 n + 3, 3) [m]; every second one from the third on is a joint's origin, the last is the tool.
-    """
-    corners, pose = [np.zeros(3)], table.base()
-    for frame, a in zip(table.frames(q), table.a, strict=True):
-        corners += [pose[:3, 3] + a * pose[:3, 0], frame[:3, 3]]
-        pose = frame
-    return np.array(corners)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from armdesign._types import Array
 from armdesign.search.result import Result
@@ -24,10 +26,6 @@ from armdesign.views.report.drawing import (
     thinned,
 )
 from armdesign.views.report.facts import FitnessParts, JointLoads
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 BINS = 24
 BEST, MEAN = "best", "mean of all particles' bests"

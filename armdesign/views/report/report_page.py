@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import jinja2
 import numpy as np
 
 from armdesign._version import __version__
 from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
+from armdesign.export.trajectory.simulation import Tracking
 from armdesign.export.xml_text import rpy
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.result import Result, SearchFacts
@@ -24,9 +26,6 @@ from armdesign.views.report.facts import (
 from armdesign.views.report.report_scene import scene_pictures
 from armdesign.views.report.sketch import sketch_picture
 from armdesign.views.report.tracking import tracking_picture
-
-if TYPE_CHECKING:
-    from armdesign.export.trajectory.simulation import Tracking
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 AT_BOUND = 1e-9
@@ -90,8 +89,6 @@ def fill(context: dict[str, Any]) -> str:
     Raises:
         ArmDesignError: The template is missing or damaged.
     """
-    import jinja2  # noqa: PLC0415
-
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         undefined=jinja2.StrictUndefined,

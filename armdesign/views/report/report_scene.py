@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from armdesign._types import Array
 from armdesign.search.result import Result
 from armdesign.views.report.drawing import HUMAN, WIDTH, Picture, new_figure, picture
-from armdesign.views.report.facts import arm_corners
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from armdesign.views.skeleton import skeleton
 
 INSTANTS = 4
 PATH_POINTS = 250
@@ -65,11 +63,11 @@ def scene_of(run: Result) -> Scene:
     drawn = np.unique(np.linspace(0, len(q) - 1, PATH_POINTS).astype(int))
     points = task.P[chosen]
     return Scene(
-        corners=1e3 * np.stack([arm_corners(run.table, q[t]) for t in chosen]),
+        corners=1e3 * skeleton(run.table, q[chosen]),
         human=1e3 * np.concatenate([np.zeros((len(chosen), 1, 3)), points], axis=1),
         times=task.time[chosen],
         hand=1e3 * task.P[drawn, -1],
-        tip=1e3 * np.stack([run.table.frames(q[t])[-1, :3, 3] for t in drawn]),
+        tip=1e3 * skeleton(run.table, q[drawn])[:, -1],
     )
 
 

@@ -8,19 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from armdesign._types import Array
 from armdesign.export.solids import SHORTEST
 from armdesign.kinematics.dh import DHTable
 from armdesign.views.report.drawing import ARM, HUMAN, WIDTH, Picture, picture
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Rectangle
 
 LETTER, LINE = 0.074, 0.165  # room of a letter and of a line of text [inch]
 LARGEST = (3.0, 3.0)  # of the arm itself [inch]
@@ -81,8 +78,6 @@ def sketch_picture(table: DHTable) -> Picture:
 
 def sketch(table: DHTable) -> Figure:
     """Arm, joints with their twists, and a chain of dimensions below and to the right."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     pieces, nodes = unfolded(table)
     labels = node_labels(table, nodes)
     width, height = nodes[-1]
@@ -175,16 +170,10 @@ def draw_arm(axis: Axes, pieces: Sequence[Piece], nodes: Array) -> None:
     width, height = HOUSING
     for x, y in np.unique(nodes[:-1], axis=0):
         place = (x - width / 2, y - height / 2)
-        axis.add_patch(rectangle(place, width, height))
+        housing = Rectangle(place, width, height, facecolor="white", edgecolor="black", linewidth=1.2, zorder=4)
+        axis.add_patch(housing)
         axis.plot([x, x], [y - 0.2, y + 0.2], color="black", linewidth=0.7, linestyle="-.", zorder=5)
     axis.plot(*nodes[-1], marker="o", markersize=7, color="white", markeredgecolor=HUMAN, markeredgewidth=2, zorder=5)
-
-
-def rectangle(place: tuple[float, float], width: float, height: float) -> Rectangle:
-    """A joint's housing."""
-    from matplotlib.patches import Rectangle  # noqa: PLC0415
-
-    return Rectangle(place, width, height, facecolor="white", edgecolor="black", linewidth=1.2, zorder=4)
 
 
 def draw_label(axis: Axes, label: Label) -> None:

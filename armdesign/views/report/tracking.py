@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 
+from armdesign.export.trajectory.simulation import Tracking
 from armdesign.search.result import Result
 from armdesign.views.report.drawing import (
     GREY,
@@ -18,14 +18,9 @@ from armdesign.views.report.drawing import (
     thinned,
 )
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from armdesign.export.trajectory.simulation import Tracking
-
 
 def tracking_picture(run: Result, tracking: Tracking) -> Picture:
-    """Distance of the simulated end-effector to the demonstrated hand, and to where the servos were told to be."""
+    """Distance of the simulated end-effector to the demonstrated hand, and to the pose that the servos aim at."""
     error, servo = 1e3 * tracking.error, 1e3 * tracking.servo_error
 
     def build() -> Figure:
@@ -44,7 +39,7 @@ def tracking_picture(run: Result, tracking: Tracking) -> Picture:
     caption = (
         "The arm under position control in MuJoCo, with gravity: its end-effector stays "
         f"{error.mean():.1f} mm from the demonstrated hand on average and {error.max():.1f} mm at worst, and "
-        f"{servo.mean():.1f} and {servo.max():.1f} mm from where its angles were asked to put it. Dotted: the mean "
+        f"{servo.mean():.1f} and {servo.max():.1f} mm from where the joint angles asked for put it. Dotted: the mean "
         f"error of the design itself, {1e3 * design_error(run):.1f} mm. "
         + (f"At the torque limit for a time: {saturated}." if saturated else "No joint reaches its torque limit.")
     )

@@ -18,8 +18,11 @@ from armdesign.settings.kinds import toml_value
 from armdesign.settings.sections import SECTIONS, Design, Settings, Solver
 
 UNIT = re.compile(r" ?\[([^\]]+)\]")
-TOLD = {"task": ("recording", "files", "base", "points", "orientation"), "fitness": ("weights", "orientation_weight")}
-"""Settings that the page tells elsewhere."""
+ELSEWHERE = {
+    "task": ("recording", "files", "base", "points", "orientation"),
+    "fitness": ("weights", "orientation_weight"),
+}
+"""Settings that other parts of the page show."""
 STOPPED = {
     "iterations": "all iterations were done",
     "budget": "the budget of candidates was spent",
@@ -70,7 +73,7 @@ class Recipe:
 
 
 def changed_settings(settings: Settings) -> list[Setting]:
-    """The settings that differ from the defaults, but for those that the page tells elsewhere or that follow."""
+    """The settings that differ from the defaults, but for those that other parts of the page show or that follow."""
     default, found = Settings(), []
     effort = start_effort(Solver(), settings.design.dof)._asdict()
     for kind in SECTIONS:
@@ -80,7 +83,7 @@ def changed_settings(settings: Settings) -> list[Setting]:
             value, usual = getattr(now, entry.name), getattr(before, entry.name)
             follows = title == "solver" and effort.get(entry.name, object()) == value
             follows |= usual is None and value in (False, "off")  # decided by the recording: nothing is done
-            if value == usual or follows or entry.name in TOLD.get(title, ()):
+            if value == usual or follows or entry.name in ELSEWHERE.get(title, ()):
                 continue
             doc = " ".join(str(entry.metadata["doc"]).split())
             found.append(Setting(f"{title}.{entry.name}", shown(value), shown(usual), doc))

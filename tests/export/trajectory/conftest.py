@@ -32,8 +32,8 @@ ARMS = {
 def finished(scenario):
     table = ARMS[scenario]
     settings = {"design": {"dof": table.dof}, "fitness": {"scenario": scenario, "reach_tolerance": 0.002}}
-    prepared = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), Settings().replace(settings))
-    return Result(scenario, prepared, evaluate_design(table, prepared), {}, {})
+    problem = prepare(read_recording(EXAMPLES / f"{scenario}.csv"), Settings().replace(settings))
+    return Result(problem, evaluate_design(table, problem), name=scenario)
 
 
 @pytest.fixture(scope="session")

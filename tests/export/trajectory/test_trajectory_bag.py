@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armdesign.errors import MissingExtraError, RunFolderError
-from armdesign.export.trajectory.exporting import make_trajectory
+from armdesign.export.trajectory.exporting import TrajectoryOptions, make_trajectory
 from armdesign.export.trajectory.ros2_bag import (
     STATES,
     STATES_TOPIC,
@@ -21,7 +21,7 @@ rosbag2 = pytest.importorskip("rosbags.rosbag2")
 
 @pytest.fixture
 def motion(run):
-    return make_trajectory(run, rate=50.0).motion
+    return make_trajectory(run, TrajectoryOptions(rate=50.0)).motion
 
 
 def messages(folder):
@@ -70,7 +70,7 @@ def test_the_bag_stands_in_a_folder_of_any_name_and_leaves_nothing_beside_it(tmp
 
 
 def test_a_bag_is_replaced_only_when_asked(tmp_path, runs):
-    long, short = (make_trajectory(runs["packaging"], rate=rate).motion for rate in (100.0, 20.0))
+    long, short = (make_trajectory(runs["packaging"], TrajectoryOptions(rate=rate)).motion for rate in (100.0, 20.0))
     write_bag(tmp_path / "bag", long)
     with pytest.raises(RunFolderError, match=r"there is a bag .* already"):
         write_bag(tmp_path / "bag", short)

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from armdesign.errors import RunFolderError, SettingsError
-from armdesign.export.trajectory.exporting import FILES, export_trajectory, make_trajectory
+from armdesign.export.trajectory.exporting import FILES, TrajectoryOptions, export_trajectory, make_trajectory
 from armdesign.export.trajectory.tool_poses import tool_poses
 
 
@@ -34,7 +34,7 @@ def test_a_name_with_the_kinds_ending_is_the_file(tmp_path, run, kind, name):
 
 def test_all_kinds_carry_the_same_motion(tmp_path, run):
     for kind in ("csv", "ros", "npz"):
-        export_trajectory(run, kind, tmp_path, rate=75.0, speed=0.6)
+        export_trajectory(run, kind, tmp_path, TrajectoryOptions(rate=75.0, speed=0.6))
     _, q, v, a = read_csv(tmp_path / FILES["csv"])
     arrays = np.load(tmp_path / FILES["npz"])
     points = yaml.safe_load((tmp_path / FILES["ros"]).read_text())["points"]
@@ -45,7 +45,7 @@ def test_all_kinds_carry_the_same_motion(tmp_path, run):
 
 def test_the_rate_is_that_asked_for_or_the_demonstrations(tmp_path, run):
     for rate in (None, 250.0):
-        time, *_ = read_csv(export_trajectory(run, "csv", tmp_path, rate=rate, overwrite=True).path)
+        time, *_ = read_csv(export_trajectory(run, "csv", tmp_path, TrajectoryOptions(rate=rate), overwrite=True).path)
         np.testing.assert_allclose(np.diff(time), run.problem.task.dt if rate is None else 1 / rate, rtol=1e-6)
 
 
@@ -59,10 +59,9 @@ def test_the_notes_state_the_deviation_that_the_angles_show(run):
     assert stated[:3] == pytest.approx([angle, moved.max(), moved.mean()], abs=0.006)
 
 
-def test_fitted_limits_hold_and_the_slow_down_is_told(tmp_path, runs):
-    exported = export_trajectory(
-        runs["packaging"], "csv", tmp_path, rate=1000.0, fit_limits=True, max_velocity=1.0, max_acceleration=3.0
-    )
+def test_fitted_limits_hold_and_the_slow_down_is_said(tmp_path, runs):
+    options = TrajectoryOptions(rate=1000.0, fit_limits=True, max_velocity=1.0, max_acceleration=3.0)
+    exported = export_trajectory(runs["packaging"], "csv", tmp_path, options)
     _, _, v, a = read_csv(exported.path)
     assert np.abs(v).max() <= 1.0
     assert np.abs(a).max() <= 3.0
@@ -72,7 +71,9 @@ def test_fitted_limits_hold_and_the_slow_down_is_told(tmp_path, runs):
 
 def test_limits_never_speed_up(runs):
     plain, fitted = (
-        make_trajectory(runs["welding"], speed=0.3, fit_limits=fit, max_velocity=50.0, max_acceleration=1e4)
+        make_trajectory(
+            runs["welding"], TrajectoryOptions(speed=0.3, fit_limits=fit, max_velocity=50.0, max_acceleration=1e4)
+        )
         for fit in (False, True)
     )
     assert fitted.timing == plain.timing
@@ -98,7 +99,7 @@ def test_an_exported_trajectory_is_a_pure_function_of_the_run(tmp_path, run):
 )
 def test_a_setting_out_of_range_is_refused_and_leaves_nothing_behind(tmp_path, runs, settings, told):
     with pytest.raises(SettingsError) as caught:
-        export_trajectory(runs["packaging"], "csv", tmp_path / "out", **settings)
+        export_trajectory(runs["packaging"], "csv", tmp_path / "out", TrajectoryOptions(**settings))
     assert told in str(caught.value)
     assert not list(tmp_path.iterdir())
 
@@ -112,9 +113,9 @@ def test_a_file_is_replaced_only_when_asked(tmp_path, runs):
     path = export_trajectory(runs["packaging"], "csv", tmp_path).path
     before = path.read_bytes()
     with pytest.raises(RunFolderError, match="is there already"):
-        export_trajectory(runs["packaging"], "csv", tmp_path, speed=0.5)
+        export_trajectory(runs["packaging"], "csv", tmp_path, TrajectoryOptions(speed=0.5))
     assert path.read_bytes() == before
-    export_trajectory(runs["packaging"], "csv", tmp_path, speed=0.5, overwrite=True)
+    export_trajectory(runs["packaging"], "csv", tmp_path, TrajectoryOptions(speed=0.5), overwrite=True)
     assert path.read_bytes() != before
 
 
@@ -132,8 +133,8 @@ def test_joints_held_inside_their_limits_are_named(runs):
     q = run.evaluation.path.q
     limits = np.degrees([np.minimum(q.min(axis=0) - 1e-5, 0.0), np.maximum(q.max(axis=0) + 1e-5, 0.0)]).T.tolist()
     settings = run.problem.settings.replace({"design": {"joint_limits": limits}})
-    narrow = replace(run, prepared=replace(run.problem, settings=settings))
-    trajectory = make_trajectory(narrow, rate=1000.0)
+    narrow = replace(run, problem=replace(run.problem, settings=settings))
+    trajectory = make_trajectory(narrow, TrajectoryOptions(rate=1000.0))
     assert trajectory.path.bounded
     assert f"joint_{trajectory.path.bounded[0] + 1}" in trajectory.notes[1]
     assert (trajectory.motion.q >= narrow.limits[:, 0] - 1e-12).all()

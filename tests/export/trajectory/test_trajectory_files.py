@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 import yaml
 
-from armdesign.export.trajectory.exporting import make_trajectory
+from armdesign.export.trajectory.exporting import TrajectoryOptions, make_trajectory
 from armdesign.export.trajectory.scaling import Motion
 from armdesign.export.trajectory.trajectory_files import csv_text, npz_bytes, ros_yaml, seconds_nanoseconds
 
 
 @pytest.fixture
 def motion(run):
-    return make_trajectory(run, rate=120.0, speed=0.9).motion
+    return make_trajectory(run, TrajectoryOptions(rate=120.0, speed=0.9)).motion
 
 
 def tiny():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from armdesign.errors import DesignError, MissingExtraError, SettingsError
+from armdesign.export.trajectory.exporting import TrajectoryOptions
 from armdesign.export.trajectory.scaling import timing_of
 from armdesign.export.trajectory.simulated_arm import Servo, SimulatedArm
 from armdesign.export.trajectory.simulation import simulate
@@ -24,13 +25,13 @@ def simulated(run, servo):
 
 
 def test_a_slow_trajectory_is_tracked_to_a_few_millimetres(run):
-    tracking = simulate(run, speed=0.3)
+    tracking = simulate(run, options=TrajectoryOptions(speed=0.3))
     assert tracking.servo_error.max() < 5e-3
     assert tracking.servo_error.mean() < 4e-3
 
 
 def test_the_hand_is_followed_as_well_as_the_design_follows_it(run):
-    tracking = simulate(run, servo=STIFF, speed=0.5)
+    tracking = simulate(run, servo=STIFF, options=TrajectoryOptions(speed=0.5))
     missed = np.linalg.norm(tool_poses(run.table, run.evaluation.path.q)[:, :3, 3] - run.problem.task.P[:, -1], axis=1)
     assert tracking.error.mean() < missed.mean() + 2e-3
     assert tracking.error.max() < missed.max() + 3e-3
@@ -45,7 +46,7 @@ def test_errors_are_distances_of_what_is_given(run):
 
 
 def test_the_target_is_the_demonstrated_hand(run):
-    tracking, task = simulate(run, ramp=0.0), run.problem.task
+    tracking, task = simulate(run, options=TrajectoryOptions(ramp=0.0)), run.problem.task
     np.testing.assert_allclose(tracking.target, task.P[:, -1], atol=1e-6)
     np.testing.assert_allclose(tracking.demonstrated, task.time, atol=1e-9)
 
@@ -69,12 +70,15 @@ def test_stiffness_grows_with_the_square_of_the_frequency_and_sag_falls(run):
     arms = [simulated(run, Servo(frequency=frequency))[1] for frequency in (8.0, 16.0)]
     gains = [arm.model.actuator_gainprm[:, 0] for arm in arms]
     np.testing.assert_allclose(gains[1], 4.0 * gains[0], rtol=1e-12)
-    soft, stiff = (simulate(run, servo=Servo(frequency=f), speed=0.5).servo_error.mean() for f in (8.0, 16.0))
+    soft, stiff = (
+        simulate(run, servo=Servo(frequency=f), options=TrajectoryOptions(speed=0.5)).servo_error.mean()
+        for f in (8.0, 16.0)
+    )
     assert stiff == pytest.approx(soft / 4.0, rel=0.1)
 
 
 def test_without_gravity_a_slow_arm_is_where_it_should_be(run):
-    tracking = simulate(run, servo=Servo(gravity_compensation=True), speed=0.2, rate=20.0)
+    tracking = simulate(run, servo=Servo(gravity_compensation=True), options=TrajectoryOptions(speed=0.2, rate=20.0))
     assert tracking.servo_error.max() < 2e-4
 
 
@@ -84,7 +88,7 @@ def test_a_smaller_step_changes_little(runs):
 
 
 def test_torques_keep_the_effort_limits(run):
-    tracking = simulate(run, speed=3.0)
+    tracking = simulate(run, options=TrajectoryOptions(speed=3.0))
     _, arm = simulated(run, Servo())
     assert (np.abs(tracking.torque) <= arm.effort * (1 + 1e-9)).all()
     assert tracking.saturated.max() > 0.0

@@ -9,9 +9,9 @@ from armdesign.export.urdf import urdf_text
 from armdesign.kinematics.models import arm_model
 from armdesign.views.preview.colours import Scale, scale_for
 from armdesign.views.preview.human import motion_of
-from armdesign.views.preview.places import places, skeleton
 from armdesign.views.preview.preview_scene import build_scene, side_by_side
 from armdesign.views.preview.shapes import trace, turns_from_y
+from armdesign.views.skeleton import places, skeleton
 
 TOLERANCE = 1e-6
 

@@ -1,4 +1,4 @@
-"""Points of the arm skeleton along a path (method section 2)."""
+"""The arm skeleton along a path (method section 2): its corners, and the places of the task's points on it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ def skeleton(table: DHTable, q: Array) -> Array:
         q: Joint angles, shape (T, n) [rad].
 
     Returns:
-        Shape (T, 2 n + 3, 3) [m]; pieces of no length are kept.
+        Shape (T, 2 n + 3, 3) [m]; pieces of no length are kept. Every second corner from the third on is a joint's
+        origin, the last is the tool.
     """
     pose = np.broadcast_to(table.base(), (len(q), 4, 4))
     corners = [pose[:, :3, 3]]
@@ -49,11 +50,6 @@ def places(table: DHTable, q: Array, sigma: Array) -> Array:
     frame = np.arange(len(q))[:, None]
     start, end = corners[frame, piece], corners[frame, piece + 1]
     return np.asarray(start + share[..., None] * (end - start))
-
-
-def tool_rotations(table: DHTable, q: Array) -> Array:
-    """Rotations of the tool frame, shape (T, 3, 3)."""
-    return np.stack([table.frames(angles)[-1, :3, :3] for angles in q])
 
 
 def _turns(angles: Array) -> Array:
