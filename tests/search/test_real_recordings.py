@@ -1,4 +1,4 @@
-"""Real motion capture, where it is at hand: both files work as they are, in both scenarios."""
+"""Real motion capture, where it is at hand: the files work as they are, one in each scenario."""
 
 import json
 import re
@@ -19,21 +19,9 @@ FILES = ("box_lift.csv", "handover_giver.csv")
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the shared recordings are not at hand")
 
 
-@pytest.mark.parametrize("scenario", ["packaging", "welding"])
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize(("name", "scenario"), [*zip(FILES, ("packaging", "welding"), strict=True)])
 def test_recording_gives_an_arm_as_it_is(tmp_path, outside, name, scenario):
-    flags = [
-        "--scenario",
-        scenario,
-        "--dof",
-        "6",
-        "--particles",
-        "8",
-        "--iterations",
-        "2",
-        "--out",
-        str(tmp_path / "run"),
-    ]
+    flags = f"--scenario {scenario} --dof 6 --particles 8 --iterations 2 --out {tmp_path / 'run'}".split()
     outcome = CliRunner().invoke(app, ["search", str(FOLDER / name), *flags])
     assert outcome.exit_code == 0, outcome.output
     content = json.loads((tmp_path / "run" / "result.json").read_text())

@@ -1,4 +1,4 @@
-"""Every parameter can be set, and whatever is set, what comes out fits together."""
+"""Every setting can be set, and whatever is set, what a search finds fits together."""
 
 import dataclasses
 
@@ -10,55 +10,43 @@ from armdesign.settings.kinds import Choice
 from armdesign.settings.sections import SECTIONS, Settings
 
 OPTIONS = [
-    ("packaging", {"search": {"algorithm": "pso", "inertia": 0.6, "c1": 1.2, "c2": 0.9}}),
-    ("packaging", {"search": {"algorithm": "multibasin", "budget": 300}}),
-    ("packaging", {"search": {"algorithm": "rapso", "angle_interval": 1}}),
-    ("packaging", {"search": {"angle_interval": 7}}),
-    ("packaging", {"search": {"range": "box"}}),
-    ("packaging", {"search": {"c_range": (-0.1, 1.0)}}),
-    ("packaging", {"search": {"seed": 2**63 - 1}}),
-    ("packaging", {"search": {"patience": 1}}),
-    ("packaging", {"search": {"target": 100.0}}),
-    ("packaging", {"search": {"time_limit": 1000.0}}),
+    ("packaging", {"search": {"algorithm": "pso", "inertia": 0.6, "c1": 1.2, "c2": 0.9, "time_limit": 1000.0},
+                   "fitness": {"tie_hand": False, "delta": 0.003}}),
+    ("packaging", {"search": {"algorithm": "multibasin", "budget": 150}, "solver": {"start_paths": 3}}),
+    ("packaging", {"search": {"algorithm": "rapso", "angle_interval": 1, "c_range": (-0.1, 1.0)},
+                   "fitness": {"lambda_f": 1.0, "lambda_E": 0.0}}),
+    ("packaging", {"search": {"angle_interval": 7, "range": "box", "seed": 2**63 - 1},
+                   "fitness": {"continuity": 2.0}}),
+    ("packaging", {"search": {"patience": 1}, "fitness": {"continuity_speed": 60.0}}),
+    ("packaging", {"search": {"target": 100.0}, "fitness": {"reach_tolerance": 0.05}}),
     *(("welding", {"fitness": {"orientation_metric": metric, "mount": mount}})
-      for metric in ("geodesic", "euler", "axis") for mount in ("start", "identity")),
-    ("welding", {"fitness": {"weights": (0.1, 0.1, 0.3), "orientation_weight": 0.5}}),
-    ("packaging", {"fitness": {"tie_hand": False}}),
-    ("welding", {"fitness": {"tie_hand": False}}),
-    ("packaging", {"fitness": {"continuity": 2.0}}),
-    ("packaging", {"fitness": {"continuity_speed": 60.0}}),
-    ("packaging", {"fitness": {"delta": 0.003}}),
-    ("packaging", {"fitness": {"lambda_f": 1.0, "lambda_E": 0.0}}),
-    ("packaging", {"fitness": {"reach_tolerance": 0.05}}),
-    ("packaging", {"fitness": {"reach_frames": "all", "reach_tolerance": 0.3}}),
-    ("packaging", {"design": {"base_yaw": (-180.0, 180.0)}}),
-    ("packaging", {"design": {"base_yaw": (30.0, 30.0)}}),
+      for metric, mount in (("geodesic", "start"), ("euler", "start"), ("axis", "start"), ("axis", "identity"))),
+    ("welding", {"fitness": {"weights": (0.1, 0.1, 0.3), "orientation_weight": 0.5, "mount": "identity"},
+                 "solver": {"second_order": False}}),
+    ("welding", {"fitness": {"tie_hand": False, "orientation_metric": "euler", "mount": "identity"},
+                 "task": {"orientation": "hand"}}),
+    ("packaging", {"fitness": {"reach_frames": "all", "reach_tolerance": 0.3},
+                   "task": {"outliers": True, "repeats": True, "low_pass": "off"}}),
+    ("packaging", {"design": {"base_yaw": (-180.0, 180.0), "joint_limits": ((-120.0, 120.0),)}}),
+    ("packaging", {"design": {"base_yaw": (30.0, 30.0), "coaxial_twist": 20.0, "coaxial_offset": 0.2},
+                   "task": {"scale": 1.1}}),
     ("packaging", {"design": {"bounds": {"alpha_0": (-80.0, -10.0), "a_1": (0.1, 0.1), "d_tool": (0.05, 0.2)}}}),
-    ("packaging", {"design": {"bounds": {"a_tool": (0.0, 0.1), "a_0": (0.0, 0.1), "base_yaw": (-10.0, 20.0)}}}),
+    ("packaging", {"design": {"bounds": {"a_tool": (0.0, 0.1), "a_0": (0.0, 0.1), "base_yaw": (-10.0, 20.0)}},
+                   "task": {"base_mode": "fixed"}}),
     ("packaging", {"design": {"alpha": (-180.0, 180.0), "a": (0.0, 0.3), "d": (0.0, 0.1), "tool_length": 0.02}}),
-    ("packaging", {"design": {"length": (0.7, 0.8)}}),
-    ("packaging", {"design": {"coaxial_twist": 20.0, "coaxial_offset": 0.2}}),
-    ("packaging", {"design": {"joint_limits": ((-120.0, 120.0),)}}),
-    ("packaging", {"design": {"joint_limits": ((-180.0, 180.0),) * 5 + ((-90.0, 10.0),)}}),
-    ("packaging", {"solver": {"starts": 32, "descents": 4, "finalists": 2}}),
-    ("packaging", {"solver": {"start_paths": 3}}),
-    ("packaging", {"solver": {"tolerance": 1e-3, "floor": 1e-6, "max_steps": 5}}),
-    ("welding", {"solver": {"second_order": False}}),
-    ("packaging", {"task": {"base_mode": "fixed"}}),
-    ("packaging", {"task": {"low_pass": 6.0, "rate": 25.0, "max_gap": 0.1}}),
-    ("packaging", {"task": {"start": 0.5, "stop": 1.0}}),
-    ("packaging", {"task": {"outliers": True, "repeats": True, "low_pass": "off"}}),
-    ("packaging", {"task": {"scale": 1.1}}),
-    ("packaging", {"task": {"base": "shoulder", "points": ("upper_arm", "hand")}}),
-    ("packaging", {"task": {"points": ("hand",)}}),
-    ("welding", {"task": {"orientation": "hand"}}),
+    ("packaging", {"design": {"length": (0.7, 0.8), "joint_limits": ((-180.0, 180.0),) * 5 + ((-90.0, 10.0),)}}),
+    ("packaging", {"solver": {"starts": 32, "descents": 4, "finalists": 2},
+                   "task": {"start": 0.5, "stop": 1.0}}),
+    ("packaging", {"solver": {"tolerance": 1e-3, "floor": 1e-6, "max_steps": 5}, "task": {"points": ("hand",)}}),
+    ("packaging", {"task": {"low_pass": 6.0, "rate": 25.0, "max_gap": 0.1, "base": "shoulder",
+                            "points": ("upper_arm", "hand")}}),
 ]  # fmt: skip
 
 
 def name_of(option):
     scenario, changes = option
     entries = [f"{name}={value}" for table in changes.values() for name, value in table.items()]
-    return f"{scenario}-{','.join(entries)}"[:60]
+    return f"{scenario}-{','.join(entries)}"[:80]
 
 
 def test_every_parameter_is_tried():
@@ -100,8 +88,8 @@ def check_search(result):
     settings, best = result.problem.settings, result.evaluation
     assert best.fitness == settings.fitness.lambda_f * best.path_fitness + settings.fitness.lambda_E * best.area
     assert best.fitness == result.history.best[-1]
-    whole = "budget" if settings.search.algorithm == "multibasin" else "iterations"
-    rules = {whole} | {rule for rule in ("patience", "target") if getattr(settings.search, rule) is not None}
+    length = "budget" if settings.search.algorithm == "multibasin" else "iterations"
+    rules = {length} | {rule for rule in ("patience", "target") if getattr(settings.search, rule) is not None}
     assert result.facts.stopped_by in rules
     assert result.facts.stopped_by != "iterations" or len(result.history.best) == settings.search.iterations
     assert result.facts.stopped_by != "target" or best.fitness <= settings.search.target
