@@ -12,12 +12,19 @@ from armdesign.cli.command_errors import INTERRUPTED
 from armdesign.cli.screen import SearchBar, announce_compiling, clock, say, say_in_handler, show_table, show_text
 from armdesign.cli.tables import show_evaluation
 from armdesign.cli.worker_options import check_workers, open_backend
-from armdesign.errors import RunFolderError, SettingsError, counted, resume_command
-from armdesign.experiments.auto_dof.choose_dof import Outcome, Watch, carry_out_auto, start_auto
-from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE, Found, chosen, holds_auto
-from armdesign.experiments.auto_dof.dof_rule import JOINTS, rule_of
+from armdesign.errors import counted, resume_command
+from armdesign.experiments.auto_dof.choose_dof import (
+    Callbacks,
+    DofChoice,
+    carry_out_auto,
+    claim_auto_folder,
+    problems_by_joints,
+    start_auto,
+)
+from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE, DofResult, has_choice, holds_auto
+from armdesign.experiments.auto_dof.dof_rule import rule_of
 from armdesign.fitness.block import compile_kernels
-from armdesign.runs.folder import RESULT_FILES, TASK_FILES, claim_folder, holds_run
+from armdesign.runs.folder import RESULT_FILES, TASK_FILES, holds_run
 from armdesign.runs.reading import read_result
 from armdesign.search.backends import Backend
 from armdesign.search.design_problem import DesignProblem
@@ -55,38 +62,19 @@ def search_auto(
     """
     rule = rule_of(within, enough)
     check_workers(workers, cluster)
-    tasks = prepared_tasks(prepare_for)
-    folder = claimed(folder_for(source, next(iter(tasks.values()))) if out is None else out, overwrite=overwrite)
-    start_auto(folder, tasks, rule)
+    problems = problems_by_joints(prepare_for)
+    place = folder_for(source, next(iter(problems.values()))) if out is None else out
+    folder = claim_auto_folder(place, overwrite=overwrite)
+    start_auto(folder, problems, rule)
     carry_on(folder, workers, cluster, report=report, quiet=quiet)
 
 
 def resume_auto(folder: Path, *, workers: int | None, cluster: str | None, report: bool, quiet: bool) -> None:
     """Go on with the search for the number of joints where it stopped."""
-    if chosen(folder):
+    if has_choice(folder):
         say(f"{folder} is finished; nothing to resume.")
         return
     carry_on(folder, workers, cluster, report=report, quiet=quiet)
-
-
-def prepared_tasks(prepare_for: Callable[[int], DesignProblem]) -> dict[int, DesignProblem]:
-    """The task for every number of joints to choose from.
-
-    Raises:
-        SettingsError: Settings that fit one number of joints only.
-    """
-    fewest, most = prepare_for(JOINTS[1]).settings.design.auto_dof or JOINTS
-    tasks = {}
-    for n in range(fewest, most + 1):
-        tasks[n] = prepare_for(n)
-        try:
-            tasks[n].space, tasks[n].path_problem
-        except SettingsError as error:
-            fix = "Settings that name single joints go with a --dof of that number, or with a narrower design.auto_dof"
-            raise SettingsError(
-                f"--dof auto, with {counted(n, 'joint')}: {error}", value=error.value, fix=fix
-            ) from error
-    return tasks
 
 
 def folder_for(source: Path, problem: DesignProblem) -> Path:
@@ -99,21 +87,6 @@ def folder_for(source: Path, problem: DesignProblem) -> Path:
     return folder
 
 
-def claimed(folder: Path, *, overwrite: bool) -> Path:
-    """Make the folder before the work begins.
-
-    Raises:
-        RunFolderError: It holds something already, or cannot be written.
-    """
-    if holds_auto(folder) and not overwrite:
-        unfinished = "" if chosen(folder) else f", go on with it by --resume {folder}"
-        raise RunFolderError(
-            f"{folder} already holds a search for the number of joints", value=str(folder),
-            fix=f"Name another with --out{unfinished}, or add --overwrite",
-        )  # fmt: skip
-    return claim_folder(folder, overwrite=overwrite)
-
-
 def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: bool, quiet: bool) -> None:
     """Search in the folder, saying what is done and why it ends."""
     check_workers(workers, cluster)
@@ -124,18 +97,18 @@ def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: 
     go_on = f"Go on with: {resume_command('search', folder, cluster)}"
     try:
         with Screen(quiet) as screen:
-            watch = Watch(screen.begin, screen.progress, screen.end, on_interrupt, say)
-            outcome = carry_out_auto(folder, start_workers, watch)
+            callbacks = Callbacks(screen.begin, screen.progress, screen.end, on_interrupt, say)
+            choice = carry_out_auto(folder, start_workers, callbacks)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
-    if outcome.interrupted:
+    if choice.interrupted:
         typer.echo(f"Interrupted. {go_on}", err=True)
         raise typer.Exit(INTERRUPTED)
     result = read_result(folder)
     more = views.write_views(folder, result) if report else ()
     if not quiet:
-        show_outcome(outcome, result, more)
+        show_choice(choice, result, more)
 
 
 def on_interrupt() -> None:
@@ -182,32 +155,32 @@ class Screen:
         if not self.quiet:
             self.bar(progress)
 
-    def end(self, found: Found) -> None:
+    def end(self, result: DofResult) -> None:
         """A search has ended."""
         self.bar.__exit__()
-        if not self.quiet and not found.valid:
-            say(f"No arm of {counted(found.dof, 'joint')}: {found.reason}")
+        if not self.quiet and not result.valid:
+            say(f"No arm of {counted(result.dof, 'joint')}: {result.reason}")
 
 
-def show_outcome(outcome: Outcome, result: Result, more: tuple[str, ...]) -> None:
+def show_choice(choice: DofChoice, result: Result, more: tuple[str, ...]) -> None:
     """Print what every number of joints gives, why one was chosen, and its arm.
 
     Args:
-        outcome: How the searches ended.
+        choice: How the searches ended.
         result: The chosen arm.
         more: Further files that were written.
     """
     names = [name for name in (*TASK_FILES, *RESULT_FILES) if name not in more]
-    files = [name for name in names if (outcome.folder / name).exists()]
+    files = [name for name in names if (choice.folder / name).exists()]
     rows = []
-    for found in outcome.found:
-        mark = "*" if outcome.verdict is not None and found.dof == outcome.verdict.dof else ""
+    for found in choice.results:
+        mark = "*" if choice.verdict is not None and found.dof == choice.verdict.dof else ""
         lengths = (found.path_fitness * 1e3, found.area * 1e3, found.fitness, found.hand_error * 1e3, found.length)
         figures = [f"{value:.{2 if k in (0, 1, 3) else 4}f}" for k, value in enumerate(lengths)]
         shown = [*figures, clock(found.wall_time)] if found.valid else ["no valid arm", *["-"] * 5]
         rows.append((mark, str(found.dof), *shown))
     show_table(("", "joints", "f [mm]", "E [mm]", "r [m]", "hand [mm]", "L [m]", "time"), rows)
-    show_text(outcome.explanation)
+    show_text(choice.explanation)
     show_evaluation(result.evaluation, result.problem)
-    typer.echo(f"Written in {outcome.folder}, every search in a folder nN of its own:")
+    typer.echo(f"Written in {choice.folder}, every search in a folder nN of its own:")
     typer.echo("\n".join(f"  {name}" for name in (AUTO, TABLE, PICTURE, *files, *more)))

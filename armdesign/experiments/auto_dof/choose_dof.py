@@ -8,21 +8,23 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
+from armdesign.errors import ArmDesignError, RunFolderError, SettingsError, counted
+from armdesign.experiments.auto_dof.dof_figure import pareto_png
 from armdesign.experiments.auto_dof.dof_records import (
     PICTURE,
     TABLE,
     TASKS,
-    Found,
+    DofResult,
     auto_csv,
     fitness_of,
+    has_choice,
     holds_auto,
     read_auto,
-    read_found,
+    read_dof_result,
     run_name,
     write_auto,
 )
-from armdesign.experiments.auto_dof.dof_rule import Rule, Verdict, decide, explain
+from armdesign.experiments.auto_dof.dof_rule import JOINTS, Rule, Verdict, decide, explain
 from armdesign.experiments.auto_dof.extra_joint import with_extra_joint
 from armdesign.files import write_whole
 from armdesign.kinematics.dh_files import read_design
@@ -33,21 +35,15 @@ from armdesign.runs.folder import (
     REPORT,
     RESULT_FILES,
     TASK_FILES,
+    claim_folder,
     inner_folders,
     settings_file,
 )
 from armdesign.runs.lock import locked
 from armdesign.runs.reading import read_problem
-from armdesign.runs.resumable import (
-    Interrupts,
-    NothingYetError,
-    carry_out,
-    finished,
-    interruptible,
-    start_run,
-)
+from armdesign.runs.resumable import Interrupts, NothingYetError, carry_out, finished, interruptible, start_run
 from armdesign.runs.writing import clear_result, write_files
-from armdesign.search.backends import Backend
+from armdesign.search.backends import Backend, InProcess
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import NothingFoundError, Progress
 
@@ -55,193 +51,257 @@ SHARE = 4
 """One in so many particles at most begins as the smaller arm with a joint more."""
 MOST_JOINTS = 10
 
+StartWorkers = Callable[[DesignProblem], AbstractContextManager[Backend]]
+"""Gives the backend that evaluates the candidates of a search."""
+
 
 @dataclass(frozen=True)
-class Outcome:
-    """Where the choice stands.
+class DofChoice:
+    """How a search for the number of joints has ended.
 
     Attributes:
-        folder: Its folder.
-        found: What came of every number of joints that was searched, ascending.
+        folder: Its folder; with a choice it is the run folder of the chosen arm.
+        results: The best arm of every number of joints that was searched, ascending.
         verdict: The choice; None while there is none.
         explanation: Why, in two sentences.
         interrupted: Whether somebody asked for the end before the choice was made.
     """
 
     folder: Path
-    found: tuple[Found, ...]
+    results: tuple[DofResult, ...]
     verdict: Verdict | None = None
     explanation: str = ""
     interrupted: bool = False
 
 
 @dataclass(frozen=True)
-class Watch:
-    """Who is told how it goes.
+class Callbacks:
+    """Functions that are called on the way.
 
     Attributes:
-        begin: Called with n and the settings of a search before it begins or goes on.
-        progress: Gives the function to call after every iteration of the next search.
-        end: Called with what came of a search.
+        begin: Called with n and the problem before a search begins or goes on.
+        progress: Called after every iteration.
+        end: Called with the result of a search.
         interrupt: Called when Ctrl-C or SIGTERM asks for the end.
         note: Called with a sentence where something had to be decided.
     """
 
     begin: Callable[[int, DesignProblem], None] | None = None
     progress: Callable[[Progress], None] | None = None
-    end: Callable[[Found], None] | None = None
+    end: Callable[[DofResult], None] | None = None
     interrupt: Callable[[], None] | None = None
     note: Callable[[str], None] | None = None
 
 
-def start_auto(folder: Path, tasks: Mapping[int, DesignProblem], rule: Rule) -> None:
-    """Write down what is asked: the rule, and the task ready for every number of joints.
+def auto_dof(
+    problem_for: Callable[[int], DesignProblem],
+    folder: str | Path,
+    rule: Rule | None = None,
+    *,
+    start_workers: StartWorkers = InProcess,
+    callbacks: Callbacks | None = None,
+    overwrite: bool = False,
+) -> DofChoice:
+    """Search 2, 3, ... joints, each number begun from the arm before, until more do not pay.
+
+    What is interrupted goes on by ``carry_out_auto(folder)``.
+
+    Args:
+        problem_for: Gives the problem for a number of joints.
+        folder: The folder to write, with a run folder ``nN`` for every number of joints.
+        rule: When more joints do not pay; by default the paper's 4 %, or 5 mm.
+        start_workers: Gives the backend for the candidates of a search; by default this process.
+        callbacks: Functions that are called on the way.
+        overwrite: Whether what the folder holds is given up.
+
+    Raises:
+        SettingsError: Settings that fit one number of joints only.
+        RunFolderError: The folder holds something already, is in use, or cannot be written.
+        NothingFoundError: No number of joints has a valid arm.
+    """
+    problems = problems_by_joints(problem_for)
+    place = claim_auto_folder(Path(folder), overwrite=overwrite)
+    start_auto(place, problems, rule or Rule())
+    return carry_out_auto(place, start_workers, callbacks)
+
+
+def problems_by_joints(problem_for: Callable[[int], DesignProblem]) -> dict[int, DesignProblem]:
+    """The problem for every number of joints to choose from: those of design.auto_dof, or 2 to 7.
+
+    Raises:
+        SettingsError: Settings that fit one number of joints only.
+    """
+    fewest, most = problem_for(JOINTS[1]).settings.design.auto_dof or JOINTS
+    problems = {}
+    for n in range(fewest, most + 1):
+        problems[n] = problem_for(n)
+        try:
+            problems[n].space, problems[n].path_problem
+        except SettingsError as error:
+            fix = "Settings that name single joints go with a --dof of that number, or with a narrower design.auto_dof"
+            raise SettingsError(
+                f"--dof auto, with {counted(n, 'joint')}: {error}", value=error.value, fix=fix
+            ) from error
+    return problems
+
+
+def claim_auto_folder(folder: Path, *, overwrite: bool) -> Path:
+    """Make the folder before the work begins.
+
+    Raises:
+        RunFolderError: It holds something already, or cannot be written.
+    """
+    if holds_auto(folder) and not overwrite:
+        unfinished = "" if has_choice(folder) else f", go on with it by --resume {folder}"
+        raise RunFolderError(
+            f"{folder} already holds a search for the number of joints", value=str(folder),
+            fix=f"Name another with --out{unfinished}, or add --overwrite",
+        )  # fmt: skip
+    return claim_folder(folder, overwrite=overwrite)
+
+
+def start_auto(folder: Path, problems: Mapping[int, DesignProblem], rule: Rule) -> None:
+    """Write down the rule, and the problem for every number of joints.
 
     Args:
         folder: The folder; it exists. What an earlier choice has left in it is removed.
-        tasks: Task and settings by the number of joints.
+        problems: Problems by the number of joints.
         rule: When more joints do not pay.
 
     Raises:
-        RunFolderError: The folder holds other folders of these names, cannot be written, or a process is at it.
+        RunFolderError: The folder holds other folders of these names, cannot be written, or is in use.
     """
     with locked(folder):
         clear_result(folder)
-        places = [folder / TASKS, *(folder / run_name(n) for n in range(1, MOST_JOINTS + 1))]
-        for place in places:
+        for place in (folder / TASKS, *(folder / run_name(n) for n in range(1, MOST_JOINTS + 1))):
             if place.exists() and not holds_auto(folder):
-                raise RunFolderError(
-                    f"{place} is there already", value=str(place), fix="Name another folder with --out"
-                )
+                fix = "Name another folder with --out"
+                raise RunFolderError(f"{place} is there already", value=str(place), fix=fix)
             shutil.rmtree(place, ignore_errors=True)
-        for n, problem in tasks.items():
+        for n, problem in problems.items():
             place = folder / TASKS / run_name(n)
             place.mkdir(parents=True)
             start_run(place, problem)
-        write_auto(folder, tuple(tasks), rule, {}, None)
+        write_auto(folder, tuple(problems), rule, {}, None)
 
 
 def carry_out_auto(
-    folder: Path, hire: Callable[[DesignProblem], AbstractContextManager[Backend]], watch: Watch
-) -> Outcome:
-    """Search few joints, then more, until the rule is decided; what is finished already is not searched again.
+    folder: Path, start_workers: StartWorkers = InProcess, callbacks: Callbacks | None = None
+) -> DofChoice:
+    """Search few joints, then more, until the rule is decided; finished searches are not repeated.
 
     Args:
         folder: The folder, see start_auto.
-        hire: Gives who evaluates the candidates of a search.
-        watch: Who is told how it goes.
+        start_workers: Gives the backend for the candidates of a search.
+        callbacks: Functions that are called on the way.
 
     Raises:
-        RunFolderError: Another process is at it, or a file is damaged or cannot be written.
+        RunFolderError: Another process uses the folder, or a file is damaged or cannot be written.
         SearchError: The workers are lost.
         NothingFoundError: No number of joints has a valid arm.
     """
-    with locked(folder), interruptible(watch.interrupt) as interrupts:
-        joints, rule, _, failed = read_auto(folder)
-        found: dict[int, Found] = {}
-        while (verdict := decide(fitness_of(found), joints, rule)) is None and len(found) < len(joints):
-            n = joints[len(found)]
-            result = known(folder, n, failed)
-            if result is None and not interrupts.requested:
-                result = one_search(folder, n, found, hire, noticed(watch, interrupts))
+    calls = callbacks or Callbacks()
+    with locked(folder), interruptible(calls.interrupt) as interrupts:
+        state = read_auto(folder)
+        results: dict[int, DofResult] = {}
+        while (verdict := decide(fitness_of(results), state.joints, state.rule)) is None:
+            if len(results) == len(state.joints):
+                raise nothing_at_all(results)
+            n = state.joints[len(results)]
+            place, result = folder / run_name(n), None
+            if n in state.failed:
+                result = DofResult(n, reason=state.failed[n])
+            elif finished(place):
+                result = read_dof_result(place)
+            elif not interrupts.requested:
+                result = search_joints(folder, n, results, start_workers, noting(calls, interrupts))
             if result is None:
-                return Outcome(folder, tuple(found.values()), interrupted=True)
-            found[n] = result
-            write_auto(folder, joints, rule, found, None)
-            if watch.end is not None:
-                watch.end(result)
-        if verdict is None:
-            raise nothing_at_all(found)
-        return conclude(folder, joints, rule, found, verdict)
+                return DofChoice(folder, tuple(results.values()), interrupted=True)
+            results[n] = result
+            write_auto(folder, state.joints, state.rule, results, None)
+            if calls.end is not None:
+                calls.end(result)
+        explanation = explain(verdict, fitness_of(results), state.joints, state.rule)
+        write_whole(folder / TABLE, auto_csv(results, verdict))
+        write_whole(folder / PICTURE, pareto_png(tuple(results.values()), verdict.dof, state.rule))
+        publish(folder / run_name(verdict.dof), folder)
+        write_auto(folder, state.joints, state.rule, results, verdict, explanation)
+        return DofChoice(folder, tuple(results.values()), verdict, explanation)
 
 
-def known(folder: Path, n: int, failed: Mapping[int, str]) -> Found | None:
-    """What came of n joints, if that is settled."""
-    if n in failed:
-        return Found(n, reason=failed[n])
-    return read_found(folder / run_name(n)) if finished(folder / run_name(n)) else None
-
-
-def noticed(watch: Watch, interrupts: Interrupts) -> Watch:
-    """The same watch, with the requests to stop one search noted for all: a search may end by itself meanwhile."""
+def noting(callbacks: Callbacks, interrupts: Interrupts) -> Callbacks:
+    """Callbacks that note a request to stop one search for all: the search may end by itself meanwhile."""
 
     def interrupt() -> None:
         interrupts.requested = True
-        if watch.interrupt is not None:
-            watch.interrupt()
+        if callbacks.interrupt is not None:
+            callbacks.interrupt()
 
-    return replace(watch, interrupt=interrupt)
+    return replace(callbacks, interrupt=interrupt)
 
 
-def one_search(
-    folder: Path,
-    n: int,
-    found: Mapping[int, Found],
-    hire: Callable[[DesignProblem], AbstractContextManager[Backend]],
-    watch: Watch,
-) -> Found | None:
-    """Search the arm of n joints in its run folder; None where somebody asked for the end first."""
+def search_joints(
+    folder: Path, n: int, results: Mapping[int, DofResult], start_workers: StartWorkers, callbacks: Callbacks
+) -> DofResult | None:
+    """Search the arm of n joints in its run folder; None where somebody asked for the end first.
+
+    Args:
+        folder: The folder of the choice.
+        n: Number of joints.
+        results: What fewer joints have given.
+        start_workers: Gives the backend.
+        callbacks: Functions that are called on the way.
+    """
     try:
         read_problem(folder / TASKS / run_name(n)).space.check_not_empty()
     except SettingsError as error:  # with so few joints no arm within the bounds is long enough
-        return Found(n, reason=bare(error))
-    problem, fresh = begun(folder, n, found)
-    if watch.begin is not None:
-        watch.begin(n, problem)
+        return DofResult(n, reason=without_fix(error))
+    problem, fresh = problem_to_search(folder, n, results)
+    if callbacks.begin is not None:
+        callbacks.begin(n, problem)
     try:
-        with hire(problem) as backend:
+        with start_workers(problem) as backend:
             result, _ = carry_out(
-                folder / run_name(n), problem, backend, fresh=fresh,
-                on_progress=watch.progress, on_interrupt=watch.interrupt, on_note=watch.note,
+                folder / run_name(n), problem, backend, fresh=fresh, on_progress=callbacks.progress,
+                on_interrupt=callbacks.interrupt, on_note=callbacks.note,
             )  # fmt: skip
     except NothingYetError:
         return None
     except NothingFoundError as error:
-        return Found(n, reason=bare(error))
-    return None if result.facts is not None and result.facts.interrupted else read_found(folder / run_name(n))
+        return DofResult(n, reason=without_fix(error))
+    return None if result.facts is not None and result.facts.interrupted else read_dof_result(folder / run_name(n))
 
 
-def bare(error: ArmDesignError) -> str:
-    """What is wrong, without the way out: more joints are tried anyway."""
+def without_fix(error: ArmDesignError) -> str:
+    """The message without its fix: more joints are tried anyway."""
     return str(error).removesuffix(f". {error.fix}")
 
 
-def begun(folder: Path, n: int, found: Mapping[int, Found]) -> tuple[DesignProblem, bool]:
-    """Task and settings of the search for n joints, and whether it has yet to be started."""
+def problem_to_search(folder: Path, n: int, results: Mapping[int, DofResult]) -> tuple[DesignProblem, bool]:
+    """The problem of the search for n joints, and whether the search has yet to be started.
+
+    A new search begins with the best arm of n - 1 joints, which has been given a joint of zero length.
+    """
     place = folder / run_name(n)
     if settings_file(place).is_file():
         return read_problem(place), False
     problem = read_problem(folder / TASKS / run_name(n))
     place.mkdir(exist_ok=True)
-    smaller = found.get(n - 1)
+    smaller = results.get(n - 1)
     if smaller is None or not smaller.valid:
         return problem, True
     most = max(1, problem.settings.search.particles // SHARE)
     designs = with_extra_joint(read_design(folder / run_name(n - 1) / "result.json"), problem.space, most)
-    first = [[float(x) for x in Phi] for Phi in designs]
-    return replace(problem, settings=problem.settings.replace({"search": {"first": first or None}})), True
-
-
-def conclude(
-    folder: Path, joints: tuple[int, ...], rule: Rule, found: Mapping[int, Found], verdict: Verdict
-) -> Outcome:
-    """Put the chosen arm at the top of the folder, with the table and the picture of all."""
-    from armdesign.experiments.auto_dof.dof_figure import pareto_png  # noqa: PLC0415 (Matplotlib)
-
-    explanation = explain(verdict, fitness_of(found), joints, rule)
-    write_whole(folder / TABLE, auto_csv(found, verdict))
-    write_whole(folder / PICTURE, pareto_png(tuple(found.values()), verdict.dof, rule))
-    publish(folder / run_name(verdict.dof), folder)
-    write_auto(folder, joints, rule, found, verdict, explanation)
-    return Outcome(folder, tuple(found.values()), verdict, explanation)
+    first = designs.tolist() or None
+    return replace(problem, settings=problem.settings.replace({"search": {"first": first}})), True
 
 
 def publish(run: Path, folder: Path) -> None:
     """Copy a run's files to another folder, result.json last, so that it can be used like the run.
 
     Args:
-        run: The run folder of the chosen number of joints.
-        folder: Where the files go.
+        run: The run folder.
+        folder: Where to; its earlier result is removed.
 
     Raises:
         RunFolderError: A file cannot be read or written.
@@ -257,10 +317,10 @@ def publish(run: Path, folder: Path) -> None:
     write_files(folder, files)
 
 
-def nothing_at_all(found: Mapping[int, Found]) -> NothingFoundError:
+def nothing_at_all(results: Mapping[int, DofResult]) -> NothingFoundError:
     """The error where no number of joints has a valid arm."""
-    most = found[max(found)]
+    most = results[max(results)]
     return NothingFoundError(
-        f"no arm of {min(found)} to {most.dof} joints was found; with {most.dof}: {most.reason}",
+        f"no arm of {min(results)} to {most.dof} joints was found; with {most.dof}: {most.reason}",
         fix="Use more particles or iterations, or wider bounds",
     )

@@ -3,30 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from armdesign.experiments.auto_dof.dof_records import DofResult
 from armdesign.experiments.auto_dof.dof_rule import Rule
 from armdesign.views.report.drawing import ARM, GREY, HUMAN, png
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-    from armdesign.experiments.auto_dof.dof_records import Found
-
-
-def pareto_png(found: Sequence[Found], chosen: int, rule: Rule) -> bytes:
+def pareto_png(results: Sequence[DofResult], chosen: int, rule: Rule) -> bytes:
     """Joints, length and fitness of the best arm of every number of joints, the chosen one marked."""
-    return png(lambda: pareto(found, chosen, rule))
+    return png(lambda: pareto(results, chosen, rule))
 
 
-def pareto(found: Sequence[Found], chosen: int, rule: Rule) -> Figure:
-    """See pareto_png."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
+def pareto(results: Sequence[DofResult], chosen: int, rule: Rule) -> Figure:
+    """The picture of the best arms: path fitness over joints on the left, robot fitness over length on the right.
 
+    Args:
+        results: The best arm of every number of joints that was searched.
+        chosen: The chosen n.
+        rule: When more joints do not pay.
+    """
     figure = Figure(figsize=(8.2, 3.4), layout="constrained")
     left, right = figure.subplots(1, 2)
-    valid = [result for result in found if result.valid]
+    valid = [result for result in results if result.valid]
     front = efficient(valid)
     left.axhline(1e3 * rule.enough, color=HUMAN, linewidth=1.0, linestyle="--", zorder=1)
     left.text(
@@ -35,9 +36,9 @@ def pareto(found: Sequence[Found], chosen: int, rule: Rule) -> Figure:
     left.plot([r.dof for r in valid], [1e3 * r.path_fitness for r in valid], color=ARM, linewidth=1.0, zorder=2)
     mark(left, [(r.dof, 1e3 * r.path_fitness, f"{1e3 * r.path_fitness:.2f}", r) for r in valid], front, chosen)
     left.set(xlabel="joints n", ylabel="path fitness f [mm]", ylim=(0.0, None), title="What a joint more brings")
-    left.set_xticks([r.dof for r in found])
-    left.set_xlim(found[0].dof - 0.4, found[-1].dof + 0.6)
-    for r in found:
+    left.set_xticks([r.dof for r in results])
+    left.set_xlim(results[0].dof - 0.4, results[-1].dof + 0.6)
+    for r in results:
         if not r.valid:
             left.text(r.dof, 0.5, "no valid arm", rotation=90, ha="center", va="center", color=GREY,
                       transform=left.get_xaxis_transform())  # fmt: skip
@@ -52,7 +53,9 @@ def pareto(found: Sequence[Found], chosen: int, rule: Rule) -> Figure:
     return figure
 
 
-def mark(axis: Axes, points: Sequence[tuple[float, float, str, Found]], front: Sequence[Found], chosen: int) -> None:
+def mark(
+    axis: Axes, points: Sequence[tuple[float, float, str, DofResult]], front: Sequence[DofResult], chosen: int
+) -> None:
     """A labelled dot for every arm."""
     for x, y, text, result in points:
         face = ARM if result in front else "white"
@@ -61,11 +64,11 @@ def mark(axis: Axes, points: Sequence[tuple[float, float, str, Found]], front: S
         axis.annotate(text, (x, y), (6, 6), textcoords="offset points", fontsize=8)
 
 
-def efficient(found: Sequence[Found]) -> list[Found]:
+def efficient(results: Sequence[DofResult]) -> list[DofResult]:
     """The arms that no other one equals or beats in joints, length and robot fitness alike."""
-    keys = [(result.dof, result.length, result.fitness) for result in found]
+    keys = [(result.dof, result.length, result.fitness) for result in results]
     return [
         result
-        for result, key in zip(found, keys, strict=True)
+        for result, key in zip(results, keys, strict=True)
         if not any(other != key and all(a <= b for a, b in zip(other, key, strict=True)) for other in keys)
     ]

@@ -1,19 +1,19 @@
-"""What a search for the number of joints keeps of its own: auto.json, auto.csv, and what came of each number."""
+"""Files of a search for the number of joints: auto.json, auto.csv, and the result of each number."""
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import NamedTuple
 
+from armdesign.demonstration.provenance import as_json
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.experiments.auto_dof.dof_rule import Rule, Verdict
-from armdesign.files import write_whole
+from armdesign.files import csv_table, read_json, write_whole
 from armdesign.runs.contents import SCHEMA_VERSION
 from armdesign.runs.reading import result_content
 from armdesign.runs.resumable import finished
@@ -22,12 +22,12 @@ AUTO, TABLE, PICTURE, TASKS = "auto.json", "auto.csv", "pareto.png", ".tasks"
 
 
 @dataclass(frozen=True)
-class Found:
-    """What came of a number of joints.
+class DofResult:
+    """The best arm of a number of joints.
 
     Attributes:
         dof: Number of joints n.
-        path_fitness: f of the best arm [m]; infinite where none is valid.
+        path_fitness: Its f [m]; infinite where none is valid.
         fitness: Its r [m].
         area: Its E [m].
         length: Its L [m].
@@ -55,14 +55,30 @@ class Found:
         return math.isfinite(self.path_fitness)
 
 
+class AutoState(NamedTuple):
+    """Content of auto.json.
+
+    Attributes:
+        joints: All n to choose from, ascending.
+        rule: When more joints do not pay.
+        chosen: The choice; None while there is none.
+        failed: Why there is no arm, by the n that have none.
+    """
+
+    joints: tuple[int, ...]
+    rule: Rule
+    chosen: int | None
+    failed: dict[int, str]
+
+
 def holds_auto(folder: Path) -> bool:
     """Whether a choice of the number of joints was begun in a folder."""
     return os.path.isfile(folder / AUTO)  # False for names too long, too
 
 
-def chosen(folder: Path) -> bool:
+def has_choice(folder: Path) -> bool:
     """Whether the choice in a folder is made and its arm lies at the top."""
-    return holds_auto(folder) and read_auto(folder)[2] is not None and finished(folder)
+    return holds_auto(folder) and read_auto(folder).chosen is not None and finished(folder)
 
 
 def run_name(n: int) -> str:
@@ -70,16 +86,16 @@ def run_name(n: int) -> str:
     return f"n{n}"
 
 
-def fitness_of(found: Mapping[int, Found]) -> dict[int, float]:
+def fitness_of(results: Mapping[int, DofResult]) -> dict[int, float]:
     """Path fitness by number of joints [m]."""
-    return {n: result.path_fitness for n, result in found.items()}
+    return {n: result.path_fitness for n, result in results.items()}
 
 
-def read_found(place: Path) -> Found:
-    """What came of a finished search.
+def read_dof_result(place: Path) -> DofResult:
+    """The result of a finished search.
 
     Raises:
-        RunFolderError: Its result is missing or damaged.
+        RunFolderError: It is missing or damaged.
     """
     content = result_content(place)
     try:
@@ -87,7 +103,7 @@ def read_found(place: Path) -> Found:
         hand = content["point_error"][content["points"][-1]]["mean"]
         names = ("path_fitness", "fitness", "area", "length", "evaluations", "wall_time")
         entries = {name: content[name] for name in names}
-        return Found(content["dof"], **entries, hand_error=hand, begun_from=len(first))
+        return DofResult(content["dof"], **entries, hand_error=hand, begun_from=len(first))
     except (KeyError, TypeError, AttributeError) as error:
         path = place / "result.json"
         raise RunFolderError(f"{path} is damaged: {error!r}", value=str(path), fix=f"Remove {place}") from error
@@ -97,53 +113,52 @@ def write_auto(
     folder: Path,
     joints: tuple[int, ...],
     rule: Rule,
-    found: Mapping[int, Found],
+    results: Mapping[int, DofResult],
     verdict: Verdict | None,
     explanation: str = "",
 ) -> None:
-    """Write auto.json: what is asked, what was found, and the choice [m, s]."""
+    """Write auto.json: the rule, the results, and the choice [m, s].
+
+    Args:
+        folder: Where to.
+        joints: All n to choose from.
+        rule: When more joints do not pay.
+        results: Those so far, by n.
+        verdict: The choice; None while there is none.
+        explanation: Why.
+    """
     content = {
         "schema_version": SCHEMA_VERSION,
-        "joints": list(joints),
+        "joints": joints,
         "within": rule.within,
         "enough": rule.enough,
         "chosen": None if verdict is None else verdict.dof,
         "stopped_by": None if verdict is None else verdict.reason,
         "explanation": explanation,
-        "searched": [{name: finite(x) for name, x in asdict(result).items()} for result in found.values()],
+        "searched": [asdict(result) for result in results.values()],
     }
-    write_whole(folder / AUTO, json.dumps(content, indent=2, allow_nan=False) + "\n")
+    write_whole(folder / AUTO, json.dumps(as_json(content), indent=2, allow_nan=False) + "\n")
 
 
-def read_auto(folder: Path) -> tuple[tuple[int, ...], Rule, int | None, dict[int, str]]:
-    """What was asked of the choice in a folder: the n to choose from, the rule, the choice, and the n without an arm.
+def read_auto(folder: Path) -> AutoState:
+    """The rule and the choice in a folder.
 
     Raises:
         RunFolderError: The folder holds none, or its auto.json is damaged.
     """
-    path = folder / AUTO
+    path, fix = folder / AUTO, "Search again"
+    content = read_json(path, fix)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
         joints = tuple(int(n) for n in content["joints"])
         rule = Rule(float(content["within"]), float(content["enough"]))
         failed = {int(item["dof"]): str(item["reason"]) for item in content["searched"] if item["reason"]}
-        return joints, rule, content["chosen"], failed
-    except (OSError, ValueError, KeyError, TypeError, SettingsError) as error:
-        raise RunFolderError(f"{path} is missing or damaged: {error}", value=str(path), fix="Search again") from error
+        return AutoState(joints, rule, content["chosen"], failed)
+    except (ValueError, KeyError, TypeError, SettingsError) as error:
+        raise RunFolderError(f"{path} is damaged: {error}", value=str(path), fix=fix) from error
 
 
-def finite(value: object) -> object:
-    """A value for JSON; None for infinity."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def auto_csv(found: Mapping[int, Found], verdict: Verdict) -> str:
-    """One row a number of joints; entries without a value are empty."""
-    buffer = io.StringIO()
-    names = [*asdict(Found(0)), "chosen", "folder"]
-    table = csv.DictWriter(buffer, names, lineterminator="\n")
-    table.writeheader()
-    for n, result in found.items():
-        entries = {name: "" if (x := finite(value)) is None else x for name, value in asdict(result).items()}
-        table.writerow(entries | {"chosen": n == verdict.dof, "folder": run_name(n)})
-    return buffer.getvalue()
+def auto_csv(results: Mapping[int, DofResult], verdict: Verdict) -> str:
+    """A row for every number of joints; entries without a value are empty."""
+    names = [*asdict(DofResult(0)), "chosen", "folder"]
+    rows = [[*asdict(result).values(), n == verdict.dof, run_name(n)] for n, result in results.items()]
+    return csv_table(names, rows)

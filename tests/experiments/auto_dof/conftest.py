@@ -1,14 +1,12 @@
 """Small searches for the number of joints on an example."""
 
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from armdesign.demonstration import read_recording
-from armdesign.experiments.auto_dof.choose_dof import Watch, carry_out_auto, start_auto
+from armdesign.experiments.auto_dof.choose_dof import Callbacks, carry_out_auto, start_auto
 from armdesign.experiments.auto_dof.dof_rule import Rule
-from armdesign.search.backends import InProcess
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Settings
 
@@ -16,8 +14,8 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="session")
-def prepare_for():
-    """The example task, prepared for n joints, with a search that takes a moment."""
+def problem_for():
+    """The example task, problem for n joints, with a search that takes a moment."""
     recording = read_recording(ROOT / "examples" / "packaging.csv")
 
     def ready(n, **search):
@@ -29,25 +27,14 @@ def prepare_for():
 
 
 @pytest.fixture(scope="session")
-def hire():
-    """Evaluation in this process."""
-
-    @contextmanager
-    def hired(prepared):
-        yield InProcess(prepared)
-
-    return hired
-
-
-@pytest.fixture(scope="session")
-def choose(prepare_for, hire):
+def choose(problem_for):
     """Search for the number of joints in a folder, or go on."""
 
-    def chosen(folder, joints=(3, 4), rule=None, fresh=True, **watch):
+    def chosen(folder, joints=(3, 4), rule=None, fresh=True, **callbacks):
         if fresh:
             folder.mkdir(exist_ok=True)
-            start_auto(folder, {n: prepare_for(n) for n in joints}, rule or Rule(0.04, 0.0))
-        return carry_out_auto(folder, hire, Watch(**watch))
+            start_auto(folder, {n: problem_for(n) for n in joints}, rule or Rule(0.04, 0.0))
+        return carry_out_auto(folder, callbacks=Callbacks(**callbacks))
 
     return chosen
 

@@ -7,8 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from armdesign.experiments.auto_dof.choose_dof import publish
-from armdesign.experiments.auto_dof.dof_records import chosen, holds_auto, read_auto
+from armdesign.errors import RunFolderError
+from armdesign.experiments.auto_dof.choose_dof import auto_dof, publish
+from armdesign.experiments.auto_dof.dof_records import has_choice, holds_auto, read_auto
 from armdesign.experiments.auto_dof.dof_rule import Rule, choose_dof
 from armdesign.experiments.auto_dof.extra_joint import with_extra_joint
 from armdesign.kinematics.dh_files import read_design
@@ -42,7 +43,7 @@ def same(folder, other):
 
 def test_choice_follows_the_rule(uninterrupted):
     _, outcome = uninterrupted
-    f = {found.dof: found.path_fitness for found in outcome.found}
+    f = {found.dof: found.path_fitness for found in outcome.results}
     assert outcome.verdict.dof == choose_dof(f, Rule(0.04, 0.0))
     assert f"{1e3 * f[outcome.verdict.dof]:.2f} mm" in outcome.explanation
 
@@ -54,16 +55,16 @@ def test_folder_is_the_run_folder_of_the_chosen_arm(uninterrupted):
         assert (folder / name).read_bytes() == (run / name).read_bytes()
     assert read_result(folder).evaluation.path_fitness == read_result(run).evaluation.path_fitness
     assert (folder / "pareto.png").read_bytes()[:4] == b"\x89PNG"
-    assert chosen(folder)
+    assert has_choice(folder)
 
 
-def test_one_joint_more_of_no_length_is_no_worse(uninterrupted, prepare_for):
+def test_one_joint_more_of_no_length_is_no_worse(uninterrupted, problem_for):
     folder, outcome = uninterrupted
-    for found in outcome.found:
+    for found in outcome.results:
         if not found.valid:
             continue
         table = read_design(folder / f"n{found.dof}" / "result.json")
-        larger = prepare_for(found.dof + 1)
+        larger = problem_for(found.dof + 1)
         designs = with_extra_joint(table, larger.space, 1000)
         scores, _ = InProcess(larger).evaluate(designs, np.full(len(designs), np.inf))
         assert scores.valid.all()
@@ -78,7 +79,7 @@ def test_one_joint_more_of_no_length_is_no_worse(uninterrupted, prepare_for):
 
 def test_warm_started_search_is_no_worse_than_the_smaller_arm(uninterrupted):
     _, outcome = uninterrupted
-    r = [found.fitness for found in outcome.found if found.valid]
+    r = [found.fitness for found in outcome.results if found.valid]
     assert all(after <= before * (1.0 + 1e-6) for before, after in pairwise(r))
 
 
@@ -98,7 +99,7 @@ def test_interrupted_and_resumed_equals_uninterrupted(choose, uninterrupted, tmp
     outcome = choose(folder, progress=stop)
     assert outcome.interrupted
     assert holds_auto(folder)
-    assert not chosen(folder)
+    assert not has_choice(folder)
     assert not (folder / "result.json").exists()
     assert choose(folder, fresh=False).verdict == uninterrupted[1].verdict
     same(folder, uninterrupted[0])
@@ -123,7 +124,7 @@ def test_crashed_and_resumed_equals_uninterrupted(choose, uninterrupted, tmp_pat
 
 def test_finished_searches_are_not_repeated(choose, uninterrupted):
     begun = []
-    outcome = choose(uninterrupted[0], fresh=False, begin=lambda n, prepared: begun.append(n))
+    outcome = choose(uninterrupted[0], fresh=False, begin=lambda n, problem: begun.append(n))
     assert begun == []
     assert outcome.verdict == uninterrupted[1].verdict
 
@@ -132,7 +133,7 @@ def test_kill_while_the_chosen_arm_is_copied_is_healed(choose, uninterrupted, tm
     folder = uninterrupted[0]
     before = (folder / "result.json").read_bytes()
     (folder / "result.json").unlink()
-    assert not chosen(folder)
+    assert not has_choice(folder)
     choose(folder, fresh=False)
     assert (folder / "result.json").read_bytes() == before
     publish(folder / "n3", tmp_path)
@@ -142,9 +143,9 @@ def test_kill_while_the_chosen_arm_is_copied_is_healed(choose, uninterrupted, tm
 def test_numbers_of_joints_without_an_arm_are_passed_over(choose, tmp_path):
     folder = tmp_path / "run"
     outcome = choose(folder, joints=(1, 3), rule=Rule(0.04, 1.0))  # a single joint cannot be 0.6 m long
-    assert [found.valid for found in outcome.found] == [False, True]
+    assert [found.valid for found in outcome.results] == [False, True]
     assert outcome.verdict.dof == 3
-    assert read_auto(folder)[3].keys() == {1}
+    assert read_auto(folder).failed.keys() == {1}
     assert "no arm of 1 was found" in outcome.explanation.lower()
 
 
@@ -157,16 +158,24 @@ def test_no_arm_at_all_says_once_what_to_do(choose, tmp_path):
 
 def test_enough_ends_it_before_the_larger_ones(choose, tmp_path):
     outcome = choose(tmp_path / "run", joints=(3, 4, 5), rule=Rule(0.04, 1.0))
-    assert [found.dof for found in outcome.found] == [3]
+    assert [found.dof for found in outcome.results] == [3]
     assert not (tmp_path / "run" / "n4").exists()
 
 
-def test_extended_arm_at_rest_has_the_same_path(uninterrupted, prepare_for):
+def test_one_call_chooses_and_keeps_what_is_there(problem_for, tmp_path):
+    choice = auto_dof(problem_for, tmp_path / "auto", Rule(0.04, 1.0))
+    assert choice.verdict.reason == "enough"
+    assert has_choice(choice.folder)
+    with pytest.raises(RunFolderError, match="already holds a search for the number of joints"):
+        auto_dof(problem_for, choice.folder)
+
+
+def test_extended_arm_at_rest_has_the_same_path(uninterrupted, problem_for):
     folder, outcome = uninterrupted
-    n = outcome.found[-1].dof - 1
+    n = outcome.results[-1].dof - 1
     table = read_design(folder / f"n{n}" / "result.json")
-    evaluation = evaluate_design(table, prepare_for(n))
-    larger = prepare_for(n + 1)
+    evaluation = evaluate_design(table, problem_for(n))
+    larger = problem_for(n + 1)
     extended = larger.space.table(with_extra_joint(table, larger.space, 1)[0])
     where = int(np.flatnonzero((extended.a == 0.0) & (extended.d == 0.0))[-1])
     q = evaluation.path.q[0]

@@ -12,24 +12,24 @@ from armdesign.settings.sections import Settings
 
 
 @pytest.fixture
-def some(prepare_for):
+def some(problem_for):
     """Settings with three designs to begin with, and these."""
-    space = prepare_for(3).space
+    space = problem_for(3).space
     designs = space.sample(np.random.default_rng(9), 3)
-    return prepare_for(3, first=[[float(x) for x in Phi] for Phi in designs]), designs
+    return problem_for(3, first=[[float(x) for x in Phi] for Phi in designs]), designs
 
 
-def test_first_generation_begins_with_them_and_the_rest_is_as_without(some, prepare_for):
-    prepared, designs = some
-    with_them = new_swarm(prepared.settings.search, prepared.space).ask()
-    without = new_swarm(prepare_for(3).settings.search, prepared.space).ask()
+def test_first_generation_begins_with_them_and_the_rest_is_as_without(some, problem_for):
+    problem, designs = some
+    with_them = new_swarm(problem.settings.search, problem.space).ask()
+    without = new_swarm(problem_for(3).settings.search, problem.space).ask()
     assert np.array_equal(with_them[:3], designs)
     assert np.array_equal(with_them[3:], without[3:])
 
 
 def test_they_survive_the_run_folder_to_the_last_bit(some, tmp_path):
-    prepared, designs = some
-    start_run(tmp_path, prepared)
+    problem, designs = some
+    start_run(tmp_path, problem)
     assert np.array_equal(read_problem(tmp_path).settings.search.first, designs)
 
 
@@ -39,13 +39,13 @@ def test_settings_without_them_do_not_mention_them():
 
 
 def test_same_on_any_workers_and_after_a_resume(some):
-    prepared, _ = some
-    whole = search(prepared)
-    with WorkerPool(prepared, 2) as pool:
-        assert search(prepared, backend=pool).history.best.tolist() == whole.history.best.tolist()
-    run = Search(prepared, InProcess(prepared))
+    problem, _ = some
+    whole = search(problem)
+    with WorkerPool(problem, 2) as pool:
+        assert search(problem, backend=pool).history.best.tolist() == whole.history.best.tolist()
+    run = Search(problem, InProcess(problem))
     run.advance()
-    other = Search(prepared, InProcess(prepared))
+    other = Search(problem, InProcess(problem))
     other.restore(run.state())
     while other.ended_by() is None:
         other.advance()
@@ -53,10 +53,10 @@ def test_same_on_any_workers_and_after_a_resume(some):
 
 
 def test_best_of_them_is_the_least_that_is_found(some):
-    prepared, designs = some
-    scores, _ = InProcess(prepared).evaluate(designs, np.full(3, np.inf))
+    problem, designs = some
+    scores, _ = InProcess(problem).evaluate(designs, np.full(3, np.inf))
     if np.isfinite(scores.fitness).any():
-        assert search(prepared).evaluation.fitness <= scores.fitness.min()
+        assert search(problem).evaluation.fitness <= scores.fitness.min()
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_best_of_them_is_the_least_that_is_found(some):
         ([[0.1] * 8] * 17, "17 designs for a first generation of 16 candidates; allowed: up to 16"),
     ],
 )
-def test_designs_that_do_not_fit_are_refused(prepare_for, first, sentence):
-    prepared = prepare_for(3, first=first)
+def test_designs_that_do_not_fit_are_refused(problem_for, first, sentence):
+    problem = problem_for(3, first=first)
     with pytest.raises(SettingsError, match=sentence):
-        new_swarm(prepared.settings.search, prepared.space).ask()
+        new_swarm(problem.settings.search, problem.space).ask()
