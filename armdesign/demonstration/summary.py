@@ -21,7 +21,7 @@ from armdesign.demonstration.points.guess import Arm, guess_arm
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import Recording
 
-_WIDTH = 110
+_WIDTH = 80
 _HOLE = 1.5  # a step in time this many times the median is told
 
 
@@ -246,10 +246,12 @@ def _arms_text(summary: Summary) -> str:
     """The arms with their segments, and how to ask for them."""
     chosen = any(arm.chosen for arm in summary.arms)
     title = "Arms by the names of the points; a search takes the one marked * if it is not told otherwise"
-    lines = [title if chosen else _wrapped(summary.guess.rstrip(".") + ".", "")]
+    lines = [_wrapped(title, "") if chosen else _wrapped(summary.guess.rstrip(".") + ".", "")]
     for arm in summary.arms:
         lines.append(f"{'*' if arm.chosen else ' '} {arm.what}")
         lines += [f"    {s.name:<24} {s.mean:6.3f} m +- {s.spread:.3f} m" for s in arm.segments]
-        flags = f"--base {shlex.quote(arm.base)} --points {shlex.quote(','.join(arm.points))}"
-        lines.append(f"    {flags}" + (f" --orientation {arm.orientation}" if arm.orientation else ""))
+        flags = [f"--base {shlex.quote(arm.base)}", f"--points {shlex.quote(','.join(arm.points))}"]
+        flags += [f"--orientation {arm.orientation}"] if arm.orientation else []
+        line = "    " + " ".join(flags)
+        lines.append(line if len(line) <= _WIDTH else "    " + " \\\n    ".join(flags))  # the shell joins them
     return "\n".join(lines)

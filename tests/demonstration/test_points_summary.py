@@ -76,7 +76,7 @@ def test_a_hole_in_time_is_told():
 
 
 def test_a_finished_recording_is_taken_in_its_order():
-    text = summary_text(summarise(recording(captured=False)))
+    text = " ".join(summary_text(summarise(recording(captured=False))).split())
     assert "a search takes the base RSHO and follows RELB, RWRA, RWRB, box" in text
 
 
