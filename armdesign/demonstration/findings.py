@@ -1,8 +1,13 @@
-"""What the steps of a task say, and whether the demonstrator's arm has a human size."""
+"""What the steps of a task say, and whether what was recorded can be a human arm at work.
+
+A size that no arm has is an error; other doubts, about lengths, speeds and order, are warnings.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+import re
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -133,3 +138,186 @@ def _length_fix(length: float, scale: float) -> str:
     if length > _LONGEST_ARM:
         return "Choose --base and --points along one arm, from the shoulder to the hand, or set --units or --scale"
     return "Choose --base at the shoulder and --points along the arm up to the hand, or set --units or --scale"
+
+
+JOINTS = ("shoulder", "elbow", "wrist", "hand")
+HUMAN = {
+    ("shoulder", "elbow"): ("upper arm", 0.2, 0.42),
+    ("elbow", "wrist"): ("forearm", 0.17, 0.34),
+    ("wrist", "hand"): ("hand", 0.02, 0.22),
+}
+"""What lies between two joints, and the lengths it has in people, markers on the skin included [m]."""
+LONGEST = 1.1  # [m] from the shoulder over all points
+FASTEST = 8.0  # [m/s] a hand at work stays far below
+_STEADY, _LEAST_SPREAD = 0.05, 0.008  # standard deviation of a bone's length: share of it, and [m]
+_SHORTER, _ALWAYS, _SAMPLE, _MOST = 0.05, 0.99, 400, 6
+_MOVES, _MORE = 0.05, 1.5  # [m]; how much more a base may move than the hand
+_PARTS = r"(?:sho|elb|wr[ai]|fin|upa|frm|fra|uarm|farm|arm|upper|fore|hand)"
+_LEFT = re.compile(rf"left|(?<![a-z])l[._ ]?{_PARTS}\w*", re.IGNORECASE)
+_RIGHT = re.compile(rf"right|(?<![a-z])r[._ ]?{_PARTS}\w*", re.IGNORECASE)
+
+
+def sanity_steps(recording: Recording, base: str, points: Sequence[str]) -> tuple[Step, ...]:
+    """Lengths, path and speed of the arm, and a warning for everything that a human arm does not do.
+
+    Args:
+        recording: Cleaned, in metres.
+        base: Name of the base.
+        points: Names of the points from there to the hand.
+    """
+    chain = [base, *points]
+    places = np.stack([recording.points[name] for name in chain])  # (m + 1, T, 3) [m]
+    lengths = np.linalg.norm(np.diff(places, axis=0), axis=2)  # (m, T) [m]
+    speed = np.linalg.norm(np.diff(places, axis=1), axis=2) / np.diff(recording.time)  # (m + 1, T - 1) [m/s]
+    return (
+        _segments_step(chain, lengths),
+        _motion_step(chain[-1], recording.time, speed[-1]),
+        *_length_warnings(recording.time, chain, lengths),
+        *_speed_warnings(recording.time, chain, speed),
+        *_order_warnings(recording.time, chain, places),
+        *_base_warnings(chain, places),
+    )
+
+
+def side_steps(expressions: Iterable[str], mirrored: bool) -> tuple[Step, ...]:
+    """What the names tell about left and right, where it goes against what is done.
+
+    Args:
+        expressions: What the points are made of.
+        mirrored: Whether left and right were exchanged.
+    """
+    text = ", ".join(expressions)
+    left, right = _LEFT.search(text), _RIGHT.search(text)
+    if left and not right and not mirrored:
+        sentence = f"The names ({left.group()}) tell of a left arm, and it stays one; --mirror makes it a right one."
+        return (Step("side", sentence, {"side": "left"}),)
+    if right and not left and mirrored:
+        return (warning(f"the names ({right.group()}) tell of a right arm, and --mirror made it a left one", {}),)
+    return ()
+
+
+def warning(what: str, details: dict[str, object]) -> Step:
+    """A doubt.
+
+    Args:
+        what: In words, without the full stop.
+        details: The figures behind it.
+    """
+    return Step("warning", f"Warning: {what}.", details)
+
+
+def _segments_step(chain: Sequence[str], lengths: Array) -> Step:
+    """Mean and standard deviation of every length from point to point."""
+    mean, sd = lengths.mean(axis=1), lengths.std(axis=1)
+    pairs = list(itertools.pairwise(chain))
+    shown = [f"{a} to {b} {1e3 * m:.0f} +- {_spread(s)} mm" for (a, b), m, s in zip(pairs, mean, sd, strict=True)]
+    details = [
+        {"from": a, "to": b, "mean": float(m), "sd": float(s)} for (a, b), m, s in zip(pairs, mean, sd, strict=True)
+    ]
+    return Step("segments", f"Distances: {', '.join(shown)}.", {"segments": details})
+
+
+def _motion_step(hand: str, time: Array, speed: Array) -> Step:
+    """How far the hand travels, and when it is fastest."""
+    length = float((speed * np.diff(time)).sum())
+    k = int(np.argmax(speed))
+    sentence = f"{hand} travels {length:.3g} m in the room, at most at {speed[k]:.3g} m/s, at {seconds(time[k])}."
+    return Step("motion", sentence, {"path_length": length, "top_speed": float(speed[k]), "time": float(time[k])})
+
+
+def _length_warnings(time: Array, chain: Sequence[str], lengths: Array) -> list[Step]:
+    """Segments of no human length, and bones that change theirs."""
+    steps = []
+    for (a, b), values in zip(itertools.pairwise(chain), lengths, strict=True):
+        human = HUMAN.get((_joint(a), _joint(b)))
+        mean, sd = float(values.mean()), float(values.std())
+        if human is None:
+            continue
+        what, least, most = human
+        if not least <= mean <= most:
+            told = f"'{a}' to '{b}', the {what}, measures {1e3 * mean:.0f} mm; people's measure"
+            steps.append(warning(f"{told} {1e3 * least:.0f} to {1e3 * most:.0f} mm", {"of": [a, b], "mean": mean}))
+        if sd > max(_STEADY * mean, _LEAST_SPREAD):
+            steps.append(_sliding(time, a, b, values))
+    total = float(np.median(lengths.sum(axis=0)))
+    if total > LONGEST:
+        told = f"from '{chain[0]}' over all points the arm measures {1e3 * total:.0f} mm, longer than people's"
+        steps.append(warning(told, {"length": total}))
+    return steps
+
+
+def _sliding(time: Array, a: str, b: str, values: Array) -> Step:
+    """The warning for a bone that changes its length."""
+    k = int(np.argmax(np.abs(values - np.median(values))))
+    mean, sd = float(values.mean()), float(values.std())
+    told = (
+        f"the distance from '{a}' to '{b}' is not steady, {1e3 * mean:.0f} +- {_spread(sd)} mm and "
+        f"{1e3 * values[k]:.0f} mm at {seconds(time[k])}: one of the two slides on the arm"
+    )
+    return warning(told, {"of": [a, b], "mean": mean, "sd": sd, "worst": float(values[k]), "time": float(time[k])})
+
+
+def _speed_warnings(time: Array, chain: Sequence[str], speed: Array) -> list[Step]:
+    """Points that are faster than a hand at work."""
+    steps = []
+    for name, values in zip(chain, speed, strict=True):
+        k = int(np.argmax(values))
+        if values[k] > FASTEST:
+            told = f"'{name}' moves at {values[k]:.3g} m/s at {seconds(time[k])}, faster than a hand at work"
+            details = {"of": name, "speed": float(values[k]), "time": float(time[k])}
+            steps.append(warning(f"{told}; it may jump there", details))
+    return steps
+
+
+def _order_warnings(time: Array, chain: Sequence[str], places: Array) -> list[Step]:
+    """A warning where the points in another order make a shorter and steadier arm all the time."""
+    if not 2 < len(chain) <= _MOST:
+        return []
+    frames = np.unique(np.linspace(0, len(time) - 1, _SAMPLE).astype(int))
+    distance = np.linalg.norm(places[:, None, frames] - places[None, :, frames], axis=3)  # (m + 1, m + 1, F)
+    given = tuple(range(1, len(chain)))
+    links = _links(distance, given)
+    best, arm = given, links.sum(axis=0)
+    for order in itertools.permutations(given):
+        other = _links(distance, order)
+        length = other.sum(axis=0)
+        steadier = other.std(axis=1).sum() < links.std(axis=1).sum()
+        always = (length < links.sum(axis=0)).mean() >= _ALWAYS
+        if steadier and always and np.median(length) < (1.0 - _SHORTER) * np.median(arm):
+            best, arm = order, length
+    if best == given:
+        return []
+    names = ", ".join(chain[k] for k in best)
+    lengths = f"{1e3 * np.median(arm):.0f} instead of {1e3 * np.median(links.sum(axis=0)):.0f} mm"
+    told = (
+        f"'{next(chain[a] for a, b in zip(given, best, strict=True) if a != b)}' may be out of place: in the order "
+        f"{names} the points make a shorter and steadier arm all the time from {seconds(time[0])} on, {lengths}"
+    )
+    return [warning(f"{told}; give them from the shoulder to the hand", {"order": [chain[k] for k in best]})]
+
+
+def _links(distance: Array, order: Sequence[int]) -> Array:
+    """Distances from the base over the points in an order, shape (m, F) [m]."""
+    return np.stack([distance[a, b] for a, b in itertools.pairwise((0, *order))])
+
+
+def _base_warnings(chain: Sequence[str], places: Array) -> list[Step]:
+    """A warning where the base moves much more than the hand, as if the arm were given from the hand on."""
+    base, hand = (float(np.sqrt(place.var(axis=0).sum())) for place in (places[0], places[-1]))
+    if base < _MOVES or base < _MORE * hand:
+        return []
+    told = (
+        f"the base '{chain[0]}' moves more than the last point '{chain[-1]}' ({1e3 * base:.0f} and {1e3 * hand:.0f} mm"
+    )
+    return [warning(f"{told} about their means): is the arm given from the shoulder to the hand?", {})]
+
+
+def _spread(sd: float) -> str:
+    """A standard deviation in millimetres, small ones to a tenth."""
+    return f"{1e3 * sd:.0f}" if sd >= 1e-3 else f"{round(1e3 * sd, 1):g}"
+
+
+def _joint(name: str) -> str:
+    """The joint a point is called after; empty if none."""
+    found = [joint for joint in JOINTS if joint in name.lower()]
+    return found[0] if len(found) == 1 else ""

@@ -12,9 +12,9 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import find_gaps
-from armdesign.demonstration.points.definitions import Point, define
 from armdesign.demonstration.points.expressions import parse
 from armdesign.demonstration.points.guess import guess_arm
+from armdesign.demonstration.points.selection import Point, define
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import Recording
 from armdesign.errors import SettingsError

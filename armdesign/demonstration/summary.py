@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.cleaning.gaps import find_gaps, seconds
-from armdesign.demonstration.cleaning.repeats import find_repeats
-from armdesign.demonstration.points.definitions import define
+from armdesign.demonstration.cleaning.gaps import find_gaps, find_repeats, seconds
 from armdesign.demonstration.points.expressions import parse
 from armdesign.demonstration.points.guess import Arm, guess_arm
+from armdesign.demonstration.points.selection import define
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import Recording
 

@@ -9,11 +9,18 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.cleaning import clean, crop
 from armdesign.demonstration.files.quaternions import rotation_matrices
-from armdesign.demonstration.findings import base_steps, check_arm_length, points_step, recording_step, task_step
+from armdesign.demonstration.findings import (
+    base_steps,
+    check_arm_length,
+    points_step,
+    recording_step,
+    sanity_steps,
+    side_steps,
+    task_step,
+)
 from armdesign.demonstration.points.selection import Selection, resolve
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step, first_bad_step, median_step, path_lines
-from armdesign.demonstration.sanity import sanity_steps, side_steps
 from armdesign.errors import TaskError
 from armdesign.kinematics.line_drawing import Line, drawing, shown
 from armdesign.settings.sections import Task as TaskSettings

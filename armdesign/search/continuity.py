@@ -9,7 +9,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration import Step, Task
 from armdesign.demonstration.cleaning.gaps import seconds
-from armdesign.demonstration.sanity import warning
+from armdesign.demonstration.findings import warning
 from armdesign.errors import counted
 from armdesign.settings.sections import Settings
 

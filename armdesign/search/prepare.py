@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from armdesign.demonstration import Recording, Step
-from armdesign.demonstration.sanity import warning
+from armdesign.demonstration.findings import warning
 from armdesign.errors import ArmDesignError, TaskError, counted, short_names
 from armdesign.search.design_problem import Demonstration, DesignProblem
 from armdesign.search.prepare_demonstration import prepare_demonstration, select

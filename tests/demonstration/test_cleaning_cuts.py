@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import Recording
-from armdesign.demonstration.cleaning.cleaning import clean
-from armdesign.demonstration.cleaning.cuts import cut_out, moved_up
+from armdesign.demonstration.cleaning.cleaning import clean, cut_out, moved_up
 from armdesign.errors import RecordingError, SettingsError
 from armdesign.settings.sections import Task as TaskSettings
 

@@ -3,7 +3,7 @@ import pytest
 
 from armdesign.demonstration import About, Recording
 from armdesign.demonstration.cleaning.cleaning import clean
-from armdesign.demonstration.cleaning.repeats import find_repeats, refill_repeats, stale_frames
+from armdesign.demonstration.cleaning.gaps import find_repeats, refill_repeats, stale_frames
 from armdesign.settings.sections import Task as TaskSettings
 
 TIME = np.arange(201) / 100

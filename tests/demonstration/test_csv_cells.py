@@ -4,16 +4,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.demonstration.files import csv_cells
-from armdesign.demonstration.files.csv_cells import (
-    MISSING,
-    Dialect,
-    Place,
-    read_cells,
-    read_line,
-    read_rows,
-    shown,
-)
+from armdesign.demonstration.files import text_files
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_cells, read_rows
+from armdesign.demonstration.files.text_files import Place, read_line, shown
 from armdesign.errors import RecordingError
 
 FIRST = Place(Path("file"), 5)
@@ -138,7 +131,7 @@ def test_a_line_without_end_does_not_fill_the_memory(monkeypatch):
     endless = Endless()
     with pytest.raises(RecordingError, match="file, line 5: the line is longer than 2,097,152 characters"):
         read_rows(endless, NAMES, FIRST, LOOSE)
-    assert endless.asked <= csv_cells.MAX_LINE
+    assert endless.asked <= text_files.MAX_LINE
     with pytest.raises(RecordingError, match="line 8: the line is longer"):
         read_line(Endless(), FIRST, 3)
 
@@ -146,10 +139,10 @@ def test_a_line_without_end_does_not_fill_the_memory(monkeypatch):
 def test_tables_beyond_all_measure_are_refused(monkeypatch):
     with pytest.raises(RecordingError, match=r"line 5: the table has 30,001 columns; allowed: at most 30,000"):
         rows("1\n", names=["x"] * 30_001)
-    monkeypatch.setattr(csv_cells, "MAX_NUMBERS", 10)
+    monkeypatch.setattr(text_files, "MAX_NUMBERS", 10)
     with pytest.raises(RecordingError, match="file holds more than 10 numbers"):
         rows("1\t2\t3\n" * 4)
-    monkeypatch.setattr(csv_cells, "MAX_LINES", 20)
+    monkeypatch.setattr(text_files, "MAX_LINES", 20)
     with pytest.raises(RecordingError, match="file holds more than 20 lines"):
         rows("\n" * 30, block=5)
 

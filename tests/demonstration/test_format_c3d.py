@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from c3d_bytes import DEC, INTEL, MIPS, c3d_bytes
 
-from armdesign.demonstration.files.formats import c3d, c3d_numbers
+from armdesign.demonstration.files.formats import c3d
 from armdesign.demonstration.files.formats.c3d_layout import read_layout
 from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.files.readers import read_recording
@@ -397,7 +397,7 @@ def test_a_file_that_shrinks_while_it_is_read_is_a_sentence(tmp_path, monkeypatc
 def test_pieces_make_one_recording(tmp_path, monkeypatch):
     content = c3d_bytes(P, analog=np.ones((40, 3, 2)), rotations=poses(40, 2, 2))
     whole = read(tmp_path, content)
-    monkeypatch.setattr(c3d_numbers, "_PIECE", 1000)  # a few frames
+    monkeypatch.setattr(c3d, "_PIECE", 1000)  # a few frames
     pieces = read(tmp_path, content)
     np.testing.assert_array_equal(positions(pieces), positions(whole))
     np.testing.assert_array_equal(pieces.orientations["s1"], whole.orientations["s1"])

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.demonstration.files import csv_cells
+from armdesign.demonstration.files import text_files
 from armdesign.demonstration.files.formats import FORMATS, vicon_csv
 from armdesign.errors import RecordingError
 
@@ -150,6 +150,6 @@ def test_real_file():
 
 
 def test_lines_without_end_in_other_blocks_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(csv_cells, "MAX_LINES", 30)
+    monkeypatch.setattr(text_files, "MAX_LINES", 30)
     with pytest.raises(RecordingError, match="holds more than 30 lines"):
         read(tmp_path, [*DEVICES[:5], *(["1,0,1,2,3"] * 40)])

@@ -15,8 +15,7 @@ import pytest
 from made_recordings import DATA, MADE
 from mutations import BINARY, TEXT, mutated
 
-from armdesign.demonstration.files.legible import legible
-from armdesign.demonstration.files.readers import read_take
+from armdesign.demonstration.files.readers import legible, read_take
 from armdesign.demonstration.points.standard import to_recording
 from armdesign.errors import ArmDesignError
 

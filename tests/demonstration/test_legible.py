@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from armdesign.demonstration.files.legible import MOST_LETTERS, legible, legible_text
+from armdesign.demonstration.files.readers import MOST_LETTERS, legible, legible_text
 from armdesign.errors import RecordingError
 
 

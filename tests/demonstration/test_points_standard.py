@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration.files.quaternions import from_matrices, product, rotation_matrices
-from armdesign.demonstration.points.size import CMU
 from armdesign.demonstration.points.standard import is_mirrored, mirrored, to_recording, unit_factor
+from armdesign.demonstration.points.units_and_up import CMU
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError, SettingsError
 

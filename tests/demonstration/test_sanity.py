@@ -3,7 +3,7 @@ import pytest
 from tasks import task_of
 
 from armdesign.demonstration import Recording
-from armdesign.demonstration.sanity import FASTEST, sanity_steps, side_steps
+from armdesign.demonstration.findings import FASTEST, sanity_steps, side_steps
 
 TIME = np.arange(300) / 100
 NAMES = ("shoulder", "elbow", "wrist", "hand")

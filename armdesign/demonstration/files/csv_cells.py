@@ -8,54 +8,19 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armdesign._types import Array
+from armdesign.demonstration.files.text_files import Lines, Place, check_columns, check_size, read_lines, shown
 from armdesign.demonstration.recording import describe_bad_step, first_bad_step
 from armdesign.errors import RecordingError
 
-MAX_COLUMNS = 30_000
-MAX_NAME = 200  # characters
-MAX_LINE = 2 << 20  # characters
-MAX_LINES = 20_000_000
-MAX_NUMBERS = 1 << 27  # 1 GiB of them
 MISSING = ("null", "none", "n/a", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind")
 """Words for "not seen" beside an empty cell and ``nan``, in small letters."""
 
-BLANK = ' \t\r\n,;"'
-"""Letters of a line without anything in it."""
-
-_BLOCK = 8 << 20  # characters parsed at a time
-
-
-class Lines(Protocol):
-    """As much of an open text file as reading a table takes."""
-
-    def readline(self, size: int = -1, /) -> str:
-        """The next line, or so many of its characters, with its end; empty at the end of the file."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """A line in a file, for messages.
-
-    Attributes:
-        source: The file.
-        line: Line number, from 1.
-    """
-
-    source: Path
-    line: int
-
-    def below(self, lines: int) -> Place:
-        """The place that many lines further down."""
-        return Place(self.source, self.line + lines)
-
-    def __str__(self) -> str:
-        return f"{self.source}, line {self.line}"
+BLOCK = 8 << 20  # characters parsed at a time
 
 
 @dataclass(frozen=True)
@@ -122,7 +87,7 @@ class Rows:
         return times
 
 
-def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, block: int = _BLOCK) -> Rows:
+def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, block: int = BLOCK) -> Rows:
     """All rows from here to the end of the file; an empty cell becomes NaN, a line without any value is left out.
 
     Args:
@@ -153,103 +118,6 @@ def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, b
         place, lines, total = place.below(len(lines)), following, total + parsed.size
         check_size(total, place)
     return Rows(np.concatenate(values), np.concatenate(numbers), place.source, short, cut)
-
-
-def read_lines(stream: Lines, place: Place, size: int = _BLOCK) -> list[str]:
-    """The next lines with their ends, so many characters or a few more; an empty list at the end of the file.
-
-    Args:
-        stream: The file.
-        place: Where the next line stands.
-        size: Number of characters.
-
-    Raises:
-        RecordingError: A line is longer than any of a recording.
-    """
-    lines: list[str] = []
-    total = 0
-    while total < size and (text := read_line(stream, place, len(lines))):
-        lines.append(text)
-        total += len(text)
-    return lines
-
-
-def read_line(stream: Lines, place: Place, below: int = 0) -> str:
-    """The next line with its end; empty at the end of the file.
-
-    Args:
-        stream: The file.
-        place: A line of it, for messages.
-        below: How many lines further down the next one stands.
-
-    Raises:
-        RecordingError: The line is longer than any of a recording.
-    """
-    text = stream.readline(MAX_LINE)
-    if len(text) >= MAX_LINE:
-        message = f"{place.below(below)}: the line is longer than {MAX_LINE:,} characters"
-        raise RecordingError(message, fix="This is no recording as text, or its line ends were lost: export it again")
-    return text
-
-
-def check_columns(count: int, place: Place) -> None:
-    """Turn away a table with more columns than any recording has.
-
-    Args:
-        count: Number of columns.
-        place: Its header.
-
-    Raises:
-        RecordingError: There are more than ``MAX_COLUMNS``.
-    """
-    if count > MAX_COLUMNS:
-        message = f"{place}: the table has {count:,} columns"
-        raise RecordingError(
-            message, value=count, allowed=f"at most {MAX_COLUMNS:,}", fix="Export only the points that are needed"
-        )
-
-
-def check_size(numbers: int, place: Place) -> None:
-    """Turn away what would not fit into memory.
-
-    Args:
-        numbers: How many numbers there are so far.
-        place: The last line so far.
-
-    Raises:
-        RecordingError: There are more than ``MAX_NUMBERS`` numbers or ``MAX_LINES`` lines.
-    """
-    if numbers > MAX_NUMBERS or place.line > MAX_LINES:
-        what = f"{MAX_NUMBERS:,} numbers" if numbers > MAX_NUMBERS else f"{MAX_LINES:,} lines"
-        fix = "Export a shorter stretch, or only the points that are needed"
-        raise RecordingError(f"{place.source} holds more than {what}", value=numbers, fix=fix)
-
-
-def check_names(names: Sequence[str], place: Place) -> None:
-    """Turn away names that are longer than any of a recording.
-
-    Args:
-        names: The names.
-        place: Where they stand.
-
-    Raises:
-        RecordingError: One is longer than ``MAX_NAME``.
-    """
-    for name in names:
-        if len(name) > MAX_NAME:
-            message = f"{place}: the name '{shown(name)}' has {len(name):,} letters"
-            raise RecordingError(message, value=name, allowed=f"at most {MAX_NAME}", fix="Rename it")
-
-
-def shown(text: str, most: int = 40) -> str:
-    """The beginning of a text for a message, with a question mark for each letter that cannot be seen.
-
-    Args:
-        text: Any text.
-        most: Number of letters.
-    """
-    seen = "".join(letter if letter.isprintable() else "?" for letter in text[:most])
-    return seen if len(text) <= most else seen + "..."
 
 
 def read_cells(text: str, delimiter: str = ",") -> list[str]:

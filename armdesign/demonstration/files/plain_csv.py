@@ -16,18 +16,18 @@ from typing import TextIO
 
 import numpy as np
 
-from armdesign.demonstration.files.csv_cells import (
-    Dialect,
+from armdesign.demonstration.files.csv_cells import Dialect, is_number, read_cells, read_rows
+from armdesign.demonstration.files.text_files import (
     Place,
     check_columns,
     check_names,
-    is_number,
-    read_cells,
+    describe_binary,
+    is_text,
+    read_head,
     read_line,
-    read_rows,
     shown,
+    unreadable,
 )
-from armdesign.demonstration.files.sniff import describe_binary, is_text, read_head, unreadable
 from armdesign.demonstration.recording import Recording, Take
 from armdesign.errors import RecordingError
 from armdesign.files import write_whole

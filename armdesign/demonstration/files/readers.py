@@ -6,22 +6,50 @@ A new format is one module in ``formats`` with one entry there.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import wraps
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 
 from armdesign.demonstration.files import formats
 from armdesign.demonstration.files.formats.bone_csv import matches as bone_csv_matches
 from armdesign.demonstration.files.formats.bone_csv import read_bone_csv
-from armdesign.demonstration.files.legible import legible
-from armdesign.demonstration.files.sniff import describe_binary, read_head
+from armdesign.demonstration.files.text_files import describe_binary, read_head
 from armdesign.demonstration.points.standard import to_recording
 from armdesign.demonstration.recording import Recording, Step, Take
-from armdesign.errors import RecordingError
+from armdesign.errors import ArmDesignError, RecordingError
 
+MOST_LETTERS = 900
+_KEPT_AT_END = 400  # there stands what to do
+
+_Arguments = ParamSpec("_Arguments")
+_Result = TypeVar("_Result")
 _SAME_TIME = 1e-3  # [s] times of several files may differ by rounding
+
+
+def legible(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
+    """Decorate a function that reads files, so that the sentences of its errors are legible."""
+
+    @wraps(function)
+    def reader(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> _Result:
+        try:
+            return function(*args, **kwargs)
+        except ArmDesignError as error:
+            error.args = (legible_text(str(error)),)
+            raise
+
+    return reader
+
+
+def legible_text(text: str) -> str:
+    """A text without control characters, shortened in its middle where it is too long."""
+    printable = "".join(letter if letter.isprintable() else " " if letter.isspace() else "?" for letter in text)
+    if len(printable) <= MOST_LETTERS:
+        return printable
+    return f"{printable[: MOST_LETTERS - _KEPT_AT_END - 5]} ... {printable[-_KEPT_AT_END:]}"
 
 
 @legible

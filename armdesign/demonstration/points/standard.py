@@ -9,9 +9,8 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.files.quaternions import product
-from armdesign.demonstration.files.upright import find_up
 from armdesign.demonstration.points.guess import find_arms
-from armdesign.demonstration.points.size import measure, unit_of_size
+from armdesign.demonstration.points.units_and_up import find_up, measure, unit_of_size
 from armdesign.demonstration.recording import About, Recording, Step, Take
 from armdesign.errors import RecordingError, SettingsError
 

@@ -10,7 +10,7 @@ import meshcat
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.legible import legible_text
+from armdesign.demonstration.files.readers import legible_text
 from armdesign.export.solids import BodyOptions
 from armdesign.export.urdf import result_urdf
 from armdesign.search.result import Result

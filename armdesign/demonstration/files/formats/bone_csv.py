@@ -14,11 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_cells, read_rows, shown
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_cells, read_rows
 from armdesign.demonstration.files.formats.frame_clock import MAX_RATE, check_frames
-from armdesign.demonstration.files.formats.row_steps import row_steps
-from armdesign.demonstration.files.lines_ahead import LinesAhead
-from armdesign.demonstration.files.sniff import open_text, text_head
+from armdesign.demonstration.files.formats.marker_tables import row_steps
+from armdesign.demonstration.files.text_files import LinesAhead, open_text, shown, text_head
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError, SettingsError
 

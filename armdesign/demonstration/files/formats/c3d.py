@@ -1,21 +1,32 @@
 """C3D files: labelled points, and poses of segments in a ROTATION group.
 
-``c3d_layout`` reads header and parameters and holds every count and pointer against the file's size; only then does
-``c3d_numbers`` read the data, so that no file makes the program ask for more memory than the file's length explains.
+``c3d_layout`` reads header and parameters and holds every count and pointer against the file's size; only then are
+the data read, so that no file makes the program ask for more memory than its length explains. A point is four numbers:
+x, y, z and a residual that is negative where the point was not seen. A rotation is a 4 x 4 matrix, column by column,
+and a residual.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.formats.c3d_layout import BLOCK, MAGIC, C3DLayout, read_layout
-from armdesign.demonstration.files.formats.c3d_numbers import read_poses, read_positions
-from armdesign.demonstration.files.formats.marker_columns import UNITS, listed, once_each
+from armdesign.demonstration.files.formats.c3d_layout import (
+    BLOCK,
+    MAGIC,
+    ORDERS,
+    ROTATION_NUMBERS,
+    C3DLayout,
+    floats_of,
+    read_layout,
+)
+from armdesign.demonstration.files.formats.marker_tables import UNITS, listed, once_each
 from armdesign.demonstration.files.quaternions import from_matrices
-from armdesign.demonstration.files.sniff import unreadable
+from armdesign.demonstration.files.text_files import unreadable
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 
@@ -23,6 +34,8 @@ _MODEL_OUTPUTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS
 _UP = {"X": "x", "+X": "x", "Y": "y", "+Y": "y", "Z": "z", "+Z": "z"}
 _POSE_ENDING = "_4X4"
 _SKEW = 1e-2  # a rotation's columns are unit and orthogonal to this much
+
+_PIECE = 1 << 24  # [bytes] read at a time, so that no copy of the whole file stands beside the result
 
 
 def matches(head: bytes) -> bool:
@@ -159,3 +172,61 @@ def _up(layout: C3DLayout, steps: list[Step]) -> str | None:
     if stated and up is None:
         steps.append(Step("up", f"The file states the upward axis as '{stated[:40]}', which is not taken over."))
     return up
+
+
+def read_positions(stream: BinaryIO, start: int, shape: tuple[int, int, int], processor: int, scale: float) -> Array:
+    """Positions of all points, shape (T, n, 3) [file's units]; NaN = not seen.
+
+    Args:
+        stream: The file.
+        start: Where the data begin [bytes].
+        shape: Frames T, points n, and analog samples that stand behind the points of each frame.
+        processor: ``INTEL``, ``DEC`` or ``MIPS``.
+        scale: Factor of integers; negative where the data are floats.
+
+    Raises:
+        EOFError: The file is shorter than that.
+    """
+    frames, points, analog = shape
+    result = np.empty((frames, points, 3))
+    width = 4 if scale < 0 else 2
+    for rows, raw in _pieces(stream, start, frames, (4 * points + analog) * width):
+        values = floats_of(raw, processor) if scale < 0 else np.frombuffer(raw, f"{ORDERS[processor]}i2")
+        numbers = values.reshape(-1, 4 * points + analog)[:, : 4 * points].reshape(-1, points, 4)
+        with np.errstate(invalid="ignore"):  # signalling NaNs of damaged files
+            result[rows] = numbers[..., :3] if scale < 0 else numbers[..., :3] * scale
+            result[rows][numbers[..., 3] < 0] = np.nan
+    return result
+
+
+def read_poses(stream: BinaryIO, start: int, shape: tuple[int, int, int], processor: int) -> Array:
+    """The first of each frame's sets of matrices, shape (T, k, 4, 4).
+
+    Args:
+        stream: The file.
+        start: Where the matrices begin [bytes].
+        shape: Frames T, matrices k in a set, and sets in a frame.
+        processor: ``INTEL``, ``DEC`` or ``MIPS``.
+
+    Raises:
+        EOFError: The file is shorter than that.
+    """
+    frames, matrices, sets = shape
+    result = np.empty((frames, matrices, 4, 4))
+    for rows, raw in _pieces(stream, start, frames, 4 * ROTATION_NUMBERS * matrices * sets):
+        numbers = floats_of(raw, processor).reshape(-1, sets, matrices, ROTATION_NUMBERS)[:, 0, :, :16]
+        with np.errstate(invalid="ignore"):
+            result[rows] = numbers.reshape(-1, matrices, 4, 4).transpose(0, 1, 3, 2)
+    return result
+
+
+def _pieces(stream: BinaryIO, start: int, frames: int, size: int) -> Iterator[tuple[slice, bytes]]:
+    """Frames and their bytes, many frames at a time, each of ``size`` bytes; nothing where that is 0."""
+    stream.seek(start)
+    each = max(1, _PIECE // size) if size else 1
+    for first in range(0, frames if size else 0, each):
+        rows = slice(first, min(first + each, frames))
+        raw = stream.read((rows.stop - first) * size)
+        if len(raw) < (rows.stop - first) * size:
+            raise EOFError("the file became shorter while it was read")
+        yield rows, raw

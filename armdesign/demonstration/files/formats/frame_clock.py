@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.files.csv_cells import Rows
-from armdesign.demonstration.files.formats.row_steps import hole_steps
 from armdesign.demonstration.recording import Step, first_bad_step, median_step
 from armdesign.errors import RecordingError
 
@@ -75,6 +75,23 @@ def frame_clock(rows: Rows, frames: int | None, times: int | None, rate: float |
     if found is not None and _rate_steps(time, found):
         found = float(f"{1.0 / median_step(time):.6g}")
     return Clock(time, found, (*steps, *hole_steps(time, np.diff(time), _LEFT_OUT)))
+
+
+def hole_steps(time: Array, steps: Array, sentence: str) -> list[Step]:
+    """A word about frames that are left out.
+
+    Args:
+        time: Frame times, shape (T,) [s].
+        steps: How far each frame is from the one before, in time or in frame numbers, shape (T - 1,).
+        sentence: What to say, with ``{places}`` for their number and ``{span}`` for the longest of them.
+    """
+    holes = np.flatnonzero(steps > 1.5 * np.median(steps)) if len(steps) else np.empty(0, dtype=int)
+    if not len(holes):
+        return []
+    widest = int(holes[np.argmax(steps[holes])])
+    span = f"{time[widest]:.3f} s to {time[widest + 1]:.3f} s"
+    details = {"holes": len(holes), "from": float(time[widest]), "to": float(time[widest + 1])}
+    return [Step("holes", sentence.format(places=len(holes), span=span), details)]
 
 
 def check_frames(rows: Rows, header: str = "the header") -> None:
@@ -165,3 +182,75 @@ def _rate_steps(time: Array, declared: float | None) -> tuple[Step, ...]:
         return ()
     sentence = f"The header declares {declared:.6g} frames/s, but the times tell {found:.6g}; the times were taken."
     return (Step("rate", sentence, {"declared": declared, "found": found}),)
+
+
+_PRINTED = 1.1e-3  # [s] printed times are rounded or cut off to milliseconds or finer
+_NUMBERS_LEFT_OUT = "Frame numbers are left out in {places} places, at most from {span}."
+
+
+def motive_clock(rows: Rows, facts: Mapping[str, str]) -> Clock:
+    """Times of all frames.
+
+    Unlike other tables, Motive prints times of frames that it has counted itself. So frame numbers are divided by the
+    export frame rate, or by the capture frame rate where that alone fits the printed times; these are taken only where
+    line 1 gives no rate.
+
+    Args:
+        rows: Frame numbers and printed times in the first two columns.
+        facts: Line 1, name in small letters to value.
+
+    Raises:
+        RecordingError: There are no frames, a rate makes no sense, or frame numbers or times do not increase.
+    """
+    check_frames(rows)
+    frames, printed = rows.values[:, 0], rows.values[:, 1]
+    known = [_motive_rate(facts, name, rows) for name in ("export frame rate", "capture frame rate") if facts.get(name)]
+    if not known:
+        check_increase(rows, printed, "time")
+        sentence = "The file does not tell its frame rate: the printed times are taken, which are rounded."
+        return Clock(printed.copy(), None, (Step("times", sentence),))
+    check_increase(rows, frames, "frame number")
+    rate = next((rate for rate in known if _misfit(frames, printed, rate) <= _tolerance(rate)), known[0])
+    time = frames / rate
+    every = float(np.median(np.diff(frames))) if len(frames) > 1 else 1.0
+    holes = hole_steps(time, np.diff(frames), _NUMBERS_LEFT_OUT)
+    return Clock(time, rate / every, (*_misfit_steps(frames, printed, rate, known[0]), *holes))
+
+
+def _motive_rate(facts: Mapping[str, str], name: str, rows: Rows) -> float:
+    """A frame rate of line 1 [1/s]."""
+    text = facts[name]
+    rate = read_rate(text)
+    if rate is None:
+        message = f"{rows.source}, line 1: the {name} is '{text[:40]}'"
+        allowed = f"{MIN_RATE:g} to {MAX_RATE:.0f} frames per second"
+        fix = "Correct it. Export the take from Motive again"
+        raise RecordingError(message, value=text, allowed=allowed, fix=fix)
+    return rate
+
+
+def _misfit(frames: Array, printed: Array, rate: float) -> float:
+    """Largest distance between printed times and frame / rate, both from the first printed time on [s]."""
+    seen = ~np.isnan(printed)
+    distance = printed[seen] - frames[seen] / rate
+    return float(np.abs(distance - distance[0]).max()) if seen.any() else 0.0
+
+
+def _tolerance(rate: float) -> float:
+    """Distance up to which a printed time means the same frame [s]."""
+    return max(0.5 / rate, 2.0 * _PRINTED)
+
+
+def _misfit_steps(frames: Array, printed: Array, rate: float, declared: float) -> list[Step]:
+    """A word where the printed times mean something else, or the capture frame rate fits better."""
+    misfit = _misfit(frames, printed, rate)
+    if misfit > _tolerance(rate):
+        sentence = (
+            f"The printed times do not fit the frame numbers at {rate:.6g} frames/s, the difference grows to "
+            f"{misfit:.3g} s: times are frame number / rate."
+        )
+    elif rate != declared:
+        sentence = f"Frames are numbered at the capture frame rate of {rate:.6g} frames/s, as the printed times show."
+    else:
+        return []
+    return [Step("times", sentence, {"rate": rate, "misfit": misfit})]

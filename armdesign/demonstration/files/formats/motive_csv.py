@@ -1,6 +1,16 @@
 """OptiTrack Motive CSV, versions 1.21 to 1.25: rigid bodies, bones and markers.
 
-What is taken for granted, since the file does not tell:
+    Format Version,1.23,Take Name,...,Export Frame Rate,100.000000,...,Length Units,Meters,Coordinate Space,Global
+    <blank line, or one of commas>
+    ,Type,Rigid Body,Rigid Body,...,Marker,...
+    ,Name,Hand,Hand,...,Hand:Marker1,...
+    ,ID,9E207518D8A311E9,...
+    ,Parent,Root,...                                 (1.25)
+    ,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Mean Marker Error,...,Position,...
+    Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,,...,X,Y,Z
+
+The words ``Type``, ``Name`` and ``ID`` are missing in 1.21, the last line says ``Time`` there. With time codes there is
+a column ``TimeCode`` after the time, of text. What is taken for granted, since the file does not tell:
 
 * Times are frame number / export frame rate; the printed times are the same, rounded.
 * Quaternions are x, y, z, w and turn body axes into those of the room; a bone's position is that of its origin.
@@ -8,27 +18,41 @@ What is taken for granted, since the file does not tell:
   So says OptiTrack of the angles that Motive has shown since 1.6, the version that brought the choice of the order.
 * ``Marker`` is where a marker was seen, empty where it was hidden. ``Rigid Body Marker`` and ``Bone Marker`` are where
   the solved pose puts it: never empty, and no measurement. Where a file has both, the measured one has the name.
-
-Which axis points up is not told either; Motive has y up unless told otherwise at export.
+* Motive has y up unless told otherwise at export.
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Place, Rows, read_rows
-from armdesign.demonstration.files.formats.euler import ORDERS, euler_quaternions
-from armdesign.demonstration.files.formats.marker_columns import listed, names_steps, read_units, unused_name
-from armdesign.demonstration.files.formats.motive_header import Header, Item, is_motive, read_header
-from armdesign.demonstration.files.formats.motive_times import frame_times
-from armdesign.demonstration.files.formats.row_steps import count, row_steps
-from armdesign.demonstration.files.lines_ahead import LinesAhead
-from armdesign.demonstration.files.sniff import open_text, text_head
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Rows, read_cells, read_rows
+from armdesign.demonstration.files.formats.frame_clock import motive_clock
+from armdesign.demonstration.files.formats.marker_tables import (
+    clean_name,
+    count,
+    listed,
+    names_steps,
+    read_units,
+    row_steps,
+    unused_name,
+)
+from armdesign.demonstration.files.quaternions import ORDERS, euler_quaternions
+from armdesign.demonstration.files.text_files import (
+    BLANK,
+    LinesAhead,
+    Place,
+    check_columns,
+    open_text,
+    shown,
+    text_head,
+)
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 
@@ -58,7 +82,7 @@ def read(path: Path) -> Take:
         units, order = _units(header, Place(path, 1)), _rotation_order(header, Place(path, 1))
         dialect = Dialect(header.delimiter, MISSING, "." if header.delimiter == "," else ",", True, True)
         rows = read_rows(lines, header.columns, lines.place, dialect)
-    clock = frame_times(rows, header.facts)
+    clock = motive_clock(rows, header.facts)
     names = _names(header.items)
     version = header.facts.get("format version", "")
     sentence = f"The format version '{version[:20]}' is not one of 1.21 to 1.25; it is read as if it were."
@@ -158,3 +182,186 @@ def _item_steps(names: Mapping[str, Item], order: str) -> list[Step]:
         steps.append(Step("solved", sentence, {"solved": solved}))
     changed = {name: item.name for name, item in names.items() if name not in {item.name, f"{item.name} (solved)"}}
     return steps + names_steps(list(changed), changed)
+
+
+_MAX_LINES = 40  # of a header
+_START = re.compile(r'\s*"?format version"?\s*([,;\t])', re.IGNORECASE)
+_BARE = re.compile(  # the rows below line 1, or the last of them alone
+    r',"?type"?,|,,"?(rigid body|bone|marker)( marker)?"?,|"?frame"?,"?time( \(seconds\))?"?,("?timecode"?,)?"?x"?,',
+    re.IGNORECASE,
+)
+_ROWS = ("type", "name", "id", "parent")
+_FIX = "Export the take from Motive again"
+
+
+@dataclass
+class Item:
+    """A rigid body, bone or marker.
+
+    Attributes:
+        type: ``Rigid Body``, ``Bone``, ``Marker``, ``Rigid Body Marker`` and so on.
+        name: As it stands in the file, without blanks around it.
+        key: What tells it from its neighbours.
+        position: Axis, ``X`` to ``Z``, to column.
+        rotation: Axis, ``X`` to ``W``, to column; empty for a marker.
+    """
+
+    type: str
+    name: str
+    key: tuple[str, ...]
+    position: dict[str, int] = field(default_factory=dict)
+    rotation: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def is_marker(self) -> bool:
+        """Whether it is a marker, measured or solved."""
+        return self.type.lower().endswith("marker") and not self.rotation
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether it is a marker where the body's pose puts it, instead of where it was seen."""
+        return self.is_marker and self.type.lower() != "marker"
+
+
+@dataclass(frozen=True)
+class Header:
+    """What stands above the numbers.
+
+    Attributes:
+        facts: Line 1, name to value.
+        items: What was exported, in the order of the columns.
+        columns: A name for each column of numbers, for messages.
+        delimiter: Stands between the cells.
+    """
+
+    facts: Mapping[str, str]
+    items: tuple[Item, ...]
+    columns: list[str]
+    delimiter: str
+
+
+def is_motive(text: str) -> bool:
+    """Whether a text begins as a Motive CSV does, with line 1 or without it."""
+    text = text.lstrip()
+    return bool(_START.match(text) or _BARE.match(text))
+
+
+def read_header(lines: LinesAhead) -> Header:
+    """Read up to the line that names the columns; the extra columns are cut out of all lines after it.
+
+    Args:
+        lines: The file, at its beginning.
+
+    Raises:
+        RecordingError: This is no header of a Motive CSV, or it names nothing that has a place.
+    """
+    place = lines.place
+    first = _first_line(lines)
+    start = _START.match(first)
+    if start is None:
+        if not _BARE.match(first):
+            allowed = "'Format Version' in the first line"
+            raise RecordingError(f"{place}: this is no Motive CSV ('{shown(first, 60)}')", allowed=allowed)
+        message = f"{place}: the Motive file has no header, so that its units, frame rate and axes are unknown"
+        raise RecordingError(message, value=first[:60], fix=f"{_FIX}, with 'Header Information' switched on")
+    delimiter = start.group(1)
+    facts = _facts(read_cells(first, delimiter))
+    rows, last = _rows(lines, delimiter)
+    width = max(2, *(len(row) for row in rows))
+    check_columns(width, last)
+    rows = [row + [""] * (width - len(row)) for row in rows]
+    kinds = rows[-2]  # columns between the time and the first item belong to nothing
+    extra = next((i for i, kind in enumerate(kinds[2:]) if kind), len(kinds) - 2)
+    rows = [row[:2] + row[2 + extra :] for row in rows]
+    items = _items(rows, last)
+
+    def without_extra(text: str) -> str:
+        cells = text.split(delimiter, 2 + extra)
+        return delimiter.join(cells[:2] + cells[2 + extra :]) if len(cells) > 2 else text
+
+    lines.change = without_extra if extra else None
+    return Header(facts, items, _labels(rows, items), delimiter)
+
+
+def _first_line(lines: LinesAhead) -> str:
+    """The first line that is not blank, with those over which its last quotation goes on."""
+    text = ""
+    while lines.place.line <= _MAX_LINES and (more := lines.readline()):
+        text += more
+        if text.strip() and (text.count('"') % 2 == 0 or not more.strip()):
+            break
+    return text.replace("\n", " ").strip()
+
+
+def _facts(cells: list[str]) -> dict[str, str]:
+    """Names and values in turn; where a comma too many puts them out of step, any cell followed by its neighbour."""
+    cells = [cell.strip() for cell in cells]
+    pairs = list(zip(cells, [*cells[1:], ""], strict=True))
+    return {name.lower(): value for name, value in pairs[1::2][::-1] + pairs[::2][::-1] if name}
+
+
+def _rows(lines: LinesAhead, delimiter: str) -> tuple[list[list[str]], Place]:
+    """The rows above the numbers that are not blank, and the place of the last, which begins with ``Frame``."""
+    rows: list[list[str]] = []
+    for _ in range(_MAX_LINES):
+        place, text = lines.place, lines.readline()
+        if not text.strip(BLANK):
+            continue
+        rows.append([" ".join(cell.split()) for cell in read_cells(text, delimiter)])
+        if rows[-1][0].lower() == "frame":
+            if len(rows) < 4:
+                message = f"{place}: the rows with types, names and 'Position' are missing above"
+                raise RecordingError(message, value=len(rows), fix=_FIX)
+            return rows, place
+    source = lines.place.source
+    message = f"{source}: the row that names the columns, beginning with 'Frame', is missing below the header"
+    raise RecordingError(message, fix=f"The file may be cut off. {_FIX}")
+
+
+def _items(rows: list[list[str]], place: Place) -> tuple[Item, ...]:
+    """Columns put together to bodies, bones and markers."""
+    types, names, *more = _named_rows(rows)
+    items: list[Item] = []
+    for column in range(2, len(rows[-1])):
+        kind, axis = rows[-2][column].lower(), rows[-1][column].upper()
+        if kind not in ("position", "rotation") or not axis:
+            continue
+        key = (types[column], names[column], *(row[column] for row in more))
+        if not items or items[-1].key != key or axis in getattr(items[-1], kind):
+            items.append(Item(types[column], clean_name(names[column]) or f"column {column + 1}", key))
+        getattr(items[-1], kind)[axis] = column
+    for item in items:
+        _check(item, place)
+    if not items:
+        raise RecordingError(f"{place}: the file holds no rigid body, bone or marker", fix=f"{_FIX}, with some of them")
+    return tuple(items)
+
+
+def _named_rows(rows: list[list[str]]) -> list[list[str]]:
+    """Rows with types, names and, where there is one, identifiers: by their words, in 1.21 by their order."""
+    words = {row[1].lower(): row for row in rows[:-2] if row[1].lower() in _ROWS}
+    if "type" in words and "name" in words:
+        return [words[word] for word in _ROWS if word in words]
+    return rows[:-2][:3]
+
+
+def _check(item: Item, place: Place) -> None:
+    """Turn away what has part of a position or rotation only."""
+    where = f"{place}: {item.type.lower()[:40] or 'the column'} '{item.name[:40]}'"
+    missing = [axis for axis in "XYZ" if axis not in item.position] if item.position else []
+    if missing:
+        raise RecordingError(f"{where} has no position along {' and '.join(missing)}", fix=_FIX)
+    missing = [axis for axis in "XYZ" if axis not in item.rotation] if item.rotation else []
+    if missing:
+        raise RecordingError(f"{where} has a rotation without {' and '.join(missing)}", fix=_FIX)
+
+
+def _labels(rows: list[list[str]], items: tuple[Item, ...]) -> list[str]:
+    """A name for each column."""
+    labels = [
+        f"{name} {kind} {axis}".strip() for name, kind, axis in zip(_named_rows(rows)[1], *rows[-2:], strict=True)
+    ]
+    last = max(max((*item.position.values(), *item.rotation.values())) for item in items)
+    while len(labels) > last + 1 and not labels[-1]:
+        labels.pop()
+    return ["Frame", rows[-1][1] or "Time", *labels[2:]]

@@ -25,31 +25,29 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import (
-    MISSING,
-    Dialect,
-    Place,
-    Rows,
-    check_columns,
-    check_names,
-    is_number,
-    read_cells,
-    read_rows,
-    shown,
-)
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Rows, is_number, read_cells, read_rows
 from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
-from armdesign.demonstration.files.formats.marker_columns import (
+from armdesign.demonstration.files.formats.marker_tables import (
     clean_name,
     column_names,
+    count,
+    count_steps,
     decimal_mark,
     hide_zeros,
     once_each,
     positions,
+    row_steps,
 )
-from armdesign.demonstration.files.formats.row_steps import count, count_steps, row_steps
-from armdesign.demonstration.files.lines_ahead import LinesAhead
 from armdesign.demonstration.files.quaternions import from_matrices
-from armdesign.demonstration.files.sniff import open_text, text_head
+from armdesign.demonstration.files.text_files import (
+    LinesAhead,
+    Place,
+    check_columns,
+    check_names,
+    open_text,
+    shown,
+    text_head,
+)
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 

@@ -16,18 +16,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from armdesign.demonstration.files.csv_cells import (
-    MISSING,
-    Dialect,
-    Place,
-    check_columns,
-    check_names,
-    read_cells,
-    read_rows,
-    shown,
-)
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_cells, read_rows
 from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
-from armdesign.demonstration.files.formats.marker_columns import (
+from armdesign.demonstration.files.formats.marker_tables import (
     clean_name,
     column_names,
     decimal_mark,
@@ -35,10 +26,17 @@ from armdesign.demonstration.files.formats.marker_columns import (
     once_each,
     positions,
     read_units,
+    row_steps,
 )
-from armdesign.demonstration.files.formats.row_steps import row_steps
-from armdesign.demonstration.files.lines_ahead import LinesAhead
-from armdesign.demonstration.files.sniff import open_text, text_head
+from armdesign.demonstration.files.text_files import (
+    LinesAhead,
+    Place,
+    check_columns,
+    check_names,
+    open_text,
+    shown,
+    text_head,
+)
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 

@@ -1,6 +1,6 @@
 import pytest
 
-from armdesign.demonstration.files.sniff import HEAD_SIZE, open_text, read_head, text_head
+from armdesign.demonstration.files.text_files import HEAD_SIZE, open_text, read_head, text_head
 from armdesign.errors import RecordingError
 
 TEXT = "Größe\tMärker\n1\t2\n"

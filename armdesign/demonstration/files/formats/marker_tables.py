@@ -1,4 +1,4 @@
-"""What tables of points have in common: names, units, three columns per point."""
+"""What tables of markers have in common: names, units, three columns per point, oddities of rows."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from collections.abc import Container, Mapping, Sequence
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import Place, shown
+from armdesign.demonstration.files.csv_cells import Rows
+from armdesign.demonstration.files.text_files import Place, shown
 from armdesign.demonstration.recording import Step
 from armdesign.errors import RecordingError
 
@@ -139,3 +140,40 @@ def decimal_mark(line: str, delimiter: str) -> str:
         delimiter: Stands between the cells.
     """
     return "," if delimiter != "," and "," in line and "." not in line else "."
+
+
+def row_steps(rows: Rows, announced: int | None = None) -> list[Step]:
+    """An incomplete last row, short ones, another number of rows than the header says.
+
+    Args:
+        rows: The rows.
+        announced: Number of frames that the header announces; None where it does not.
+    """
+    steps = []
+    if rows.cut is not None:
+        sentence = f"The file ends in the middle of line {rows.cut}, which was left out: it may have been cut off."
+        steps.append(Step("cut", sentence, {"line": rows.cut}))
+    if rows.short:
+        sentence = f"Lines that stop early: {rows.short}; what is missing in them was taken as not seen."
+        steps.append(Step("short", sentence, {"lines": rows.short}))
+    return [*steps, *count_steps("frames", announced, len(rows.values))]
+
+
+def count_steps(what: str, announced: int | None, found: int) -> list[Step]:
+    """Another number than the header says.
+
+    Args:
+        what: What is counted.
+        announced: Their number in the header; None where it tells none.
+        found: Their number in the file, which is taken.
+    """
+    if announced in (None, found):
+        return []
+    sentence = f"The header announces {announced} {what}, the file holds {found}."
+    name = "count" if what == "frames" else "markers"
+    return [Step(name, sentence, {"announced": announced, "found": found})]
+
+
+def count(text: str) -> int | None:
+    """A number of frames as a header has it; None if it is no such number."""
+    return int(text) if text.isdecimal() and len(text) < 16 else None
