@@ -68,3 +68,15 @@ def test_python_blocks_run(workplace):
 def test_linked_files_exist():
     for target in re.findall(r"\]\((?!https?://)([^)#]+)\)", README):
         assert (ROOT / target).exists(), target
+
+
+def test_files_and_functions_that_the_architecture_names_are_there():
+    package = ROOT / "armdesign"
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    text += (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = {name for name in re.findall(r"`([\w/]+\.(?:py|j2))`", text) if "NAME" not in name}
+    there = [path.relative_to(ROOT).as_posix() for path in (*package.rglob("*"), *(ROOT / "tests").rglob("*.py"))]
+    assert [name for name in named if not any(f"/{path}".endswith(f"/{name}") for path in there)] == []
+    for name, thing in re.findall(r"`([\w/]+\.py)`: `(\w+)", text):
+        (path, *_) = [ROOT / path for path in there if path.endswith(f"/{name}")]
+        assert re.search(rf"^(def|class) {thing}\b", path.read_text(encoding="utf-8"), re.MULTILINE), (name, thing)

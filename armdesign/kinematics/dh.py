@@ -80,7 +80,9 @@ class DHTable:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        return shown(repr(self), drawing([Line(self.body(np.zeros(self.dof)), name="all joints at 0", width=3.0)]))
+        return shown(
+            repr(self), drawing([Line(self.skeleton(np.zeros((1, self.dof)))[0], name="all joints at 0", width=3.0)])
+        )
 
     @property
     def dof(self) -> int:
@@ -129,18 +131,27 @@ class DHTable:
             frames[i] = pose
         return frames
 
-    def body(self, q: ArrayLike) -> Array:
-        """The arm as a line from the base to the tool: along each row's a, then its d; shape (2 n + 3, 3) [m].
+    def skeleton(self, q: ArrayLike) -> Array:
+        """The corners of the arm, base to tool: per row a piece along x_{i-1} by a_i, then one along z_i by d_i.
 
         Args:
-            q: Joint angles, shape (n,) [rad].
+            q: Joint angles along a path, shape (T, n) [rad].
+
+        Returns:
+            Shape (T, 2 n + 3, 3) [m]; pieces of no length are kept. Every second corner from the third on is a joint's
+            origin, the last is the tool.
         """
-        before = self.base()
-        places = [before[:3, 3]]
-        for frame, a in zip(self.frames(q), self.a, strict=True):
-            places += [before[:3, 3] + a * before[:3, 0], frame[:3, 3]]  # Rx(alpha) leaves x where it is
-            before = frame
-        return np.array(places)
+        angles = np.asarray(q, dtype=float)
+        pose = np.broadcast_to(self.base(), (len(angles), 4, 4))
+        corners = [pose[:, :3, 3]]
+        for i in range(self.dof + 1):
+            pose = pose @ translation(self.a[i], 0.0, 0.0)
+            corners.append(pose[:, :3, 3])
+            pose = pose @ rot_x(self.alpha[i]) @ translation(0.0, 0.0, self.d[i])
+            corners.append(pose[:, :3, 3])
+            turn = self.theta[i] + (angles[:, i] if i < self.dof else np.zeros(len(angles)))
+            pose = pose @ np.stack([rot_z(angle) for angle in turn])
+        return np.stack(corners, axis=1)
 
     @classmethod
     def from_rows(cls, rows: ArrayLike, base_yaw: float = 0.0) -> DHTable:

@@ -90,7 +90,9 @@ class Result:
     def _repr_html_(self) -> str:
         """The arm in five poses over the paths that were demonstrated."""
         task, q = self.problem.task, self.evaluation.path.q
-        arms = [Line(self.table.body(q[k]), name=f"{task.time[k]:.2f} s", width=2.0) for k in five(len(q))]
+        frames = five(len(q))
+        bodies = zip(frames, self.table.skeleton(q[frames]), strict=True)
+        arms = [Line(body, name=f"{task.time[k]:.2f} s", width=2.0) for k, body in bodies]
         return shown(f"{self!r}\n\n{self.table!r}", drawing([*arms, *task_lines(task)]))
 
     @property

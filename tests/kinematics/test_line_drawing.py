@@ -20,7 +20,7 @@ def table():
 
 def test_body_is_as_long_as_the_arm_and_ends_at_the_tool(table):
     q = np.array([0.3, -1.0, 2.0, 0.1])
-    body = table.body(q)
+    body = table.skeleton(q[None])[0]
     assert body.shape == (2 * table.dof + 3, 3)
     assert np.allclose(body[0], 0.0)
     assert np.allclose(body[2::2], table.frames(q)[:, :3, 3])

@@ -27,7 +27,6 @@ from armdesign.views.preview.human import (
 from armdesign.views.preview.keyframes import Indices, choose_frames, deviation, most_keyframes
 from armdesign.views.preview.recorder import Command, Window, animation
 from armdesign.views.preview.shapes import draw_frame, draw_grid
-from armdesign.views.skeleton import skeleton
 
 GAP = 0.25
 """Free space between designs side by side [m]."""
@@ -142,7 +141,7 @@ def describe(run: Result, motion: Motion, chosen: Indices, origin: Array, bounds
 def bounds_of(run: Result, motion: Motion) -> Array:
     """Lowest and highest corner of what a run passes through in its base frame, its base and solids included."""
     body = BodyOptions()
-    corners = skeleton(run.table, run.evaluation.path.q).reshape(-1, 3)
+    corners = run.table.skeleton(run.evaluation.path.q).reshape(-1, 3)
     thick = body.joint_diameter / 2.0
     passed = np.concatenate([corners - thick, corners + thick, motion.points.reshape(-1, 3)])
     base = np.array([body.base_diameter / 2.0, body.base_diameter / 2.0, body.reach + body.base_height])

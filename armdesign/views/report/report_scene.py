@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from armdesign._types import Array
 from armdesign.search.result import Result
 from armdesign.views.report.drawing import HUMAN, WIDTH, Picture, new_figure, picture
-from armdesign.views.skeleton import skeleton
 
 INSTANTS = 4
 PATH_POINTS = 250
@@ -63,11 +62,11 @@ def scene_of(run: Result) -> Scene:
     drawn = np.unique(np.linspace(0, len(q) - 1, PATH_POINTS).astype(int))
     points = task.P[chosen]
     return Scene(
-        corners=1e3 * skeleton(run.table, q[chosen]),
+        corners=1e3 * run.table.skeleton(q[chosen]),
         human=1e3 * np.concatenate([np.zeros((len(chosen), 1, 3)), points], axis=1),
         times=task.time[chosen],
         hand=1e3 * task.P[drawn, -1],
-        tip=1e3 * skeleton(run.table, q[drawn])[:, -1],
+        tip=1e3 * run.table.skeleton(q[drawn])[:, -1],
     )
 
 

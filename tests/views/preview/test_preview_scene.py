@@ -11,7 +11,7 @@ from armdesign.views.preview.colours import Scale, scale_for
 from armdesign.views.preview.human import motion_of
 from armdesign.views.preview.preview_scene import build_scene, side_by_side
 from armdesign.views.preview.shapes import trace, turns_from_y
-from armdesign.views.skeleton import places, skeleton
+from armdesign.views.skeleton import places
 
 TOLERANCE = 1e-6
 
@@ -91,7 +91,7 @@ def test_places_are_as_far_from_the_points_as_the_fitness_says(any_run, dof):
     np.testing.assert_allclose(np.linalg.norm(motion.points - motion.places, axis=2), path.distance, atol=1e-9)
     tips = np.array([run.table.frames(q)[-1, :3, 3] for q in path.q])
     np.testing.assert_allclose(motion.tip, tips, atol=1e-12)
-    np.testing.assert_allclose(skeleton(run.table, path.q)[:, -1], tips, atol=1e-12)
+    np.testing.assert_allclose(run.table.skeleton(path.q)[:, -1], tips, atol=1e-12)
 
 
 def test_places_move_along_the_skeleton_at_unit_speed(any_run):

@@ -10,7 +10,6 @@ from armdesign.views.report.drawing import inlined, legend_lines, line_style, pi
 from armdesign.views.report.facts import fitness_parts
 from armdesign.views.report.report_scene import best_turn, box, framed, round_length, scene_of, view
 from armdesign.views.report.sketch import across, node_labels, overlap, sketch, stacked, unfolded
-from armdesign.views.skeleton import skeleton
 
 
 def some_table(rng, dof):
@@ -34,7 +33,7 @@ def test_corners_are_as_far_apart_as_the_links_are_long():
     rng = np.random.default_rng(1)
     for dof in (1, 3, 8):
         table = some_table(rng, dof)
-        corners = skeleton(table, rng.uniform(-3, 3, (1, dof)))[0]
+        corners = table.skeleton(rng.uniform(-3, 3, (1, dof)))[0]
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
         assert lengths == pytest.approx(np.stack([table.a, table.d], axis=1).ravel(), abs=1e-12)
 
