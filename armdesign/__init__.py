@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from armdesign.demonstration.files.readers import read_recording
     from armdesign.demonstration.recording import Recording
     from armdesign.errors import ArmDesignError
+    from armdesign.experiments.auto_dof.choose_dof import auto_dof
+    from armdesign.experiments.compare.comparison import compare
     from armdesign.export.export_files import export
     from armdesign.kinematics.dh import DHTable
     from armdesign.kinematics.dh_files import read_design
@@ -50,6 +52,8 @@ _HOMES = {
     "Task": "settings.sections",
     "alternatives": "runs.alternatives",
     "arm_model": "kinematics.models",
+    "auto_dof": "experiments.auto_dof.choose_dof",
+    "compare": "experiments.compare.comparison",
     "convert": "demonstration.convert",
     "design": "search.design_arm",
     "evaluate": "search.result",
@@ -82,6 +86,8 @@ __all__ = [
     "__version__",
     "alternatives",
     "arm_model",
+    "auto_dof",
+    "compare",
     "convert",
     "design",
     "evaluate",

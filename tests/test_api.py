@@ -17,7 +17,9 @@ from armdesign.export.trajectory.exporting import TrajectoryOptions
 from armdesign.settings.sections import SECTIONS
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "packaging.csv"
-COMMANDS = ("search", "evaluate", "export", "preview", "report", "alternatives", "convert")
+COMMANDS = (
+    "search", "evaluate", "export", "preview", "report", "alternatives", "convert", "compare", "auto_dof",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -103,6 +105,15 @@ def test_files_for_other_tools_and_for_people(result, tmp_path):
     ):
         with pytest.raises(armdesign.ArmDesignError, match="already"):
             again()
+
+
+def test_number_of_joints_and_comparison(result, tmp_path):
+    settings = armdesign.Settings(design=armdesign.Design(auto_dof=(3, 4)), search=armdesign.Search(budget=300))
+    recording = armdesign.read_recording(EXAMPLE)
+    choice = armdesign.auto_dof(lambda n: armdesign.prepare(recording, settings.with_entries(dof=n)), tmp_path / "auto")
+    assert armdesign.read_result(tmp_path / "auto").table.dof == choice.verdict.dof
+    comparison = armdesign.compare([result], result.problem)
+    assert comparison.rows[0].fitness == pytest.approx(result.fitness)
 
 
 @pytest.mark.parametrize(
