@@ -9,7 +9,7 @@ from pathlib import Path
 from plan import PACKAGING, Plan, tiled
 from tables import Row, Table
 
-from armdesign.search.backends import WorkerPool
+from armdesign.search.backends.parallel import WorkerPool
 from armdesign.search.backends.processes import available_cores
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import Search

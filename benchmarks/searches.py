@@ -16,7 +16,7 @@ from tables import Row, Table
 from armdesign.fitness.block import Scores
 from armdesign.fitness.robot import Rejections
 from armdesign.runs.resumable import carry_out
-from armdesign.search.backends import InProcess
+from armdesign.search.backends.backend import InProcess
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 

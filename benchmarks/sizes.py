@@ -13,7 +13,7 @@ from walks import Starts, Walked, pace, quickest, seek_starts, walk_path
 
 from armdesign.fitness.block import compile_kernels
 from armdesign.fitness.problem import Problem
-from armdesign.search.backends import InProcess
+from armdesign.search.backends.backend import InProcess
 from armdesign.search.design_problem import DesignProblem
 
 Array = NDArray[np.float64]

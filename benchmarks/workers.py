@@ -12,7 +12,8 @@ import numpy as np
 from plan import PACKAGING, Plan, designs
 from tables import Row, Table
 
-from armdesign.search.backends import Backend, InProcess, WorkerPool
+from armdesign.search.backends.backend import Backend, InProcess
+from armdesign.search.backends.parallel import WorkerPool
 from armdesign.search.backends.processes import available_cores
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import Search

@@ -26,7 +26,7 @@ from armdesign.experiments.auto_dof.dof_rule import rule_of
 from armdesign.fitness.block import compile_kernels
 from armdesign.runs.folder import RESULT_FILES, TASK_FILES, holds_run
 from armdesign.runs.reading import read_result
-from armdesign.search.backends import Backend
+from armdesign.search.backends.backend import Backend
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.search.search import Progress

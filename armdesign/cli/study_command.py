@@ -24,7 +24,7 @@ from armdesign.cli.study_flags import (
     asked_for,
     words,
 )
-from armdesign.cli.sweep_command import SHOWN_FAILURES, hiring, leave, say_stopping
+from armdesign.cli.sweep_command import SHOWN_FAILURES, leave, say_stopping, unit_workers
 from armdesign.cli.sweep_progress import SweepBar
 from armdesign.cli.worker_options import ClusterOption, check_workers
 from armdesign.errors import resume_command
@@ -249,23 +249,23 @@ def carry_out(folder: Path, asked: Asked, tasks: Tasks, workers: int, cluster: s
 
     go_on = f"Go on with: {resume_command(f'study {asked.study}', folder, cluster)}"
     try:
-        with SweepBar() as bar, hiring(workers, cluster, tasks, quiet=quiet, warm_up=compile_more) as hire:
+        with SweepBar() as bar, unit_workers(workers, cluster, tasks, quiet=quiet, warm_up=compile_more) as start:
             on_change = None if quiet else bar
-            finding = run_study(folder, asked, tasks, hire, on_change=on_change, on_interrupt=say_stopping)
+            finding = run_study(folder, asked, tasks, start, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
     if not quiet:
         typer.echo(closing_text(folder, finding))
-    leave(finding.ledger, go_on)
+    leave(finding.runs, go_on)
 
 
 def closing_text(folder: Path, finding: Finding) -> str:
     """The tables, the runs that failed, and where everything lies."""
-    rows = finding.ledger.rows.values()
+    rows = finding.runs.rows.values()
     failed = [row for row in rows if row["state"] == "failed"]
     lines = [f"{table.text()}\n" for table in finding.tables]
-    lines.append(f"{finding.ledger.count('finished')} of {len(rows)} runs finished.")
+    lines.append(f"{finding.runs.count('finished')} of {len(rows)} runs finished.")
     lines += [f"  {row['folder']} failed: {row['stopped_by']}" for row in failed[:SHOWN_FAILURES]]
     if len(failed) > SHOWN_FAILURES:
         lines.append(f"  and {len(failed) - SHOWN_FAILURES} more")

@@ -17,14 +17,15 @@ from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.sweep_progress import SweepBar
 from armdesign.cli.worker_options import COMPUTING, ClusterOption, check_workers, cluster_client
 from armdesign.errors import SettingsError, counted, resume_command
-from armdesign.experiments.sweep import Crew, Ledger, LocalCrew, Sweep, read_sweep, run_sweep, units_of
+from armdesign.experiments.sweep import RunTable, Sweep, read_sweep, run_sweep, unit_worker, units_of
 from armdesign.experiments.sweep.estimate import CANDIDATES, estimate
 from armdesign.experiments.sweep.ranges import seed_numbers, whole_numbers
 from armdesign.experiments.sweep.sweep_plan import Tasks, check_stems, common_settings
 from armdesign.experiments.sweep.sweep_store import check_extension, holds_sweep
 from armdesign.experiments.sweep.units import look_at
 from armdesign.fitness.block import compile_kernels
-from armdesign.search.backends.processes import available_cores
+from armdesign.search.backends.processes import WorkerProcesses, available_cores
+from armdesign.search.backends.workers import Workers
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import ALGORITHM_SETTINGS, Fitness, Search, Settings, Task, with_algorithm
@@ -192,15 +193,15 @@ def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: s
     """Carry out a sweep, saying how it goes and how it went."""
     go_on = f"Go on with: {resume_command('sweep', folder, cluster)}"
     try:
-        with SweepBar() as bar, hiring(workers, cluster, tasks, quiet=quiet) as hire:
+        with SweepBar() as bar, unit_workers(workers, cluster, tasks, quiet=quiet) as start:
             on_change = None if quiet else bar
-            ledger = run_sweep(folder, asked, tasks, hire, on_change=on_change, on_interrupt=say_stopping)
+            table = run_sweep(folder, asked, tasks, start, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
     if not quiet:
-        typer.echo(closing_text(ledger))
-    leave(ledger, go_on)
+        typer.echo(closing_text(table))
+    leave(table, go_on)
 
 
 def say_stopping() -> None:
@@ -208,52 +209,54 @@ def say_stopping() -> None:
     say_in_handler("Stopping: the runs at hand finish their iteration; once more stops at once.")
 
 
-def leave(ledger: Ledger, go_on: str) -> None:
+def leave(table: RunTable, go_on: str) -> None:
     """End with the exit code that tells how the runs stand.
 
     Raises:
         Exit: Not all of them are finished.
     """
-    if ledger.count("waiting", "interrupted"):
+    if table.count("waiting", "interrupted"):
         typer.echo(f"Interrupted. {go_on}", err=True)
         raise typer.Exit(INTERRUPTED)
-    if ledger.count("failed"):
+    if table.count("failed"):
         raise typer.Exit(SOME_FAILED)
 
 
 @contextmanager
-def hiring(
+def unit_workers(
     workers: int, cluster: str | None, tasks: Tasks, *, quiet: bool, warm_up: Callable[[], None] | None = None
-) -> Iterator[Callable[[int], Crew]]:
-    """How to get a crew for a number of units: the workers of a cluster, or processes on this machine."""
-    if cluster is None:
-        yield lambda units: local_crew(min(workers, units), tasks, quiet=quiet, warm_up=warm_up)
-        return
-    with cluster_client(cluster) as client:
-        from armdesign.experiments.sweep.dask_workers import DaskCrew  # noqa: PLC0415 (an optional extra)
+) -> Iterator[Callable[[int], Workers]]:
+    """What starts the workers for a number of units: those of a cluster, or processes on this machine.
 
-        yield lambda units: DaskCrew(client)
-
-
-def local_crew(workers: int, tasks: Tasks, *, quiet: bool, warm_up: Callable[[], None] | None = None) -> Crew:
-    """Worker processes on this machine; the kernels are compiled before they start, so that they find them.
+    The kernels are compiled before the processes start, so that these find them.
 
     Args:
-        workers: Number of processes.
+        workers: Number of processes at most.
+        cluster: Address of a Dask scheduler, or None.
         tasks: The tasks.
         quiet: Whether to keep silent.
         warm_up: Compiles what the units need beside the evaluator's kernels.
     """
-    with announce_compiling(quiet):
-        compile_kernels(next(iter(tasks.values())).path_problem)
-        if warm_up is not None:
-            warm_up()
-    return LocalCrew(workers)
+
+    def start(units: int) -> Workers:
+        with announce_compiling(quiet):
+            compile_kernels(next(iter(tasks.values())).path_problem)
+            if warm_up is not None:
+                warm_up()
+        return WorkerProcesses(min(workers, units), unit_worker)
+
+    if cluster is None:
+        yield start
+        return
+    with cluster_client(cluster) as client:
+        from armdesign.search.backends.dask_workers import DaskWorkers  # noqa: PLC0415 (an optional extra)
+
+        yield lambda units: DaskWorkers(client, unit_worker)
 
 
-def closing_text(ledger: Ledger) -> str:
+def closing_text(table: RunTable) -> str:
     """What came of the sweep."""
-    rows = ledger.rows.values()
+    rows = table.rows.values()
     finished = [row for row in rows if row["state"] == "finished"]
     failed = [row for row in rows if row["state"] == "failed"]
     lines = [f"{len(finished)} of {len(rows)} runs finished" + (f", {len(failed)} failed." if failed else ".")]
@@ -263,7 +266,7 @@ def closing_text(ledger: Ledger) -> str:
     if finished:
         best = min(finished, key=lambda row: float(row["fitness"]))
         lines.append(f"Best: {best['folder']}, r {best['fitness']:.4f} m")
-    return "\n".join([*lines, f"Table: {ledger.folder / 'sweep.csv'}"])
+    return "\n".join([*lines, f"Table: {table.folder / 'sweep.csv'}"])
 
 
 def show_plan(folder: Path, asked: Sweep, tasks: Tasks, workers: int) -> None:

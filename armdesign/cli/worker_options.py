@@ -11,7 +11,8 @@ import typer
 
 from armdesign.cli.screen import say
 from armdesign.errors import SettingsError
-from armdesign.search.backends import Backend, InProcess, WorkerPool
+from armdesign.search.backends.backend import Backend, InProcess
+from armdesign.search.backends.parallel import WorkerPool
 from armdesign.search.backends.processes import available_cores
 from armdesign.search.design_problem import DesignProblem
 
@@ -81,7 +82,7 @@ def open_backend(
 @contextmanager
 def open_cluster(problem: DesignProblem, address: str) -> Iterator[Backend]:
     """The workers of a Dask scheduler as a backend; see ``cluster_client``."""
-    from armdesign.search.backends.dask_cluster import DaskCluster  # noqa: PLC0415 (an optional extra)
+    from armdesign.search.backends.dask_workers import DaskCluster  # noqa: PLC0415 (an optional extra)
 
     with cluster_client(address) as client, DaskCluster(client, problem, say=say) as backend:
         yield backend

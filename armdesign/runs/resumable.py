@@ -20,8 +20,8 @@ from armdesign.runs.folder import DEMONSTRATIONS, RESULT, TASK, TASK_FILES, inne
 from armdesign.runs.lock import locked
 from armdesign.runs.reading import read_problem
 from armdesign.runs.writing import clear_result, write_files
-from armdesign.search.backends import Backend, InProcess
-from armdesign.search.backends.processes import CandidateKillsWorkersError
+from armdesign.search.backends.backend import Backend, InProcess
+from armdesign.search.backends.parallel import CandidateKillsWorkersError
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.search.search import Progress, Search

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 from armdesign.demonstration import Recording, read_recording, read_recordings
 from armdesign.errors import SettingsError
-from armdesign.search.backends import WorkerPool
+from armdesign.search.backends.parallel import WorkerPool
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import file_of, known, prepare
 from armdesign.search.prepare_demonstration import ORIGIN

@@ -15,7 +15,7 @@ from armdesign.fitness.block import Scores
 from armdesign.fitness.constraints import DesignSpace
 from armdesign.fitness.robot import Rejections
 from armdesign.search.arm_symmetry import canonical_form, length_slab
-from armdesign.search.backends import Backend, InProcess
+from armdesign.search.backends.backend import Backend, InProcess
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.result import Result, SearchFacts

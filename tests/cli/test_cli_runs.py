@@ -18,7 +18,7 @@ def begun(run, packaging, packaged, tmp_path_factory):
     from armdesign.runs import resumable as running  # noqa: PLC0415
     from armdesign.runs.reading import read_problem  # noqa: PLC0415
     from armdesign.runs.resumable import start_run  # noqa: PLC0415
-    from armdesign.search.backends import InProcess  # noqa: PLC0415
+    from armdesign.search.backends.backend import InProcess  # noqa: PLC0415
     from armdesign.search.search import Search  # noqa: PLC0415
 
     folder = tmp_path_factory.mktemp("begun") / "run"

@@ -8,12 +8,12 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from armdesign.experiments.sweep import FuturesCrew, read_sweep, run_sweep
+from armdesign.experiments.sweep import read_sweep, run_sweep, unit_worker
 from armdesign.runs.lock import holder_of
+from armdesign.search.backends.processes import WorkerProcesses
 
 TINY = ("--particles", 8, "--iterations", 3)
 COMMAND = "from armdesign.cli import main; main()"
@@ -110,13 +110,13 @@ def test_dry_run_prints_the_runs_and_a_time_and_writes_nothing(run, packaging, p
     assert outcome.exit_code == 0, outcome.output
     assert not list(place.iterdir())
     assert "12 runs in s, 0 of them finished:" in outcome.output
-    lines = re.findall(r"^(packaging-\S+) +new +about (\d+:\d\d)$", outcome.output, re.MULTILINE)
+    lines = re.findall(r"^(packaging-\S+) +new +about ([\d:]+)$", outcome.output, re.MULTILINE)
     assert [name for name, _ in lines] == [
         f"packaging-{kind}-seed{seed}"
         for kind in ("rapso-n4-D2", "rapso-n4-D4", "rapso-n5-D2", "rapso-n5-D4", "pso-n4", "pso-n5")
         for seed in (0, 1)
     ]
-    assert re.search(r"An estimate, .*: about \d+:\d\d with 3 at a time", " ".join(outcome.output.split()))
+    assert re.search(r"An estimate, .*: about [\d:]+ with 3 at a time", " ".join(outcome.output.split()))
 
 
 def test_dry_run_of_a_sweep_that_is_there_leaves_it_alone(run, done, packaging, place):
@@ -153,7 +153,7 @@ def test_dry_run_knows_more_candidates_and_pso_as_longer(packaging):
 
 def test_bar_in_a_terminal_is_below_the_runs_that_have_ended(monkeypatch):
     from armdesign.cli.sweep_progress import SweepBar  # noqa: PLC0415
-    from armdesign.experiments.sweep import Outcome, Standing  # noqa: PLC0415
+    from armdesign.experiments.sweep import Outcome, SweepStatus  # noqa: PLC0415
     from armdesign.search.search import Progress  # noqa: PLC0415
 
     stream = io.StringIO()
@@ -162,8 +162,8 @@ def test_bar_in_a_terminal_is_below_the_runs_that_have_ended(monkeypatch):
     monkeypatch.setenv("COLUMNS", "60")
     monkeypatch.setenv("TERM", "dumb")
     with SweepBar() as bar:
-        bar(Standing(2, 1, 0, {"a-run": Progress(7, 20, 0.5, 0.1, 0.1, 3, 8, 1.0), "x" * 80: None}, left=61.0))
-        bar(Standing(2, 1, 1, {}, None, "a-run", Outcome("failed", "it was in vain")))
+        bar(SweepStatus(2, 1, 0, {"a-run": Progress(7, 20, 0.5, 0.1, 0.1, 3, 8, 1.0), "x" * 80: None}, left=61.0))
+        bar(SweepStatus(2, 1, 1, {}, None, "a-run", Outcome("failed", "it was in vain")))
     lines = stream.getvalue().splitlines()
     assert "2/2 runs (1 failed)  a-run  failed: it was in vain" in lines
     assert all(len(line) <= 60 for line in lines)
@@ -212,8 +212,7 @@ def test_killed_group_of_processes_goes_on_to_the_same_table(run, start, packagi
     finished = {path: path.stat().st_mtime_ns for path in place.glob("s/*seed*/result.json")}
     assert run("sweep", "--resume", "s", "--workers", 1).exit_code == 0
     undisturbed = place / "undisturbed"
-    with ThreadPoolExecutor(1) as executor:
-        run_sweep(undisturbed, *read_sweep(place / "s"), lambda units: FuturesCrew(executor, lambda: 1))
+    run_sweep(undisturbed, *read_sweep(place / "s"), lambda units: WorkerProcesses(1, unit_worker))
     assert rows(place / "s") == rows(undisturbed)
     assert {path: path.stat().st_mtime_ns for path in finished} == finished
     for history in undisturbed.glob("*/history.csv"):

@@ -13,7 +13,7 @@ import numpy as np
 from armdesign.cli import app
 from armdesign.runs import checkpoint
 from armdesign.runs.folder import PREVIEW, REPORT
-from armdesign.search.backends import InProcess, processes
+from armdesign.search.backends import parallel
 from armdesign.search.search import Search
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -206,20 +206,16 @@ def linger(pause):
 
 
 POISON = "ARMDESIGN_TEST_POISON"
-WORK = processes.work
+EVALUATOR = parallel.evaluator
 
 
-def poisoned_work(pipe, prepared, block):
-    """Body of a real worker that dies of one candidate, named in the environment by its first entry."""
-    stream = InProcess.stream
+def poisoned_evaluator(problem, block):
+    """Setup of a real worker that dies of one candidate, named in the environment by its first entry."""
+    evaluate = EVALUATOR(problem, block)
 
-    def deadly(self, first, more):
-        def checked(chunk):
-            if chunk is not None and np.any(chunk[0][:, 0] == float(os.environ[POISON])):
-                die()
-            return chunk
+    def deadly(part, context):
+        if np.any(part.Phi[:, 0] == float(os.environ[POISON])):
+            die()
+        return evaluate(part, context)
 
-        return stream(self, checked(first), lambda: checked(more()))
-
-    InProcess.stream = deadly
-    WORK(pipe, prepared, block)
+    return deadly

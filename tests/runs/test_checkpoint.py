@@ -9,7 +9,7 @@ import pytest
 from armdesign.errors import ArmDesignError, RunFolderError
 from armdesign.runs import checkpoint
 from armdesign.runs.resumable import identity
-from armdesign.search.backends import InProcess
+from armdesign.search.backends.backend import InProcess
 from armdesign.search.search import Search
 from armdesign.swarm.generator_state import BIT_GENERATORS
 

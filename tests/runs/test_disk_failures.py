@@ -9,7 +9,7 @@ import pytest
 from armdesign.errors import RunFolderError
 from armdesign.runs import resumable as running
 from armdesign.runs.lock import locked
-from armdesign.search.backends import InProcess
+from armdesign.search.backends.backend import InProcess
 from armdesign.search.search import Search
 
 FAILURES = {

@@ -8,8 +8,9 @@ import child_runs as runs
 import pytest
 
 from armdesign.kinematics.dh_files import read_design
-from armdesign.search.backends import InProcess, processes
-from armdesign.search.backends.processes import CandidateKillsWorkersError
+from armdesign.search.backends import parallel
+from armdesign.search.backends.backend import InProcess
+from armdesign.search.backends.parallel import CandidateKillsWorkersError
 from armdesign.search.search import Search
 
 BOTH = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -138,7 +139,7 @@ def test_a_candidate_that_kills_real_workers_is_kept_and_named(tmp_path, begin, 
     Phi = Search(task, InProcess(task)).swarm.ask()[3]
     with monkeypatch.context() as patch:
         patch.setenv(runs.POISON, repr(float(Phi[0])))
-        patch.setattr(processes, "work", runs.poisoned_work)
+        patch.setattr(parallel, "evaluator", runs.poisoned_evaluator)
         ended = cli(*begin(folder, "-q", "--workers", 2))
     assert ended.exit_code == 2
     assert f"Phi = {Phi.tolist()}" in ended.output

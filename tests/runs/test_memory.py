@@ -6,7 +6,8 @@ import pytest
 
 from armdesign.demonstration import Recording
 from armdesign.runs import checkpoint
-from armdesign.search.backends import InProcess, WorkerPool
+from armdesign.search.backends.backend import InProcess
+from armdesign.search.backends.parallel import WorkerPool
 from armdesign.search.prepare import prepare
 from armdesign.search.search import Search
 from armdesign.settings.sections import Settings

@@ -8,7 +8,7 @@ import pytest
 from armdesign.cli.setting_flags import read_flag
 from armdesign.errors import SettingsError
 from armdesign.runs.checkpoint import pack, unpack
-from armdesign.search.backends import InProcess
+from armdesign.search.backends.backend import InProcess
 from armdesign.search.search import Search, stalled
 from armdesign.settings.kinds import Number
 from armdesign.settings.sections import Settings

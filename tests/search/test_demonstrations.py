@@ -15,7 +15,8 @@ from armdesign.runs.checkpoint import CURRENT
 from armdesign.runs.folder import claim_folder
 from armdesign.runs.reading import read_problem, read_result
 from armdesign.runs.resumable import carry_out, finished
-from armdesign.search.backends import InProcess, WorkerPool
+from armdesign.search.backends.backend import InProcess
+from armdesign.search.backends.parallel import WorkerPool
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import combined_evaluation, evaluate_design
 from armdesign.search.prepare import prepare

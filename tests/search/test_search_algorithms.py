@@ -11,7 +11,8 @@ import pytest
 from armdesign.demonstration import read_recording
 from armdesign.runs.alternatives import read_designs
 from armdesign.runs.writing import write_result
-from armdesign.search.backends import InProcess, WorkerPool
+from armdesign.search.backends.backend import InProcess
+from armdesign.search.backends.parallel import WorkerPool
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
 from armdesign.search.search import Search, search

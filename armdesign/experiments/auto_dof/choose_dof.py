@@ -43,7 +43,7 @@ from armdesign.runs.lock import locked
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import Interrupts, NothingYetError, carry_out, finished, interruptible, start_run
 from armdesign.runs.writing import clear_result, write_files
-from armdesign.search.backends import Backend, InProcess
+from armdesign.search.backends.backend import Backend, InProcess
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import NothingFoundError, Progress
 

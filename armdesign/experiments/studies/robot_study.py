@@ -26,7 +26,7 @@ from armdesign.experiments.studies.study_plan import (
     work_unit,
 )
 from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
-from armdesign.experiments.sweep.jobs import Steer
+from armdesign.experiments.sweep.jobs import Reporter
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_design
 from armdesign.settings.sections import Search as SearchSettings
@@ -109,7 +109,7 @@ def unit_for(key: str, problem: DesignProblem, name: str, seed: int) -> Unit:
     return work_unit(key, problem, f"{name}-seed{seed}", {"study": NAME, "algorithm": name, "seed": seed})
 
 
-def perform(problem: DesignProblem, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
+def perform(problem: DesignProblem, work: Mapping[str, Any], reporter: Reporter) -> dict[str, Any]:
     """Search by one of opytimizer's algorithms.
 
     Raises:
@@ -120,7 +120,7 @@ def perform(problem: DesignProblem, work: Mapping[str, Any], steer: Steer) -> di
 
     def report(spent: int, best: float) -> None:
         if spent % LOOK_EVERY == 0:
-            steer(spent, budget, best if best < MISSED else np.inf)
+            reporter(spent, budget, best if best < MISSED else np.inf)
 
     first = fitness.space.sample(np.random.default_rng(seed), search.particles)  # as our own searches draw it
     found = minimise(

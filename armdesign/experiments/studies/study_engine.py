@@ -15,13 +15,14 @@ from armdesign.demonstration.provenance import as_json
 from armdesign.errors import RunFolderError, SettingsError, counted
 from armdesign.experiments.studies.machine import about_machine, command_line, versions
 from armdesign.experiments.studies.study_plan import Asked, Record, Tasks, Unit, check_units, task_name
-from armdesign.experiments.studies.study_registry import further_files, study_module
+from armdesign.experiments.studies.study_registry import further_files, perform, study_module
 from armdesign.experiments.studies.study_store import frozen, settle_study
 from armdesign.experiments.studies.study_tables import Table
-from armdesign.experiments.sweep import Crew, Ledger, Standing, run_units
+from armdesign.experiments.sweep import Plan, RunTable, SweepStatus, run_units
 from armdesign.experiments.sweep.jobs import recorded
 from armdesign.experiments.sweep.units import RESULT
 from armdesign.files import write_whole
+from armdesign.search.backends.workers import Workers
 from armdesign.views.report.drawing import png
 
 RUNS, TABLES, FIGURE, ABOUT = "runs.csv", "table.md", "figure.png", "about.json"
@@ -32,12 +33,12 @@ class Finding:
     """What came of a study.
 
     Attributes:
-        ledger: Where its units stand.
+        runs: The states of its units.
         tables: Its tables; of an unfinished one from what there is.
         files: Names of the files written into its folder.
     """
 
-    ledger: Ledger
+    runs: RunTable
     tables: tuple[Table, ...]
     files: tuple[str, ...]
 
@@ -64,9 +65,9 @@ def run_study(
     folder: Path,
     asked: Asked,
     tasks: Tasks,
-    hire: Callable[[int], Crew],
+    start_workers: Callable[[int], Workers],
     *,
-    on_change: Callable[[Standing], None] | None = None,
+    on_change: Callable[[SweepStatus], None] | None = None,
     on_interrupt: Callable[[], None] | None = None,
 ) -> Finding:
     """Carry out the units of a study that are not finished, and write its tables and its figure.
@@ -75,41 +76,39 @@ def run_study(
         folder: The study's folder; made, taken up or extended.
         asked: What is asked.
         tasks: Its tasks, prepared for each number of joints.
-        hire: Gives the crew, for as many units as there are to do; not called where there are none.
+        start_workers: Starts workers with the setup ``unit_worker``, for so many units at most; not called for none.
         on_change: Called when a unit has ended or moved on, and twice a second.
         on_interrupt: Called when Ctrl-C or SIGTERM asks for the end.
 
     Raises:
-        RunFolderError: Another process is at it, or the folder cannot be used.
+        RunFolderError: Another process uses the folder, or it cannot be used.
         SettingsError: The folder holds another study, or what is asked cannot be.
         KeyboardInterrupt: Ctrl-C came twice.
     """
     asked = replace(asked, options={name: frozen(value) for name, value in asked.options.items()})
     units, module = planned(asked, tasks), study_module(asked.study)
     began = time.monotonic()
-    ledger = run_units(
-        folder, units, hire, lambda: settle_study(folder, asked, tasks),
-        table=RUNS, on_change=on_change, on_interrupt=on_interrupt,
-    )  # fmt: skip
-    records = records_of(ledger)
+    plan = Plan(units, lambda: settle_study(folder, asked, tasks), RUNS, perform)
+    runs = run_units(folder, plan, start_workers, on_change=on_change, on_interrupt=on_interrupt)
+    records = records_of(runs)
     write_about(folder, asked, records, time.monotonic() - began)
     if not any(record.finished for record in records):
-        return Finding(ledger, (), (RUNS, ABOUT))
+        return Finding(runs, (), (RUNS, ABOUT))
     tables = marked(module.tables(asked, records), records)
     files = write_findings(folder, tables, png(lambda: module.figure(asked, records)))
-    more = further_files(module, asked, records, folder) if not ledger.count("waiting", "interrupted") else ()
-    return Finding(ledger, tuple(tables), (*files, *more, RUNS, ABOUT))
+    more = further_files(module, asked, records, folder) if not runs.count("waiting", "interrupted") else ()
+    return Finding(runs, tuple(tables), (*files, *more, RUNS, ABOUT))
 
 
-def records_of(ledger: Ledger) -> list[Record]:
+def records_of(runs: RunTable) -> list[Record]:
     """What came of every unit, in the order of the plan.
 
     Raises:
         RunFolderError: A result is damaged.
     """
     records = []
-    for name, unit in ledger.units.items():
-        place, row = ledger.folder / name, ledger.rows[name]
+    for name, unit in runs.units.items():
+        place, row = runs.folder / name, runs.rows[name]
         content = content_of(place, unit) if row["state"] == "finished" else {}
         wall_time = float(row["wall_time"]) if content and row["wall_time"] != "" else None
         reason = str(row["stopped_by"]) if row["state"] == "failed" else ""

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from armdesign.errors import SettingsError
-from armdesign.experiments.sweep.jobs import Steer
+from armdesign.experiments.sweep.jobs import Reporter
 from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.search.design_problem import DesignProblem
 
@@ -61,7 +61,7 @@ class StudyModule(Protocol):
         """The same as a picture."""
         ...
 
-    def perform(self, problem: DesignProblem, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
+    def perform(self, problem: DesignProblem, work: Mapping[str, Any], reporter: Reporter) -> dict[str, Any]:
         """Do the work of a unit that is no search; returns JSON values. Only where the plan has such."""
         ...
 
@@ -75,6 +75,11 @@ def study_module(name: str) -> StudyModule:
     if name not in STUDIES:
         raise SettingsError(f"there is no study '{name}'", value=name, allowed=list(STUDIES))
     return cast(StudyModule, import_module(STUDIES[name]))
+
+
+def perform(problem: DesignProblem, work: Mapping[str, Any], reporter: Reporter) -> dict[str, Any]:
+    """Do the work of a unit that is no search, by the study that it names."""
+    return study_module(work["study"]).perform(problem, work, reporter)
 
 
 def warm_up(name: str, tasks: Tasks) -> None:

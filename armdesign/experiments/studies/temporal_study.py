@@ -20,7 +20,7 @@ from armdesign.experiments.studies.frame_solvers import AGENTS, REFERENCE, SOLVE
 from armdesign.experiments.studies.opytimizer_swarms import ALGORITHMS, check_budget, check_opytimizer
 from armdesign.experiments.studies.study_plan import Asked, Defaults, Record, Tasks, Unit, task_name, work_unit
 from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
-from armdesign.experiments.sweep.jobs import Steer
+from armdesign.experiments.sweep.jobs import Reporter
 from armdesign.fitness.robot import RobotFitness
 from armdesign.search.design_problem import DesignProblem
 
@@ -83,14 +83,14 @@ def work_for(asked: Asked, name: str, k: int) -> dict[str, Any]:
     }
 
 
-def perform(problem: DesignProblem, work: Mapping[str, Any], steer: Steer) -> dict[str, Any]:
+def perform(problem: DesignProblem, work: Mapping[str, Any], reporter: Reporter) -> dict[str, Any]:
     """Solve the first, middle and last frame for one design by one solver."""
     n, k, seed = problem.settings.design.dof, int(work["design"]), int(work["seed"])
     Phi = valid_design(problem, np.random.default_rng([seed, n, k]))
     table, solvers = problem.space.table(Phi), FrameSolvers(problem)
     frames, solved = instants(len(problem.task.P)), []
     for i, frame in enumerate(frames):
-        steer(i, len(frames))
+        reporter(i, len(frames))
         own = int(np.random.SeedSequence([seed, n, k, i]).generate_state(1)[0])
         solved.append(solvers.solve(str(work["algorithm"]), table, frame, int(work["budget"] or 0), own))
     return {

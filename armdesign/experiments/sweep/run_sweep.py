@@ -1,4 +1,4 @@
-"""Conducting a sweep: hand its units to a crew, keep the table, and stop so that it can be gone on with."""
+"""Scheduling a sweep: hand its units to workers, keep the table, and stop so that it can be resumed."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from armdesign.errors import ArmDesignError, RunFolderError
+from armdesign.experiments.sweep.jobs import Perform
+from armdesign.experiments.sweep.run_table import TABLE, RunTable
 from armdesign.experiments.sweep.sweep_plan import Sweep, Tasks, Unit, units_of
 from armdesign.experiments.sweep.sweep_store import NEW_FOLDER, settle
-from armdesign.experiments.sweep.units import RESULT, Outcome, begin_unit, bring_in
-from armdesign.experiments.sweep.work_table import TABLE, Ledger
-from armdesign.experiments.sweep.workers import Crew, News
+from armdesign.experiments.sweep.units import RESULT, Outcome, UnitJob, begin_unit, bring_in, contents
 from armdesign.runs.folder import claim_folder
 from armdesign.runs.lock import locked
 from armdesign.runs.resumable import Interrupts, interruptible
+from armdesign.search.backends.workers import Event, Job, Workers
 from armdesign.search.search import Progress
 
 STOPS_OF_A_UNIT = 3
@@ -28,14 +29,14 @@ LISTEN = 0.5
 
 
 @dataclass(frozen=True)
-class Standing:
-    """Where a sweep stands.
+class SweepStatus:
+    """How far a sweep is.
 
     Attributes:
         total: Number of runs.
         finished: Those that are finished.
         failed: Those that have failed.
-        running: The runs at hand, by name; None before their first iteration.
+        running: The runs under way, by name; None before their first iteration.
         left: Estimate of the time left [s]; None before there is anything to base it on.
         ended: Name of the run that has just ended, if that is the occasion.
         outcome: How it ended.
@@ -52,61 +53,72 @@ class Standing:
     fitness: float | None = None
 
 
+@dataclass(frozen=True)
+class Plan:
+    """What a sweep or a study has carried out.
+
+    Attributes:
+        units: All units, in the order of the table.
+        settle: Writes down what was asked, the tasks at least (`sweep_store.keep_tasks`), or refuses; called with the
+            folder locked, before anything else is written.
+        table: Name of the table's file.
+        perform: Does the work of the units that are no searches.
+    """
+
+    units: Sequence[Unit]
+    settle: Callable[[], None]
+    table: str = TABLE
+    perform: Perform | None = None
+
+
 def run_sweep(
     folder: Path,
     sweep: Sweep,
     tasks: Tasks,
-    hire: Callable[[int], Crew],
+    start_workers: Callable[[int], Workers],
     *,
-    on_change: Callable[[Standing], None] | None = None,
+    on_change: Callable[[SweepStatus], None] | None = None,
     on_interrupt: Callable[[], None] | None = None,
-) -> Ledger:
+) -> RunTable:
     """Carry out the runs of a sweep that are not finished, and keep its table.
 
-    A run that fails does not stop the others. The first Ctrl-C or SIGTERM stops the runs at hand after their iteration,
-    the second stops at once; either way the same call goes on later.
+    A run that fails does not stop the others. The first Ctrl-C or SIGTERM stops the runs under way after their
+    iteration, the second stops at once; either way the same call resumes the sweep later.
 
     Args:
-        folder: The sweep's folder; made, taken up or extended.
+        folder: The sweep's folder; made, resumed or extended.
         sweep: What is asked.
         tasks: Its recordings, prepared for each number of joints.
-        hire: Gives the crew, for as many units as there are to do; not called where there are none.
+        start_workers: Starts workers with the setup ``unit_worker``, for so many units at most; not called for none.
         on_change: Called when a run has ended or a search has moved on, and twice a second.
         on_interrupt: Called when Ctrl-C or SIGTERM asks for the end.
 
     Returns:
-        The table as it stands at the end.
+        The table at the end.
 
     Raises:
-        RunFolderError: Another process is at the sweep, or its folder cannot be used.
+        RunFolderError: Another process uses the folder, or it cannot be used.
         SettingsError: The folder holds a sweep with other settings.
         KeyboardInterrupt: Ctrl-C came twice.
     """
-    units = units_of(sweep, tasks)
-    return run_units(
-        folder, units, hire, lambda: settle(folder, sweep, tasks), on_change=on_change, on_interrupt=on_interrupt
-    )
+    plan = Plan(units_of(sweep, tasks), lambda: settle(folder, sweep, tasks))
+    return run_units(folder, plan, start_workers, on_change=on_change, on_interrupt=on_interrupt)
 
 
 def run_units(
     folder: Path,
-    units: Sequence[Unit],
-    hire: Callable[[int], Crew],
-    settle_down: Callable[[], None],
+    plan: Plan,
+    start_workers: Callable[[int], Workers],
     *,
-    table: str = TABLE,
-    on_change: Callable[[Standing], None] | None = None,
+    on_change: Callable[[SweepStatus], None] | None = None,
     on_interrupt: Callable[[], None] | None = None,
-) -> Ledger:
-    """Carry out the units that are not finished; see ``run_sweep``.
+) -> RunTable:
+    """Carry out the units of a plan that are not finished, and keep their table; see ``run_sweep``.
 
     Args:
-        folder: The folder; made or taken up.
-        units: All units, in the order of the plan.
-        hire: Gives the crew.
-        settle_down: Writes down what was asked, the tasks at least (`store.keep_tasks`), or refuses; called with the
-            folder locked, before anything else is written.
-        table: Name of the table's file.
+        folder: The folder; made or resumed.
+        plan: The units.
+        start_workers: See ``run_sweep``.
         on_change: See ``run_sweep``.
         on_interrupt: See ``run_sweep``.
     """
@@ -114,103 +126,125 @@ def run_units(
         raise RunFolderError(f"{folder} holds a run, not a sweep", value=str(folder), fix=NEW_FOLDER)
     claim_folder(folder)
     with locked(folder), interruptible(on_interrupt) as interrupts:
-        settle_down()
-        ledger = Ledger(folder, units, table)
-        ledger.write()
-        pending = ledger.pending()
+        plan.settle()
+        table = RunTable(folder, plan.units, plan.table)
+        table.write()
+        pending = table.pending()
         if pending:
-            with closing(hire(len(pending))) as crew:
-                Conductor(ledger, crew, interrupts, on_change).conduct(pending)
-        return ledger
+            with closing(start_workers(len(pending))) as workers:
+                Scheduler(table, workers, interrupts, plan.perform, on_change).run(pending)
+        return table
 
 
-class Conductor:
-    """Hands units to a crew until all have ended or somebody asks for the end."""
+class Scheduler:
+    """Hands units to workers until all have ended or somebody asks for the end."""
 
     def __init__(
-        self, ledger: Ledger, crew: Crew, interrupts: Interrupts, on_change: Callable[[Standing], None] | None
+        self,
+        table: RunTable,
+        workers: Workers,
+        interrupts: Interrupts,
+        perform: Perform | None = None,
+        on_change: Callable[[SweepStatus], None] | None = None,
     ) -> None:
-        """Nothing at hand yet.
+        """Nothing under way yet.
 
         Args:
-            ledger: The sweep's table.
-            crew: Who carries out the units.
+            table: The table of all units.
+            workers: Carry out the units.
             interrupts: Whether somebody asks for the end.
-            on_change: Called with where the sweep stands.
+            perform: Does the work of the units that are no searches.
+            on_change: Called with how far the sweep is.
         """
-        self.ledger, self.crew, self.interrupts = ledger, crew, interrupts
-        self.on_change = on_change
+        self.table, self.workers, self.interrupts = table, workers, interrupts
+        self.perform, self.on_change = perform, on_change
         self.waiting: deque[Unit] = deque()
-        self.at_hand: dict[str, Progress | None] = {}
+        self.running: dict[str, Progress | None] = {}
         self.stops: Counter[str] = Counter()
         self.pace = Pace()
 
-    def conduct(self, units: Sequence[Unit]) -> None:
+    def run(self, units: Sequence[Unit]) -> None:
         """Have the units carried out."""
         self.waiting.extend(units)
         stopping = False
-        while self.at_hand or (self.waiting and not self.interrupts.requested):
+        while self.running or (self.waiting and not self.interrupts.requested):
             if self.interrupts.requested and not stopping:
                 stopping = True
-                self.crew.interrupt()
-            while self.waiting and not self.interrupts.requested and self.crew.room() > 0:
+                self.workers.interrupt()
+            while self.waiting and not self.interrupts.requested and self.workers.room() > 0:
                 self.begin(self.waiting.popleft())
-            for news in self.crew.wait(LISTEN):
-                self.hear(news)
-            self.tell()
+            for event in self.workers.wait(LISTEN):
+                self.take(event)
+            self.show()
 
     def begin(self, unit: Unit) -> None:
-        """Hand over a unit; one whose run folder cannot be used has failed."""
+        """Hand out a unit; one whose run folder cannot be used has failed."""
         try:
-            place = begin_unit(self.ledger.folder, unit)
+            place = begin_unit(self.table.folder, unit)
         except ArmDesignError as error:
             self.end(unit.name, Outcome("failed", str(error)))
             return
-        self.at_hand[unit.name] = None
-        self.crew.take(place)
+        self.running[unit.name] = None
+        files = None if self.workers.share_disk else contents(place)
+        self.workers.begin(Job(UnitJob(place, self.perform, files)))
 
-    def hear(self, news: News) -> None:
-        """Take in what the crew says."""
-        if news.outcome is None:
-            self.at_hand[news.name] = news.progress
-            if news.progress is not None:
-                self.pace.step(news.name, news.progress)
+    def take(self, event: Event) -> None:
+        """Take in what has become of a unit."""
+        name = event.job.content.place.name
+        if not event.is_end:
+            progress = Progress(**event.content)
+            self.running[name] = progress
+            self.pace.step(name, progress)
             return
-        del self.at_hand[news.name]
-        unit, outcome = self.ledger.units[news.name], news.outcome
+        del self.running[name]
+        outcome = outcome_of(event)
         if outcome.files is not None:
-            bring_in(self.ledger.folder / news.name, outcome)
+            bring_in(self.table.folder / name, outcome)
+        if event.kind == "given up" and self.interrupts.requested:
+            outcome = Outcome("interrupted")
         if outcome.state == "interrupted" and not self.interrupts.requested:
-            self.stops[news.name] += 1
-            if self.stops[news.name] < STOPS_OF_A_UNIT:
-                self.waiting.appendleft(unit)
+            self.stops[name] += 1
+            if self.stops[name] < STOPS_OF_A_UNIT:
+                self.waiting.appendleft(self.table.units[name])
                 return
             outcome = Outcome("failed", f"it was stopped from elsewhere {STOPS_OF_A_UNIT} times")
-        self.end(news.name, outcome)
+        self.end(name, outcome)
 
     def end(self, name: str, outcome: Outcome) -> None:
         """Enter how a unit has ended, and say so."""
         self.pace.end(name)
-        self.ledger.enter(name, outcome.state, outcome.reason)
-        self.ledger.write()
-        self.tell(name, outcome)
+        self.table.enter(name, outcome.state, outcome.reason)
+        self.table.write()
+        self.show(name, outcome)
 
-    def tell(self, ended: str | None = None, outcome: Outcome | None = None) -> None:
-        """Tell where the sweep stands."""
+    def show(self, ended: str | None = None, outcome: Outcome | None = None) -> None:
+        """Say how far the sweep is."""
         if self.on_change is None:
             return
-        rows, count = self.ledger.rows, self.ledger.count
-        standing = Standing(
+        rows, count = self.table.rows, self.table.count
+        status = SweepStatus(
             total=len(rows),
             finished=count("finished"),
             failed=count("failed"),
-            running=dict(self.at_hand),
-            left=self.pace.left(len(self.waiting), self.at_hand),
+            running=dict(self.running),
+            left=self.pace.left(len(self.waiting), self.running),
             ended=ended,
             outcome=outcome,
             fitness=(rows[ended]["fitness"] or None) if ended is not None else None,
         )
-        self.on_change(standing)
+        self.on_change(status)
+
+
+def outcome_of(event: Event) -> Outcome:
+    """How a unit has ended, from the end of its job."""
+    if event.kind == "answer":
+        outcome: Outcome = event.content
+        return outcome
+    if event.kind == "given up":
+        end = f", the last time {event.content}" if event.content else ""
+        return Outcome("failed", f"its process died {event.job.deaths} times{end}")
+    error = event.content
+    return Outcome("failed", str(error) if isinstance(error, ArmDesignError) else f"{type(error).__name__}: {error}")
 
 
 class Pace:
@@ -232,10 +266,15 @@ class Pace:
         self.first.setdefault(name, 0.0)
         self.latest[name] = 1.0
 
-    def left(self, waiting: int, at_hand: Collection[str]) -> float | None:
-        """Estimate of the time left [s]; None before anything is done."""
+    def left(self, waiting: int, running: Collection[str]) -> float | None:
+        """Estimate of the time left [s]; None before anything is done.
+
+        Args:
+            waiting: Number of units that have not begun.
+            running: Names of those under way.
+        """
         done = sum(self.latest.values()) - sum(self.first.values())
         if done <= 0.0:
             return None
-        todo = waiting + sum(1.0 - self.latest.get(name, 0.0) for name in at_hand)
+        todo = waiting + sum(1.0 - self.latest.get(name, 0.0) for name in running)
         return (time.monotonic() - self.began) * todo / done

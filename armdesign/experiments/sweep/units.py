@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import signal
 import tempfile
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import threading
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from armdesign.errors import ArmDesignError, RunFolderError
-from armdesign.experiments.sweep.jobs import RECORD, WORK, State, carry_out_work, recorded, work_text
+from armdesign.experiments.sweep.jobs import RECORD, WORK, Perform, State, carry_out_work, recorded, work_text
 from armdesign.experiments.sweep.sweep_plan import Unit
 from armdesign.experiments.sweep.sweep_store import task_folder
 from armdesign.files import write_whole
@@ -20,21 +21,22 @@ from armdesign.runs.folder import TASK, settings_file
 from armdesign.runs.lock import locked
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import carry_out, finished, start_run, tidy
-from armdesign.search.backends import InProcess
+from armdesign.search.backends.backend import InProcess
+from armdesign.search.backends.workers import Handler, JobContext
 from armdesign.search.search import Progress
 
 RESULT = "result.json"
-Found = Literal["new", "begun", "finished"]
+Stage = Literal["new", "begun", "finished"]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How the work on a unit has ended.
+    """How a unit has ended.
 
     Attributes:
         state: finished; interrupted, to be gone on with; or failed.
         reason: Why it failed, in a sentence.
-        files: Content of the run folder by file name, if it was asked for.
+        files: Content of the run folder by file name, where it was carried out elsewhere.
     """
 
     state: State
@@ -42,7 +44,7 @@ class Outcome:
     files: Mapping[str, bytes] | None = None
 
 
-def look_at(folder: Path, unit: Unit) -> Found:
+def look_at(folder: Path, unit: Unit) -> Stage:
     """How far the unit has come in a sweep's folder.
 
     Raises:
@@ -93,7 +95,7 @@ def begin_unit(folder: Path, unit: Unit) -> Path:
         The run folder.
 
     Raises:
-        RunFolderError: It cannot be written, or a process is at it.
+        RunFolderError: It cannot be written, or another process uses it.
     """
     place = folder / unit.name
     if look_at(folder, unit) == "new":
@@ -108,36 +110,67 @@ def begin_unit(folder: Path, unit: Unit) -> Path:
     return place
 
 
-def carry_out_unit(
-    place: Path,
-    *,
-    on_progress: Callable[[Progress], None] | None = None,
-    stop: Callable[[], bool] | None = None,
-    bring_back: bool = False,
-) -> Outcome:
-    """Carry out what a run folder that was begun asks for, in this process, to its end or to an interruption.
+@dataclass(frozen=True)
+class UnitJob:
+    """What a worker needs to carry out a unit.
+
+    Attributes:
+        place: The run folder, which was begun.
+        perform: Does the work of a unit that is no search.
+        files: Content of the run folder by file name, for a worker that does not see it: with a saved state the search
+            goes on from there, and the outcome brings the files back.
+    """
+
+    place: Path
+    perform: Perform | None = None
+    files: Mapping[str, bytes] | None = None
+
+
+def unit_worker() -> Handler:
+    """The setup of a worker that carries out units."""
+    return carry_out_unit
+
+
+def carry_out_unit(job: UnitJob, context: JobContext | None = None) -> Outcome:
+    """Carry out what a run folder asks for, in this process, to its end or to an interruption.
 
     Args:
-        place: The run folder.
-        on_progress: Called after every iteration.
-        stop: Asked after every iteration whether to interrupt the search; for the main thread only.
-        bring_back: Whether the outcome holds the folder's files.
+        job: The unit.
+        context: Takes the progress after every iteration, and may ask for the end.
     """
-    state, reason = (carry_out_work if (place / WORK).is_file() else carry_out_search)(place, on_progress, stop)
-    return Outcome(state, reason, contents(place) if bring_back else None)
+    context = context or JobContext()
+    if context.stop_requested():
+        return Outcome("interrupted")
+    if job.files is None:
+        if not (job.place / WORK).is_file():
+            return Outcome(*carry_out_search(job.place, context))
+        if job.perform is None:
+            return Outcome("failed", f"{job.place} holds the work of a study, not a search")
+        return Outcome(*carry_out_work(job.place, job.perform, context))
+    with tempfile.TemporaryDirectory(prefix="armdesign-") as above:
+        place = Path(above) / job.place.name
+        place.mkdir()
+        for file, content in job.files.items():
+            write_whole(place / file, content)
+        outcome = carry_out_unit(UnitJob(place, job.perform), context)
+        return replace(outcome, files=contents(place))
 
 
-def carry_out_search(
-    place: Path, on_progress: Callable[[Progress], None] | None, stop: Callable[[], bool] | None
-) -> tuple[State, str]:
-    """Carry out a search; returns how it has ended, and why it has failed."""
-    asked_to_stop: list[bool] = []
+def carry_out_search(place: Path, context: JobContext) -> tuple[State, str]:
+    """Carry out a search; returns how it has ended, and why it has failed.
+
+    Args:
+        place: Its run folder.
+        context: Takes the progress, and may ask for the end.
+    """
+    stopping: list[bool] = []
 
     def after_iteration(progress: Progress) -> None:
-        if on_progress is not None:
-            on_progress(progress)
-        if stop is not None and stop() and not asked_to_stop:
-            signal.raise_signal(signal.SIGINT)  # the one way a search is interrupted
+        context.report(asdict(progress))
+        if not stopping and context.stop_requested():
+            if threading.current_thread() is not threading.main_thread():
+                raise KeyboardInterrupt  # the iteration is done and saved; no signal reaches this thread
+            signal.raise_signal(signal.SIGINT)  # has the search end with a result
 
     state: State = "finished"
     reason = ""
@@ -145,33 +178,15 @@ def carry_out_search(
         problem = read_problem(place)
         result, _ = carry_out(
             place, problem, InProcess(problem),
-            on_progress=after_iteration, on_interrupt=lambda: asked_to_stop.append(True),
+            on_progress=after_iteration, on_interrupt=lambda: stopping.append(True),
         )  # fmt: skip
         if result.facts is not None and result.facts.interrupted:
             state = "interrupted"
     except ArmDesignError as error:  # found nothing, so far or at all; or cannot read or write
-        state, reason = ("interrupted", "") if asked_to_stop else ("failed", str(error))
+        state, reason = ("interrupted", "") if stopping else ("failed", str(error))
     except KeyboardInterrupt:
         state = "interrupted"
     return state, reason
-
-
-def carry_out_elsewhere(
-    name: str, files: Mapping[str, bytes], *, on_progress: Callable[[Progress], None] | None = None
-) -> Outcome:
-    """Carry out a unit where its run folder is not at hand, such as on a cluster; the files come back as bytes.
-
-    Args:
-        name: Name of the run folder.
-        files: Its content, from `contents`; with a saved state the search goes on from there.
-        on_progress: See carry_out_unit.
-    """
-    with tempfile.TemporaryDirectory(prefix="armdesign-") as above:
-        place = Path(above) / name
-        place.mkdir()
-        for file, content in files.items():
-            write_whole(place / file, content)
-        return carry_out_unit(place, on_progress=on_progress, bring_back=True)
 
 
 def contents(place: Path) -> dict[str, bytes]:

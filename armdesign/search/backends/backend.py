@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from types import TracebackType
-from typing import Protocol, TypeVar
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from armdesign._types import Array
 from armdesign.fitness.block import Scores
-from armdesign.fitness.robot import Generation, Rejections
+from armdesign.fitness.robot import Rejections
+from armdesign.search.backends.workers import Closing
 from armdesign.search.design_problem import DesignProblem
-
-S = TypeVar("S")
 
 
 class Backend(Protocol):
@@ -35,21 +33,6 @@ class Backend(Protocol):
         ...
 
 
-class Closing:
-    """Makes a backend close when its ``with`` block ends."""
-
-    def close(self) -> None:
-        """Let go of what is held; nothing by default."""
-
-    def __enter__(self: S) -> S:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-
 class InProcess(Closing):
     """Evaluates in this process."""
 
@@ -67,10 +50,6 @@ class InProcess(Closing):
     ) -> tuple[Scores, Rejections]:
         """See Backend.evaluate."""
         return self.fitness.evaluate(Phi, cutoff, poses, slopes=slopes)
-
-    def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
-        """Evaluate chunks one behind the other; see RobotFitness.stream."""
-        return self.fitness.stream(first, more)
 
 
 def join(parts: Sequence[Scores]) -> Scores:

@@ -6,7 +6,7 @@ Everything here needs the extra ``cluster``; the modules on Dask import from her
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
@@ -16,7 +16,7 @@ from armdesign.errors import MissingExtraError, SearchError, SettingsError
 from armdesign.kinematics.compilation import source_stamp
 
 try:
-    from distributed import CancelledError, Client, Future, KilledWorker, rpc, wait
+    from distributed import CancelledError, Client, rpc
     from distributed import TimeoutError as StillWaitingError
     from distributed.security import Security
 except ImportError as error:
@@ -27,10 +27,6 @@ except ImportError as error:
 Say = Callable[[str], None]
 Kernels = tuple[str, str]
 """Version of armdesign and digest of its kernels."""
-PATIENCE = 5.0
-"""How often a waiting client looks whether there are workers left [s]."""
-
-
 TIMEOUT = 10.0
 """How long a scheduler may take to answer [s]."""
 
@@ -117,42 +113,28 @@ def kernels_here() -> Kernels:
     return __version__, source_stamp()
 
 
-def await_all(client: Client, futures: Sequence[Future], say: Say | None = None) -> None:
-    """Wait until all futures are done or have failed; say so when there are no workers left."""
-    told = False
-    while True:
-        try:
-            with client.as_current():
-                wait(futures, timeout=PATIENCE)
-        except StillWaitingError:
-            missing = not client.nthreads()
-            if missing and not told:
-                tell(say, "The cluster has no workers left; waiting for new ones.")
-            told = missing
-        else:
-            return
-
-
 @contextmanager
 def explained(address: str) -> Iterator[None]:
-    """Turn what goes wrong with a cluster into sentences; a chunk's KilledWorker is for whoever sent the chunk.
+    """Turn what goes wrong with a cluster into sentences.
 
     Raises:
-        SearchError: The connection is lost, a worker lacks a module, or work has killed too many workers.
+        SearchError: The connection is lost, or a worker lacks a module.
     """
     again = "A search in a run folder goes on with: armdesign search --resume FOLDER --cluster ADDRESS"
     try:
         yield
-    except KilledWorker as error:
-        count = error.allowed_failures + 1
-        raise SearchError(f"work sent to the cluster at {address} has killed {count} workers", fix=again) from error
     except (CancelledError, OSError) as error:
         raise SearchError(f"lost the Dask scheduler at {address}", value=address, fix=again) from error
     except ImportError as error:
-        raise SearchError(
-            f"a worker of the cluster at {address} cannot load armdesign: {error}",
-            fix=f"Install 'armdesign[cluster]' {__version__} on every worker",
-        ) from error
+        raise cannot_load(address, error) from error
+
+
+def cannot_load(address: str, error: BaseException) -> SearchError:
+    """The error of workers that lack armdesign or one of its modules."""
+    return SearchError(
+        f"a worker of the cluster at {address} cannot load armdesign: {error}",
+        fix=f"Install 'armdesign[cluster]' {__version__} on every worker",
+    )
 
 
 def unreachable(address: str, timeout: float) -> SearchError:

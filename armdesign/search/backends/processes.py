@@ -1,71 +1,32 @@
-"""Worker processes on this machine: a generation is shared out in chunks, a dead worker is replaced.
-
-Each worker builds its own block of arms once and then answers chunks over a pipe. A worker that dies costs nothing
-but time: its chunk is done again. A chunk that kills twice is taken apart into single candidates, and a candidate that
-kills three times ends the search, by name.
-"""
+"""Worker processes on this machine: each does one job at a time, one that dies is replaced and its job done again."""
 
 from __future__ import annotations
 
 import contextlib
 import multiprocessing
 import os
-import select
 import signal
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
-from typing import TypeAlias
+from typing import Any
 
-from armdesign._types import Array
 from armdesign.errors import ArmDesignError, SearchError
-from armdesign.fitness.block import Scores
-from armdesign.fitness.robot import Generation, Rejections
-from armdesign.search.backends.backend import Closing, InProcess, join
-from armdesign.search.design_problem import DesignProblem
+from armdesign.search.backends.workers import Closing, Event, Job, JobContext, Setup
 
-Answer: TypeAlias = tuple[Scores, Rejections]
-DEATHS_OF_A_CHUNK, DEATHS_OF_A_CANDIDATE, FALSE_STARTS = 2, 3, 5
+FALSE_STARTS = 5
+"""Worker processes in a row that may end before they are ready."""
 GRACE = 0.5
 """How long idle workers may take to end before they are killed [s]."""
-LARGEST, SMALLEST = 128, 16
-"""Candidates in a chunk: few enough that a chunk and an answer always fit into the pipe together, and enough to pay."""
-AHEAD = 2
-"""Chunks a worker may hold: the arms of the next one begin beside the last arms of the first."""
-
-
-class CandidateKillsWorkersError(SearchError):
-    """A candidate has brought down every worker that tried it; ``value`` is its Phi."""
-
-
-@dataclass
-class Chunk:
-    """Consecutive candidates of a generation."""
-
-    first: int
-    last: int
-    deaths: int = 0
-
-
-@dataclass
-class Worker:
-    """A process, the pipe to it, the chunks it is at, and whether it has come as far as taking any."""
-
-    process: SpawnProcess
-    pipe: Connection
-    chunks: deque[Chunk] = field(default_factory=deque)
-    ready: bool = False
-
-    def may_take(self, chunk: Chunk) -> bool:
-        """Whether there is room for a chunk; one on which a worker has died is dealt with alone."""
-        alone = chunk.deaths > 0 or any(held.deaths > 0 for held in self.chunks)
-        return not self.chunks or (len(self.chunks) < AHEAD and not alone)
+REPORT_EVERY = 0.2
+"""Shortest time between two reports of a job [s]."""
+STOP = "stop"
+"""Sent to a worker to have its job stop."""
 
 
 def available_cores() -> int:
@@ -73,60 +34,87 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-class WorkerPool(Closing):
-    """Evaluates on worker processes; the same scores as in one process, whatever the number and the chunks."""
+@dataclass(eq=False)
+class Worker:
+    """A process, the pipe to it, the job it is doing, and whether it has come as far as taking any."""
 
-    def __init__(self, problem: DesignProblem, workers: int, block: int | None = None) -> None:
-        """Start the workers.
+    process: SpawnProcess
+    pipe: Connection
+    job: Job | None = None
+    ready: bool = False
+
+
+class WorkerProcesses(Closing):
+    """Worker processes on this machine; see ``Workers`` for the methods.
+
+    A job whose process dies, however it dies, is done again in a fresh one, until it has killed as many as its limit
+    allows. A process that dies before it is ready counts for no job; several of them in a row are an error.
+    """
+
+    share_disk = True
+
+    def __init__(self, count: int, setup: Setup, *arguments: object) -> None:
+        """Start the processes.
 
         Args:
-            problem: Task and settings; travels to each worker once.
-            workers: Number of processes, at least 1.
-            block: Arms side by side in each.
+            count: Number of processes, at least 1.
+            setup: Called in each of them with the arguments; gives what does the jobs there.
+            arguments: Travel to each process once.
         """
-        self.problem, self.block = problem, block
         self.context = multiprocessing.get_context("spawn")
+        self.body = (setup, arguments)
+        self.stopping = False
         self.false_starts = 0
-        self.workers = [self._start() for _ in range(workers)]
+        self.workers = [self._start() for _ in range(count)]
 
     @property
     def pids(self) -> list[int]:
         """Process numbers of the workers."""
         return [worker.process.pid or 0 for worker in self.workers]
 
-    def evaluate(
-        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
-    ) -> tuple[Scores, Rejections]:
-        """See Backend.evaluate.
+    def room(self) -> int:
+        """See Workers.room."""
+        return sum(worker.job is None for worker in self.workers)
+
+    def begin(self, job: Job) -> None:
+        """See Workers.begin."""
+        free = next(worker for worker in self.workers if worker.job is None)
+        if not free.process.is_alive():  # died while idle, which is not the job's doing
+            self._replace(free)
+        self._send(free, job)
+
+    def wait(self, timeout: float | None) -> list[Event]:
+        """See Workers.wait.
 
         Raises:
-            CandidateKillsWorkersError: A candidate has killed three workers.
             SearchError: Workers do not start.
         """
-        self._end_unfinished()
-        generation = Generation(Phi, cutoff, poses, slopes=slopes)
-        waiting = deque(cut(len(Phi), len(self.workers)))
-        done: dict[int, Answer] = {}
-        remaining = len(Phi)
-        while remaining:
-            self._hand_out(waiting, generation)
-            for worker in self._answering():
-                try:
-                    answer = self._receive(worker)
-                except (EOFError, OSError):
-                    waiting.extendleft(reversed(self._after_death(worker, Phi)))
-                    continue
-                if answer is not None:
-                    chunk = worker.chunks.popleft()
-                    done[chunk.first] = answer
-                    remaining -= chunk.last - chunk.first
-        parts = [done[first] for first in sorted(done)]
-        return join([scores for scores, _ in parts]), sum((removed for _, removed in parts), Rejections())
+        busy = {worker.pipe: worker for worker in self.workers if worker.job is not None}
+        ready = wait(list(busy), timeout) if busy else []
+        events = [self._receive(busy[pipe]) for pipe in ready if isinstance(pipe, Connection)]
+        return [event for event in events if event is not None]
+
+    def interrupt(self) -> None:
+        """See Workers.interrupt."""
+        self.stopping = True
+        for worker in self.workers:
+            if worker.job is not None:
+                with contextlib.suppress(OSError):  # has died: its end shows in wait
+                    worker.pipe.send(STOP)
+
+    def drop(self) -> None:
+        """See Workers.drop."""
+        for worker in self.workers:
+            if worker.job is not None:
+                worker.process.kill()
+                self._replace(worker)
 
     def close(self) -> None:
-        """End the workers."""
+        """See Workers.close."""
         for worker in self.workers:
-            worker.pipe.close()
+            if worker.job is not None:
+                worker.process.kill()
+            worker.pipe.close()  # an idle worker ends when it reads the end of its pipe
         deadline = time.monotonic() + GRACE
         for worker in self.workers:
             worker.process.join(max(0.0, deadline - time.monotonic()))
@@ -136,102 +124,78 @@ class WorkerPool(Closing):
         self.workers = []
 
     def _start(self) -> Worker:
-        """Start one worker."""
         ours, theirs = self.context.Pipe()
-        process = self.context.Process(target=work, args=(theirs, self.problem, self.block), daemon=True)
+        process = self.context.Process(target=serve, args=(theirs, *self.body), daemon=True)
         with children_ignore_ctrl_c():
             process.start()
         theirs.close()
         return Worker(process, ours)
 
-    def _replace(self, worker: Worker) -> None:
-        """Put another process in the place of one that is dead or has to go."""
-        worker.pipe.close()
-        worker.process.kill()
-        worker.process.join()
-        fresh = self._start()
-        worker.process, worker.pipe, worker.chunks, worker.ready = fresh.process, fresh.pipe, deque(), False
+    def _send(self, worker: Worker, job: Job) -> None:
+        worker.job = job
+        with contextlib.suppress(OSError):  # has just died: its end shows in wait
+            worker.pipe.send(job.content)
 
-    def _end_unfinished(self) -> None:
-        """Replace workers that are still at a generation that was broken off; nobody wants their answers."""
-        for worker in self.workers:
-            if worker.chunks:
-                self._replace(worker)
-
-    def _hand_out(self, waiting: deque[Chunk], generation: Generation) -> None:
-        """Give every worker with room for it a chunk, those without any first."""
-        for _ in range(AHEAD):
-            for worker in sorted(self.workers, key=lambda worker: len(worker.chunks)):
-                if waiting and worker.may_take(waiting[0]):
-                    chunk = waiting.popleft()
-                    worker.chunks.append(chunk)
-                    with contextlib.suppress(OSError):  # died while idle: its end shows when its answer is read
-                        worker.pipe.send(generation.part(slice(chunk.first, chunk.last)))
-
-    def _answering(self) -> list[Worker]:
-        """Workers that have answered or died."""
-        busy = {worker.pipe: worker for worker in self.workers if worker.chunks}
-        return [busy[pipe] for pipe in wait(list(busy)) if isinstance(pipe, Connection)]
-
-    def _receive(self, worker: Worker) -> Answer | None:
-        """The answer to the oldest chunk of a worker; None where it says that it is ready.
-
-        Raises:
-            EOFError, OSError: It has died.
-            ArmDesignError: It reports an error for bad input.
-        """
-        answer: Answer | ArmDesignError | None = worker.pipe.recv()
-        if answer is None:
+    def _receive(self, worker: Worker) -> Event | None:
+        """What a worker sends; None where it is ready, or has died and its job goes on in another process."""
+        job = worker.job
+        assert job is not None  # noqa: S101 (wait looks at busy workers alone)
+        try:
+            kind, content = worker.pipe.recv()
+        except (EOFError, OSError):
+            return self._after_death(worker, job)
+        if kind == "ready":
             worker.ready, self.false_starts = True, 0
             return None
-        if isinstance(answer, ArmDesignError):
-            raise answer  # another chunk may never be answered: the worker is replaced, see _end_unfinished
-        return answer
+        event = Event(job, kind, content)
+        if event.is_end:
+            worker.job = None
+        return event
 
-    def _after_death(self, worker: Worker, Phi: Array) -> list[Chunk]:
-        """Replace a dead worker; returns what has to be done again."""
-        ready, chunks = worker.ready, list(worker.chunks)
-        self._replace(worker)
-        if ready:
-            return [again for chunk in chunks for again in blame(chunk, Phi)]
-        self.false_starts += 1
-        if self.false_starts >= FALSE_STARTS:
-            raise SearchError(
-                f"{self.false_starts} worker processes in a row ended before they were ready",
-                fix="Use one worker, and in a script start the search under: if __name__ == '__main__'",
-            )
-        return chunks
+    def _after_death(self, worker: Worker, job: Job) -> Event | None:
+        """Replace a dead worker; its job goes on in the new one, unless it has killed too many.
+
+        Raises:
+            SearchError: Too many in a row have died before they were ready.
+        """
+        was_ready, end = worker.ready, self._replace(worker)
+        if was_ready:
+            job.deaths += 1
+        else:
+            self.false_starts += 1
+            if self.false_starts >= FALSE_STARTS:
+                raise SearchError(
+                    f"{self.false_starts} worker processes in a row ended before they were ready, the last one {end}",
+                    fix="Use one worker, and in a script start the work under: if __name__ == '__main__'",
+                )
+        if self.stopping or job.deaths >= job.limit:
+            return Event(job, "given up", end)
+        self._send(worker, job)
+        return None
+
+    def _replace(self, worker: Worker) -> str:
+        """Put another process in the place of one that is dead or dying; returns how that one ended, in words."""
+        worker.pipe.close()
+        worker.process.join(timeout=1.0)
+        if worker.process.is_alive():  # it has closed its pipe and hangs
+            worker.process.kill()
+            worker.process.join()
+        end = end_of(worker.process.exitcode)
+        fresh = self._start()
+        worker.process, worker.pipe, worker.job, worker.ready = fresh.process, fresh.pipe, None, False
+        return end
 
 
-def blame(chunk: Chunk, Phi: Array) -> list[Chunk]:
-    """What to do again after a worker died on a chunk of candidates Phi.
-
-    Raises:
-        CandidateKillsWorkersError: It is one candidate's third time.
-    """
-    chunk.deaths += 1
-    if chunk.last - chunk.first == 1:
-        if chunk.deaths < DEATHS_OF_A_CANDIDATE:
-            return [chunk]
-        raise CandidateKillsWorkersError(
-            f"a candidate has killed {chunk.deaths} worker processes: Phi = {Phi[chunk.first].tolist()}",
-            value=Phi[chunk.first].copy(),
-            fix="Please report it with failed_candidate.json of the run folder; another seed avoids it",
-        )
-    if chunk.deaths < DEATHS_OF_A_CHUNK:
-        return [chunk]
-    return [Chunk(k, k + 1) for k in range(chunk.first, chunk.last)]
-
-
-def cut(count: int, workers: int) -> list[Chunk]:
-    """Cut a generation into chunks, each two thirds of a worker's share of what is left, so that all end together."""
-    chunks, first = [], 0
-    while first < count:
-        share = round((count - first) / (1.5 * workers))
-        last = min(count, first + min(LARGEST, max(SMALLEST, share)))
-        chunks.append(Chunk(first, last))
-        first = last
-    return chunks
+def end_of(code: int | None) -> str:
+    """How a process with an exit code has ended, in words."""
+    if code is None:
+        return "for no known reason"
+    if code >= 0:
+        return f"with exit code {code}"
+    with contextlib.suppress(ValueError):
+        name = signal.Signals(-code).name
+        return f"by {name}" + (" (perhaps for want of memory)" if name == "SIGKILL" else "")
+    return f"by signal {-code}"
 
 
 @contextmanager
@@ -249,33 +213,67 @@ def children_ignore_ctrl_c() -> Iterator[None]:
 
 
 def end_with_parent() -> None:
-    """End this worker at once when the process that started it is gone, even in the middle of a chunk."""
+    """End this worker at once when the process that started it is gone, even in the middle of a job."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         wait([parent.sentinel])
         os._exit(1)
 
 
-def quick_poll(pipe: Connection) -> Callable[[], object]:
-    """Tells whether something has come; Connection.poll takes as long as a round of the whole block."""
-    if not hasattr(select, "poll"):
-        return pipe.poll
-    poller = select.poll()
-    poller.register(pipe.fileno(), select.POLLIN | select.POLLHUP)
-    return lambda: poller.poll(0)
+class PipeContext(JobContext):
+    """The context of a job in a worker process: the pipe to the process that began it."""
+
+    def __init__(self, pipe: Connection) -> None:
+        """Nothing sent so far.
+
+        Args:
+            pipe: The worker's end.
+        """
+        self.pipe, self.last, self.stop = pipe, -REPORT_EVERY, False
+
+    def report(self, content: Mapping[str, Any]) -> None:
+        """See JobContext.report."""
+        now = time.monotonic()
+        if now - self.last >= REPORT_EVERY:
+            self.last = now
+            with contextlib.suppress(OSError):  # the parent has ended, and so will this process
+                self.pipe.send(("report", content))
+
+    def stop_requested(self) -> bool:
+        """See JobContext.stop_requested."""
+        with contextlib.suppress(EOFError, OSError):
+            while not self.stop and self.pipe.poll():
+                self.stop = self.pipe.recv() == STOP
+        return self.stop
 
 
-def work(pipe: Connection, problem: DesignProblem, block: int | None) -> None:
-    """Body of a worker process: answer chunks until the pipe closes. Ctrl-C is the parent's to handle."""
+def serve(pipe: Connection, setup: Setup, arguments: tuple[object, ...]) -> None:
+    """Body of a worker process: do the jobs that come through the pipe until it closes.
+
+    Ctrl-C is the parent's to handle, unless a handler catches it for the time of its job.
+
+    Args:
+        pipe: The worker's end.
+        setup: Gives the handler.
+        arguments: What the setup gets.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=end_with_parent, daemon=True).start()
-    backend, has_come = InProcess(problem, block), quick_poll(pipe)
-    with contextlib.suppress(EOFError, OSError):  # the parent has ended
-        pipe.send(None)
-        while True:
-            first = pipe.recv()
-            try:
-                for answer in backend.stream(first, lambda: pipe.recv() if has_come() else None):
-                    pipe.send(answer)
-            except ArmDesignError as error:
-                pipe.send(error)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # see children_ignore_ctrl_c
+    threading.Thread(target=end_with_parent, name="armdesign-parent", daemon=True).start()
+    handler = setup(*arguments)
+    with contextlib.suppress(OSError):
+        pipe.send(("ready", None))
+    while True:
+        try:
+            content = pipe.recv()
+        except (EOFError, OSError):  # the parent has closed it, or has ended
+            return
+        if isinstance(content, str) and content == STOP:  # came after the job had ended
+            continue
+        try:
+            message = "answer", handler(content, PipeContext(pipe))
+        except ArmDesignError as error:
+            message = "error", error
+        with contextlib.suppress(OSError):
+            pipe.send(message)

@@ -14,7 +14,7 @@ from armdesign.experiments.auto_dof.dof_rule import Rule, choose_dof
 from armdesign.experiments.auto_dof.extra_joint import with_extra_joint
 from armdesign.kinematics.dh_files import read_design
 from armdesign.runs.reading import read_problem, read_result
-from armdesign.search.backends import InProcess
+from armdesign.search.backends.backend import InProcess
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.search import NothingFoundError
 

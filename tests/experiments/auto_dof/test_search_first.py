@@ -6,7 +6,8 @@ import pytest
 from armdesign.errors import SettingsError
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import start_run
-from armdesign.search.backends import InProcess, WorkerPool
+from armdesign.search.backends.backend import InProcess
+from armdesign.search.backends.parallel import WorkerPool
 from armdesign.search.search import Search, new_swarm, search
 from armdesign.settings.sections import Settings
 

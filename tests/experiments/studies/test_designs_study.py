@@ -14,7 +14,7 @@ from armdesign.experiments.studies import designs_study as designs
 from armdesign.experiments.studies.study_plan import Asked, Record
 from armdesign.kinematics.dh_files import read_design
 from armdesign.runs.resumable import carry_out
-from armdesign.search.backends import InProcess
+from armdesign.search.backends.backend import InProcess
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Settings
 

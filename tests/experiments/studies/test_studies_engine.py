@@ -13,32 +13,35 @@ from armdesign.errors import RunFolderError, SettingsError
 from armdesign.experiments.studies import Asked, run_study
 from armdesign.experiments.studies import temporal_study as temporal
 from armdesign.experiments.studies.study_engine import planned
+from armdesign.experiments.studies.study_registry import perform
 from armdesign.experiments.studies.study_store import read_study_folder
-from armdesign.experiments.sweep import LocalCrew, News, carry_out_elsewhere, carry_out_unit, contents
-from armdesign.experiments.sweep.jobs import Steer, carry_out_work
+from armdesign.experiments.sweep import carry_out_unit, unit_worker
+from armdesign.experiments.sweep.jobs import Reporter, carry_out_work
+from armdesign.search.backends.processes import WorkerProcesses
+from armdesign.search.backends.workers import Event, JobContext
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 SOLVERS = ("slsqp", "dls-1")
 
 
 class Here:
-    """A crew of one: this process; it can be told to break down after so many units."""
+    """This process; it can be told to break down after so many units, or to share no disk."""
 
-    def __init__(self, most=1000):
-        self.most, self.places, self.taken = most, [], []
+    def __init__(self, most=1000, share_disk=True):
+        self.most, self.share_disk, self.jobs, self.taken = most, share_disk, [], []
 
     def room(self):
-        return 1 - len(self.places)
+        return 1 - len(self.jobs)
 
-    def take(self, place):
+    def begin(self, job):
         if len(self.taken) == self.most:
             raise KeyboardInterrupt
-        self.places.append(place)
-        self.taken.append(place.name)
+        self.jobs.append(job)
+        self.taken.append(job.content.place.name)
 
     def wait(self, timeout):
-        place = self.places.pop()
-        return [News(place.name, outcome=carry_out_unit(place))]
+        job = self.jobs.pop()
+        return [Event(job, "answer", carry_out_unit(job.content))]
 
     def interrupt(self):
         pass
@@ -47,12 +50,11 @@ class Here:
         pass
 
 
-class Elsewhere(Here):
-    """A crew that shares no disk."""
+class Stopping(JobContext):
+    """Asks for the end."""
 
-    def wait(self, timeout):
-        place = self.places.pop()
-        return [News(place.name, outcome=carry_out_elsewhere(place.name, contents(place)))]
+    def stop_requested(self):
+        return True
 
 
 @pytest.fixture(scope="module")
@@ -137,21 +139,21 @@ def test_broken_down_and_resumed_equals_undisturbed(whole, ask, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         run_study(folder, *ask(), lambda units: Here(most=2))
     assert len(found(folder)) == 2
-    crew = Here()
-    finding = run_study(folder, *read_study_folder(folder), lambda units: crew)
-    assert len(crew.taken) == 4
+    workers = Here()
+    finding = run_study(folder, *read_study_folder(folder), lambda units: workers)
+    assert len(workers.taken) == 4
     assert found(folder) == found(whole)
-    assert finding.ledger.count("finished") == 6
+    assert finding.runs.count("finished") == 6
     assert len(json.loads((folder / "about.json").read_text())["sessions"]) == 1
 
 
 def test_where_a_unit_is_carried_out_changes_nothing(whole, ask, tmp_path):
-    run_study(tmp_path / "study", *ask(), lambda units: Elsewhere())
+    run_study(tmp_path / "study", *ask(), lambda units: Here(share_disk=False))
     assert found(tmp_path / "study") == found(whole)
 
 
 def test_worker_processes_change_nothing(whole, ask, tmp_path):
-    run_study(tmp_path / "study", *ask(), lambda units: LocalCrew(2))
+    run_study(tmp_path / "study", *ask(), lambda units: WorkerProcesses(2, unit_worker))
     assert found(tmp_path / "study") == found(whole)
 
 
@@ -165,10 +167,10 @@ def test_finished_study_is_not_touched_again(copy, ask):
     "more", [{"reps": 3}, {"dof": (3, 4)}, {"algorithms": ("dls-16", *SOLVERS)}], ids=lambda more: next(iter(more))
 )
 def test_more_of_everything_adds_the_missing_runs_alone(copy, ask, more):
-    before, earlier, crew = stamps(copy), found(copy), Here()
-    finding = run_study(copy, *ask(**more), lambda units: crew)
-    assert not set(crew.taken) & set(earlier)
-    assert len(finding.ledger.rows) == len(earlier) + len(crew.taken)
+    before, earlier, workers = stamps(copy), found(copy), Here()
+    finding = run_study(copy, *ask(**more), lambda units: workers)
+    assert not set(workers.taken) & set(earlier)
+    assert len(finding.runs.rows) == len(earlier) + len(workers.taken)
     assert {path: stamp for path, stamp in stamps(copy).items() if path in before} == before
 
 
@@ -202,9 +204,9 @@ def test_folder_of_something_else_is_refused(whole, ask, tmp_path):
 
 def test_damaged_record_is_done_again(copy, ask, whole):
     (copy / "packaging-n3-slsqp-design1" / "record.json").write_text("{")
-    crew = Here()
-    run_study(copy, *ask(), lambda units: crew)
-    assert crew.taken == ["packaging-n3-slsqp-design1"]
+    workers = Here()
+    run_study(copy, *ask(), lambda units: workers)
+    assert workers.taken == ["packaging-n3-slsqp-design1"]
     assert found(copy) == found(whole)
 
 
@@ -216,26 +218,27 @@ def test_unit_that_fails_is_told_and_stops_nobody(copy, ask, monkeypatch):
 
     monkeypatch.setattr(temporal, "perform", fail)
     finding = run_study(copy, *ask(), lambda units: Here())
-    assert finding.ledger.count("failed") == 1
-    assert finding.ledger.rows["packaging-n3-slsqp-design1"]["stopped_by"] == "ValueError: no good"
+    assert finding.runs.count("failed") == 1
+    assert finding.runs.rows["packaging-n3-slsqp-design1"]["stopped_by"] == "ValueError: no good"
     assert finding.tables[0].notes[0] == "1 of 6 runs failed; runs.csv says why."
 
 
 def test_work_that_is_told_to_stop_leaves_no_record(copy):
     place = copy / "packaging-n3-slsqp-design0"
     (place / "record.json").unlink()
-    assert carry_out_work(place, None, lambda: True) == ("interrupted", "")
+    assert carry_out_work(place, perform, Stopping()) == ("interrupted", "")
     assert not (place / "record.json").exists()
-    assert carry_out_work(place, None, None) == ("finished", "")
+    assert carry_out_work(place, perform, JobContext()) == ("finished", "")
 
 
-def test_steer_reports_what_is_done():
+def test_reporter_tells_what_is_done():
     class Nobody:
         requested = False
 
-    heard = []
-    Steer(Nobody(), heard.append)(3, 10, 0.5)
-    assert (heard[0].iteration, heard[0].iterations, heard[0].fitness) == (3, 10, 0.5)
+    heard, context = [], JobContext()
+    context.report = heard.append
+    Reporter(Nobody(), context)(3, 10, 0.5)
+    assert (heard[0]["iteration"], heard[0]["iterations"], heard[0]["fitness"]) == (3, 10, 0.5)
 
 
 def test_plan_refuses_what_cannot_be(ask):

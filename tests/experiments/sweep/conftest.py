@@ -1,10 +1,10 @@
-"""Sweeps of tiny searches, carried out in this process unless a test is about the crew."""
+"""Sweeps of tiny searches, carried out in this process unless a test is about the workers."""
 
 import csv
 import json
 
 import pytest
-from sweep_crews import PACKAGING, Here
+from sweep_stand_ins import PACKAGING, Here
 
 from armdesign import Settings, prepare, read_recording
 from armdesign.experiments.sweep import Sweep, run_sweep
@@ -30,17 +30,17 @@ def ask():
 
 @pytest.fixture
 def sweep_here():
-    """Carry out a sweep in this process; gives the crew, or None where nobody had to be hired."""
+    """Carry out a sweep in this process; gives the workers, or None where none had to be started."""
 
     def carry_out(folder, asked, capacity=1, **options):
-        crews = []
+        started = []
 
-        def hire(units):
-            crews.append(Here(capacity))
-            return crews[0]
+        def start_workers(units):
+            started.append(Here(capacity))
+            return started[0]
 
-        run_sweep(folder, *asked, hire, **options)
-        return crews[0] if crews else None
+        run_sweep(folder, *asked, start_workers, **options)
+        return started[0] if started else None
 
     return carry_out
 

@@ -18,7 +18,7 @@ class Processes:
 
     def __init__(self, folder, **settings):
         self.folder, self.workers, self.started = folder, [], []
-        above = str(Path(armdesign.__file__).resolve().parents[2])
+        above = os.pathsep.join([str(Path(armdesign.__file__).resolve().parents[1]), str(Path(__file__).parent)])
         self.environment = (
             os.environ | {"PYTHONPATH": os.pathsep.join([above, os.environ.get("PYTHONPATH", "")])} | settings
         )

@@ -1,4 +1,4 @@
-"""A search on a Dask cluster: the same bits as in this process, whatever becomes of the workers."""
+"""What becomes of a search on a Dask cluster when workers, the scheduler or the user end; see also test_backends."""
 
 import os
 import signal
@@ -17,10 +17,10 @@ from armdesign.demonstration import read_recording
 from armdesign.errors import SearchError
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import carry_out, start_run
-from armdesign.search.backends import InProcess
-from armdesign.search.backends.dask_cluster import FEWEST, LARGEST, SMALLEST, DaskCluster, cut
+from armdesign.search.backends.backend import InProcess
 from armdesign.search.backends.dask_connection import check_address, connect
-from armdesign.search.backends.processes import CandidateKillsWorkersError
+from armdesign.search.backends.dask_workers import DaskCluster
+from armdesign.search.backends.parallel import CandidateKillsWorkersError
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Settings
 
@@ -35,13 +35,9 @@ def prepared():
 
 @pytest.fixture(scope="module")
 def generation(prepared):
-    """Designs with cutoffs of which some hold and some do not, and their scores in one process."""
-    rng = np.random.default_rng(5)
-    Phi = prepared.space.sample(rng, 60)
-    backend = InProcess(prepared)
-    fitness = backend.evaluate(Phi, np.full(60, np.inf))[0].fitness
-    cutoff = fitness * np.where(np.isfinite(fitness), rng.uniform(0.5, 1.5, 60), 1.0)
-    return Phi, cutoff, backend.evaluate(Phi, cutoff)
+    """Designs and their scores in one process."""
+    Phi = prepared.space.sample(np.random.default_rng(5), 60)
+    return Phi, np.full(60, np.inf), InProcess(prepared).evaluate(Phi, np.full(60, np.inf))
 
 
 @pytest.fixture(scope="module")
@@ -80,51 +76,12 @@ def alone(tmp_path_factory):
     return (folder / "history.csv").read_bytes()
 
 
-# How a generation is cut
-
-
-@pytest.mark.parametrize("count", [1, 7, 24, 400, 5000])
-@pytest.mark.parametrize("workers", [0, 1, 2, 50])
-@pytest.mark.parametrize("pace", [1e-5, 1e-3, 0.02, 3.0])
-def test_chunks_cover_a_generation_and_keep_their_sizes(count, workers, pace):
-    chunks = cut(count, workers, pace)
-    assert [k for chunk in chunks for k in range(chunk.start, chunk.stop)] == list(range(count))
-    sizes = [chunk.stop - chunk.start for chunk in chunks]
-    share = -(-count // max(workers, 1))
-    assert sizes == sorted(sizes, reverse=True)
-    assert max(sizes) <= share
-    assert max(sizes) * pace <= LARGEST or max(sizes) <= FEWEST
-    assert all(size >= FEWEST and size * pace >= SMALLEST for size in sizes[:-1] if size < share)
-
-
-# The same bits
-
-
-def test_a_cluster_gives_the_scores_of_one_process(client, prepared, generation, monkeypatch):
-    monkeypatch.setattr("armdesign.search.backends.dask_cluster.FEWEST", 1)
-    Phi, cutoff, expected = generation
-    assert expected[0].pruned.any()
-    assert not expected[0].pruned.all()
-    with DaskCluster(client, prepared) as backend:
-        for pace in (1e-6, 0.01, 10.0):
-            backend.pace = pace
-            assert same(backend.evaluate(Phi, cutoff), expected)
-        poses = np.where(np.arange(len(Phi))[:, None] % 2 == 0, expected[0].q0, np.nan)
-        assert same(backend.evaluate(Phi, cutoff, poses), InProcess(prepared).evaluate(Phi, cutoff, poses))
-
-
-def test_a_cluster_gives_the_slopes_of_one_process(client, prepared, generation):
-    Phi, cutoff, _ = generation
-    with DaskCluster(client, prepared) as backend:
-        assert same(backend.evaluate(Phi, cutoff, slopes=True), InProcess(prepared).evaluate(Phi, cutoff, slopes=True))
-
-
 def test_the_task_leaves_the_workers_with_the_backend(client, prepared):
     def held(dask_worker):
         return [name for name in dask_worker.plugins if name.startswith("armdesign")]
 
     with DaskCluster(client, prepared) as backend:
-        assert list(client.run(held).values()) == [[backend.name]] * 2
+        assert list(client.run(held).values()) == [[backend.workers.name]] * 2
     assert list(client.run(held).values()) == [[], []]
 
 
@@ -141,17 +98,20 @@ class Meddling(DaskCluster):
         super().__init__(*args, **kwargs)
         self.meddle, self.generations = meddle, 0
 
-    def _submit(self, *args):
-        futures = super()._submit(*args)
+    def evaluate(self, *args, **kwargs):
         self.generations += 1
-        if self.generations == 3:
-            self.meddle()
-        return futures
+        self.workers.wait = self.meddled if self.generations == 3 else type(self.workers).wait.__get__(self.workers)
+        return super().evaluate(*args, **kwargs)
+
+    def meddled(self, timeout):
+        self.workers.wait = type(self.workers).wait.__get__(self.workers)
+        self.meddle()
+        return self.workers.wait(timeout)
 
 
 SLOW = """
 import time
-from armdesign.compute import backend
+from armdesign.search.backends import backend
 
 class Slow(backend.InProcess):
     def evaluate(self, Phi, cutoff, poses=None, **others):
@@ -159,15 +119,15 @@ class Slow(backend.InProcess):
         return super().evaluate(Phi, cutoff, poses, **others)
 
 def dask_setup(worker):
-    from armdesign.compute import dask_cluster
-    dask_cluster.InProcess = Slow
+    from armdesign.search.backends import parallel
+    parallel.InProcess = Slow
 """
 
 
 def test_a_worker_killed_midway_changes_nothing_and_a_late_one_joins(
     prepared, alone, generation, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("armdesign.search.backends.dask_connection.PATIENCE", 0.3)
+    monkeypatch.setattr("armdesign.search.backends.parallel.LOOK_EVERY", 0.3)
     heard = []
     (tmp_path / "slow.py").write_text(SLOW)
     folder = tmp_path / "run"
@@ -244,15 +204,15 @@ def test_ctrl_c_finishes_the_iteration_and_the_run_goes_on_elsewhere(client, pre
 
 KILLER = """
 import os
-from armdesign.compute import backend
+from armdesign.search.backends import backend
 
 class Killed(backend.InProcess):
     def evaluate(self, Phi, cutoff, poses=None, **others):
         return os._exit(1) if ENTRY in Phi[:, 0] else super().evaluate(Phi, cutoff, poses, **others)
 
 def dask_setup(worker):
-    from armdesign.compute import dask_cluster
-    dask_cluster.InProcess = Killed
+    from armdesign.search.backends import parallel
+    parallel.InProcess = Killed
 """
 
 
@@ -264,10 +224,9 @@ def test_a_candidate_that_kills_workers_is_named(prepared, tmp_path):
             own.add_worker(1, "--preload", tmp_path / "killer.py")
         with connect(own.address) as client:
             client.wait_for_workers(3, timeout=60)
-            with DaskCluster(client, prepared) as backend:
-                backend.pace = 0.03
-                with pytest.raises(CandidateKillsWorkersError, match="has killed 1 workers") as caught:
-                    backend.evaluate(Phi, np.full(12, np.inf))
+            killed = pytest.raises(CandidateKillsWorkersError, match="has killed 1 worker processes")
+            with DaskCluster(client, prepared) as backend, killed as caught:
+                backend.evaluate(Phi, np.full(12, np.inf))
     assert np.array_equal(caught.value.value, Phi[7])
 
 

@@ -31,10 +31,10 @@ COLUMNS = ("recording", "algorithm", "dof", "D", "seed", "state", *FOUND, "stopp
 Row = dict[str, Any]
 
 
-class Ledger:
-    """Where every unit of a sweep stands.
+class RunTable:
+    """The state of every unit of a sweep or study, and what it has found.
 
-    A row's state is waiting (not begun, or at hand), interrupted, finished or failed. The entries that tell what was
+    A row's state is waiting (not begun, or under way), interrupted, finished or failed. The entries that tell what was
     found are those of the run's result.json [m]; `stopped_by` is the stop rule that ended the search, or the sentence
     that says why it failed.
     """

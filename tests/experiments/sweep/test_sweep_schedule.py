@@ -2,11 +2,11 @@ import json
 import shutil
 
 import pytest
-from sweep_crews import PACKAGING, Here
+from sweep_stand_ins import PACKAGING, Here
 
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.experiments.sweep import read_sweep, run_sweep, units_of
-from armdesign.experiments.sweep.work_table import COLUMNS, FOUND
+from armdesign.experiments.sweep.run_table import COLUMNS, FOUND
 from armdesign.runs.lock import locked
 from armdesign.search.search import search
 
@@ -74,8 +74,8 @@ def test_resuming_needs_the_folder_alone(ask, sweep_here, tmp_path, whole):
 def test_more_of_everything_adds_the_missing_runs_alone(copy, ask, sweep_here, rows_of):
     before, earlier = stamps(copy), {row["folder"]: row for row in rows_of(copy)}
     asked = ask(seeds=(2, 0, 1), angle_intervals=(2, 3))
-    crew = sweep_here(copy, asked)
-    assert set(crew.taken) == {unit.name for unit in units_of(*asked)} - set(earlier)
+    workers = sweep_here(copy, asked)
+    assert set(workers.taken) == {unit.name for unit in units_of(*asked)} - set(earlier)
     assert {path: stamp for path, stamp in stamps(copy).items() if path in before} == before
     rows = rows_of(copy)
     assert [row["folder"] for row in rows] == [unit.name for unit in units_of(*asked)]

@@ -10,7 +10,7 @@ PACKAGING = Path(__file__).resolve().parents[3] / "examples" / "packaging.csv"
 
 
 def test_without_the_extra_the_pip_line_is_named(monkeypatch, tmp_path):
-    for name in ("dask_cluster", "dask_connection"):
+    for name in ("dask_workers", "dask_connection"):
         monkeypatch.delitem(sys.modules, f"armdesign.search.backends.{name}", raising=False)
     monkeypatch.setitem(sys.modules, "distributed", None)
     command = ["search", str(PACKAGING), "--cluster", "tcp://127.0.0.1:8786", "--out", str(tmp_path / "run")]
@@ -20,5 +20,5 @@ def test_without_the_extra_the_pip_line_is_named(monkeypatch, tmp_path):
 
 
 def test_dask_is_not_loaded_unless_a_cluster_is_asked_for():
-    code = "import armdesign.search.backends, armdesign.cli, sys; sys.exit('distributed' in sys.modules)"
+    code = "import armdesign.search.backends.parallel, armdesign.cli, sys; sys.exit('distributed' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
