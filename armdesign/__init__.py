@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from armdesign.errors import ArmDesignError
     from armdesign.experiments.auto_dof.choose_dof import auto_dof
     from armdesign.experiments.compare.comparison import compare
+    from armdesign.experiments.sweep.sweep_call import sweep
     from armdesign.export.export_files import export
     from armdesign.kinematics.dh import DHTable
     from armdesign.kinematics.dh_files import read_design
@@ -66,6 +67,7 @@ _HOMES = {
     "read_settings": "settings.sections",
     "report": "views.writing",
     "search": "search.search",
+    "sweep": "experiments.sweep.sweep_call",
     "write_conversion": "demonstration.convert",
     "write_result": "runs.writing",
 }
@@ -100,6 +102,7 @@ __all__ = [
     "read_settings",
     "report",
     "search",
+    "sweep",
     "write_conversion",
     "write_result",
 ]

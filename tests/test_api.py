@@ -18,7 +18,7 @@ from armdesign.settings.sections import SECTIONS
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "packaging.csv"
 COMMANDS = (
-    "search", "evaluate", "export", "preview", "report", "alternatives", "convert", "compare", "auto_dof",
+    "search", "evaluate", "export", "preview", "report", "alternatives", "convert", "compare", "auto_dof", "sweep",
 )  # fmt: skip
 
 
@@ -114,6 +114,15 @@ def test_number_of_joints_and_comparison(result, tmp_path):
     assert armdesign.read_result(tmp_path / "auto").table.dof == choice.verdict.dof
     comparison = armdesign.compare([result], result.problem)
     assert comparison.rows[0].fitness == pytest.approx(result.fitness)
+
+
+def test_sweep_runs_every_combination_once(result, tmp_path):
+    settings = armdesign.Settings(search=armdesign.Search(budget=300))
+    one = armdesign.sweep(EXAMPLE, tmp_path / "sweep", settings, dof=[4])
+    assert [row["fitness"] for row in one.rows.values()] == [result.fitness]
+    more = armdesign.sweep([EXAMPLE], tmp_path / "sweep", settings, dof=[3, 4], seeds=[0, 1])
+    assert len(more.rows) == 4
+    assert set(one.rows) < set(more.rows)
 
 
 @pytest.mark.parametrize(
