@@ -28,7 +28,6 @@ from armdesign.swarm import (
     State,
     algorithm_from_state,
     make_algorithm,
-    measure_effort,
 )
 
 
@@ -141,7 +140,7 @@ class Search:
             raise nothing_found(self.problem, self.nearest)
         best = evaluate_design(self.space.table(self.swarm.best_position), self.problem)
         history, settings = self.swarm.history, self.settings
-        effort = measure_effort(history.best, history.valid)
+        effort = history.effort
         facts = SearchFacts(
             algorithm=settings.algorithm,
             seed=settings.seed,

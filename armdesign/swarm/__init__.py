@@ -8,19 +8,17 @@
 
 To add an algorithm:
 
-1. One file here with a class derived from :class:`Algorithm` (its abstract methods are all there is to write; `pso.py`
-   is the shortest example) and a frozen dataclass of its parameters, named as its settings.
+1. One file here with a class derived from :class:`Algorithm` (its abstract methods are all there is to write; PSO in
+   `pso.py` is the shortest example) and a frozen dataclass of its parameters, named as its settings.
 2. Its class in the one line of :data:`ALGORITHMS` in `registry.py`.
 3. Its settings: entries of `Search` in `armdesign/settings/sections.py`, and their names in `ALGORITHM_SETTINGS` there.
 
 The contract in `tests/swarm/test_swarm_contract.py` then runs over it, and every command offers it.
 """
 
-from armdesign.swarm.algorithm import Algorithm, History, State
-from armdesign.swarm.effort import Effort, computational_effort, converged_at, measure_effort
+from armdesign.swarm.algorithm import Algorithm, Effort, History, State
 from armdesign.swarm.multibasin import MultiBasin
-from armdesign.swarm.pso import PSO
-from armdesign.swarm.rapso import RAPSO
+from armdesign.swarm.pso import PSO, RAPSO
 from armdesign.swarm.registry import ALGORITHMS, algorithm_from_state, make_algorithm
 from armdesign.swarm.space import Box, Sampler, SearchSpace, Slab
 
@@ -38,8 +36,5 @@ __all__ = [
     "Slab",
     "State",
     "algorithm_from_state",
-    "computational_effort",
-    "converged_at",
     "make_algorithm",
-    "measure_effort",
 ]

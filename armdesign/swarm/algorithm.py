@@ -5,21 +5,37 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armdesign._types import Array
-from armdesign.errors import SearchError
-from armdesign.swarm import checks, generator_state, saved
-from armdesign.swarm.checks import Mask
+from armdesign.errors import SearchError, SettingsError
+from armdesign.swarm import checks
+from armdesign.swarm.checks import Mask, SavedState
 from armdesign.swarm.space import SearchSpace
 
 State = dict[str, Any]
 """Arrays, and values that JSON can hold; see :meth:`Algorithm.state`."""
-
 A = TypeVar("A", bound="Algorithm")
+NEAR = 0.01
+"""A search has converged where its best is this near to its last best, relative."""
+
+
+class Effort(NamedTuple):
+    """How much work a search took until it had, in effect, found its result (method section 7).
+
+    Attributes:
+        iterations: W, the first iteration (from 1) whose best is within 1 % of the last best; all of them if nothing
+            was found.
+        mean_valid: Mean number of valid candidates over those iterations.
+        computational_effort: CE = mean_valid times W.
+    """
+
+    iterations: int
+    mean_valid: float
+    computational_effort: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +53,21 @@ class History:
     mean: Array
     valid: NDArray[np.int64]
     evaluations: NDArray[np.int64]
+
+    @property
+    def effort(self) -> Effort:
+        """The work until convergence.
+
+        Raises:
+            SearchError: There is no iteration yet.
+        """
+        if not len(self.best):
+            raise SearchError("a search without an iteration has no effort", fix="Run at least one iteration")
+        last, W = float(self.best[-1]), len(self.best)
+        if np.isfinite(last):
+            W = int(np.argmax(self.best <= last + NEAR * abs(last))) + 1
+        total = float(self.valid[:W].sum())  # CE itself: the mean times W would be rounded twice
+        return Effort(W, total / W, total)
 
 
 class Algorithm(ABC):
@@ -75,9 +106,12 @@ class Algorithm(ABC):
         Raises:
             SettingsError: The generator is none.
         """
+        if not isinstance(rng, np.random.Generator):
+            message = f"a search draws from a numpy.random.Generator, got {type(rng).__name__}"
+            raise SettingsError(message, value=rng, fix="Pass numpy.random.default_rng(seed)")
         self.space, self.box = space, space.box
         self.parameters = self.Parameters() if parameters is None else parameters
-        self._rng = checks.generator(rng)
+        self._rng = rng
         self._X = np.zeros((0, self.box.dimension))  # (N, D), the positions last asked for
         self._asked = False
         self._history: list[tuple[float, float, int, int]] = []
@@ -237,7 +271,7 @@ class Algorithm(ABC):
         return {
             "algorithm": self.name,
             "parameters": {name: list(value) if isinstance(value, tuple) else value for name, value in parameters},
-            "generator": generator_state.encode(self._rng),
+            "generator": checks.encode_generator(self._rng),
             "asked": self._asked,
             "positions": self._X.copy(),
             **{f"history_{name}": column for name, column in vars(self.history).items()},
@@ -258,21 +292,24 @@ class Algorithm(ABC):
             SearchError: The state is that of another algorithm or space, or an entry is missing or does not fit.
             SettingsError: A parameter in it is unknown or out of range.
         """
-        saved.check_algorithm(state, cls.name)
-        rng = generator_state.decode(saved.entry(state, "generator"))
-        parameters = saved.parameters(state, cls.Parameters)
+        saved = SavedState(state)
+        if (algorithm := saved.entry("algorithm")) != cls.name:
+            raise SearchError(
+                f"the saved search used '{algorithm}', not '{cls.name}'", value=algorithm, allowed=cls.name
+            )
+        parameters = saved.parameters(cls.Parameters)
         if length is not None:
             parameters = replace(parameters, **{cls.length: length})
-        search = cls(space, rng, parameters)
-        drawn = saved.array(state, "positions", (None, space.box.dimension))
-        search._X = checks.positions(drawn, space.box.lower, space.box.upper, len(drawn))
-        search._asked = bool(saved.entry(state, "asked"))
-        best = saved.array(state, "history_best", (None,), infinite=True)
-        mean = saved.array(state, "history_mean", best.shape, infinite=True)
-        counts = (saved.array(state, f"history_{name}", best.shape).astype(int) for name in ("valid", "evaluations"))
+        search = cls(space, saved.generator(), parameters)
+        drawn = saved.array("positions", (None, space.box.dimension))
+        search._X = space.box.checked(drawn, len(drawn))
+        search._asked = bool(saved.entry("asked"))
+        best = saved.array("history_best", (None,), infinite=True)
+        mean = saved.array("history_mean", best.shape, infinite=True)
+        counts = (saved.array(f"history_{name}", best.shape).astype(int) for name in ("valid", "evaluations"))
         columns = (column.tolist() for column in (best, mean, *counts))
         search._history = list(zip(*columns, strict=True))
-        search._restore(state)
+        search._restore(saved)
         return search
 
     @abstractmethod
@@ -280,5 +317,5 @@ class Algorithm(ABC):
         """What the algorithm itself has to remember, as copies; no name of it begins with "history"."""
 
     @abstractmethod
-    def _restore(self, state: Mapping[str, Any]) -> None:
+    def _restore(self, saved: SavedState) -> None:
         """Set what :meth:`_memory` described."""

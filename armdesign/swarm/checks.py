@@ -1,8 +1,13 @@
-"""Checks of what the caller hands to a search algorithm: settings, positions, fitness and validity."""
+"""Checks of what a search algorithm is given: parameters, answers to what it asked, and a saved state."""
 
 from __future__ import annotations
 
+import inspect
+import json
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,13 +16,21 @@ from armdesign._types import Array
 from armdesign.errors import SearchError, SettingsError
 
 Mask = NDArray[np.bool_]
+P = TypeVar("P")
 
-ROUNDING = 1e-9
-"""Relative distance by which a drawn position may miss the box."""
+BIT_GENERATORS = ("PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64")
+"""NumPy's own bit generators: those whose state can be saved."""
+FIX = "Start the search anew, or restore the saved state"
 
 
 def number(name: str, value: object, low: float = -math.inf, high: float = math.inf) -> float:
-    """A finite number in [low, high].
+    """A parameter that is a finite number in [low, high].
+
+    Args:
+        name: The parameter's name.
+        value: Its value.
+        low: Smallest value allowed.
+        high: Largest value allowed.
 
     Raises:
         SettingsError: It is not a number, not finite or out of range.
@@ -30,35 +43,26 @@ def number(name: str, value: object, low: float = -math.inf, high: float = math.
     return float(value)
 
 
-def whole(name: str, value: object, low: int = 1) -> int:
-    """A whole number of at least `low`.
+def whole(name: str, value: object) -> int:
+    """A parameter that is a whole number of at least 1.
+
+    Args:
+        name: The parameter's name.
+        value: Its value.
 
     Raises:
-        SettingsError: It is not a whole number or too small.
+        SettingsError: It is not a whole number, or less than 1.
     """
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value < low:
-        allowed = f"a whole number >= {low}"
-        raise SettingsError(f"search setting '{name}' is {value!r}", value=value, allowed=allowed)
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)) or value < 1:
+        raise SettingsError(f"search setting '{name}' is {value!r}", value=value, allowed="a whole number >= 1")
     return int(value)
 
 
-def generator(value: object) -> np.random.Generator:
-    """A NumPy random generator.
-
-    Raises:
-        SettingsError: It is something else, for instance a seed.
-    """
-    if not isinstance(value, np.random.Generator):
-        message = f"a search draws from a numpy.random.Generator, got {type(value).__name__}"
-        raise SettingsError(message, value=value, fix="Pass numpy.random.default_rng(seed)")
-    return value
-
-
 def numbers(what: str, values: object, shape: tuple[int | None, ...], fix: str | None = None) -> Array:
-    """An array of numbers of that shape, copied.
+    """An array of numbers of a given shape, copied; NaN and infinity may occur in it.
 
     Args:
-        what: Their name in the error message.
+        what: What the numbers are, for the error message.
         values: The numbers.
         shape: The wanted shape; None stands for any length.
         fix: The way out, for the error message.
@@ -75,12 +79,18 @@ def numbers(what: str, values: object, shape: tuple[int | None, ...], fix: str |
 
 
 def flags(what: str, values: object, shape: tuple[int | None, ...], fix: str | None = None) -> Mask:
-    """A column of flags of that shape, copied; arguments as for :func:`numbers`.
+    """An array of true and false of a given shape, copied.
+
+    Args:
+        what: What the flags are, for the error message.
+        values: The flags; 0 and 1 are none.
+        shape: The wanted shape; None stands for any length.
+        fix: The way out, for the error message.
 
     Raises:
         SearchError: They are not all true or false, or have another shape.
     """
-    found = np.array(values, dtype=object)  # keeps 0 and 1 apart from false and true
+    found = np.array(values, dtype=object)  # bool would take 0, 1 and even text for flags
     _check_shape(what, found.shape, shape, fix)
     for i, flag in enumerate(found):
         if not isinstance(flag, (bool, np.bool_)):
@@ -91,46 +101,134 @@ def flags(what: str, values: object, shape: tuple[int | None, ...], fix: str | N
 
 
 def _check_shape(what: str, found: tuple[int, ...], wanted: tuple[int | None, ...], fix: str | None) -> None:
-    """Raise if the shapes differ."""
+    """Raise a SearchError if the shapes differ; None in the wanted one stands for any length."""
     if len(found) != len(wanted) or any(b is not None and a != b for a, b in zip(found, wanted, strict=True)):
         allowed = "(" + ", ".join("any" if size is None else str(size) for size in wanted) + ")"
         raise SearchError(f"{what} should not have shape {found}", value=found, allowed=allowed, fix=fix)
 
 
-def positions(drawn: ArrayLike, lower: Array, upper: Array, count: int) -> Array:
-    """Positions between their bounds, shape (N, D); rounding at a bound is forgiven.
+def fitness(values: ArrayLike, count: int) -> Array:
+    """Fitness values, shape (N,), copied.
 
     Args:
-        drawn: The positions, shape (N, D).
-        lower: Lower bounds, shape (D,).
-        upper: Upper bounds, shape (D,).
-        count: Number of positions N.
-
-    Raises:
-        SearchError: A wrong shape, or a position that is out of bounds.
-    """
-    X = numbers("the positions", drawn, (count, len(lower)))
-    inside = np.clip(X, lower, upper)
-    wrong = ~(np.abs(X - inside) <= ROUNDING * np.maximum(1.0, np.abs(inside)))  # NaN is wrong, too
-    for j, entry in np.argwhere(wrong):
-        allowed = f"[{lower[entry]:g}, {upper[entry]:g}]"
-        message = f"the position of candidate {j} has entry {entry} = {X[j, entry]:g}"
-        raise SearchError(message, value=float(X[j, entry]), allowed=allowed)
-    return np.asarray(inside)
-
-
-def fitness(told: ArrayLike, count: int) -> Array:
-    """Fitness values, shape (N,).
-
-    Args:
-        told: The values.
+        values: The values; +inf stands for none.
         count: Number of candidates N.
 
     Raises:
         SearchError: A wrong shape, NaN or -inf.
     """
-    values = numbers("the fitness", told, (count,))
-    for j in np.flatnonzero(np.isnan(values) | np.isneginf(values)):
+    found = numbers("the fitness", values, (count,))
+    # NaN would be lost in every comparison, and -inf would be a best that nothing can beat
+    for j in np.flatnonzero(np.isnan(found) | np.isneginf(found)):
         allowed = "numbers, or inf for a candidate without a fitness"
-        raise SearchError(f"the fitness of candidate {j} is {values[j]}", value=float(values[j]), allowed=allowed)
-    return values
+        raise SearchError(f"the fitness of candidate {j} is {found[j]}", value=float(found[j]), allowed=allowed)
+    return found
+
+
+def encode_generator(rng: np.random.Generator) -> str:
+    """The state of a random generator as JSON text, exact and without pickle.
+
+    It is text, not numbers, because it holds integers of 128 bits, which few JSON readers keep.
+
+    Raises:
+        SettingsError: The generator is none of NumPy's own.
+    """
+    state = rng.bit_generator.state
+    name = state.get("bit_generator")
+    if name not in BIT_GENERATORS:
+        raise SettingsError(f"the state of a '{name}' generator cannot be saved", value=name, allowed=BIT_GENERATORS)
+    return json.dumps(state, default=lambda value: value.tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class SavedState:
+    """The entries of a saved search, checked as they are read; an error names the entry.
+
+    Attributes:
+        entries: What `Algorithm.state` returned, by name; arrays may have become nested lists.
+    """
+
+    entries: Mapping[str, Any]
+
+    def entry(self, name: str) -> Any:  # noqa: ANN401 (whatever was saved)
+        """The entry of that name, as it is.
+
+        Raises:
+            SearchError: There is none.
+        """
+        if name not in self.entries:
+            raise SearchError(f"the saved search has no entry '{name}'", value=name, fix=FIX)
+        return self.entries[name]
+
+    def array(
+        self, name: str, shape: tuple[int | None, ...], *, infinite: bool = False, unknown: bool = False
+    ) -> Array:
+        """An entry of numbers, copied.
+
+        Args:
+            name: The entry.
+            shape: Its shape; None stands for any length.
+            infinite: Whether +inf may occur in it.
+            unknown: Whether NaN may occur in it, and infinity of either sign.
+
+        Raises:
+            SearchError: It is missing, does not hold such numbers or has another shape.
+        """
+        value, what = self.entry(name), f"entry '{name}' of the saved search"
+        if isinstance(value, list) and not value and not shape[0]:  # nothing, which as a list has lost its shape
+            return np.zeros([size or 0 for size in shape])
+        values = numbers(what, value, shape, FIX)
+        if not unknown and not np.all(np.isfinite(values) | (infinite & np.isposinf(values))):
+            raise SearchError(f"{what} holds a value that is not finite", fix=FIX)
+        return values
+
+    def flags(self, name: str, shape: tuple[int | None, ...]) -> Mask:
+        """An entry of true and false, copied.
+
+        Args:
+            name: The entry.
+            shape: Its shape; None stands for any length.
+
+        Raises:
+            SearchError: It is missing, holds something else or has another shape.
+        """
+        return flags(f"entry '{name}' of the saved search", self.entry(name), shape, FIX)
+
+    def generator(self) -> np.random.Generator:
+        """The random generator whose state :func:`encode_generator` wrote to the entry "generator".
+
+        Raises:
+            SearchError: The entry is missing or holds no such state.
+        """
+        text = self.entry("generator")
+        try:
+            state = json.loads(str(text))
+            name = state["bit_generator"]
+            if name not in BIT_GENERATORS:  # never a name out of a file as an attribute of a module
+                raise ValueError(f"unknown generator '{name}'")
+            bits = getattr(np.random, name)(0)
+            bits.state = state
+        except (KeyError, TypeError, ValueError, OverflowError, IndexError) as error:
+            message = f"the saved state of the random generator cannot be read ({error})"
+            raise SearchError(message, value=text, fix=FIX) from error
+        return np.random.Generator(bits)
+
+    def parameters(self, kind: type[P]) -> P:
+        """The parameters of an algorithm, from the entry "parameters".
+
+        Args:
+            kind: Their dataclass.
+
+        Raises:
+            SearchError: The entry is missing or holds no parameters.
+            SettingsError: A parameter is unknown or out of range.
+        """
+        value = self.entry("parameters")
+        if not isinstance(value, Mapping):
+            message = f"entry 'parameters' of the saved search is a {type(value).__name__}"
+            raise SearchError(message, value=value, allowed="settings by name", fix=FIX)
+        known = list(inspect.signature(kind).parameters)
+        for name in value:
+            if name not in known:
+                raise SettingsError(f"the saved search has an unknown setting '{name}'", value=name, allowed=known)
+        return kind(**value)

@@ -13,17 +13,14 @@ descent costs beyond its gain is cut: after a few rounds the worse ones are give
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.swarm import saved
-from armdesign.swarm.checks import Mask
-from armdesign.swarm.quasi_newton import best_steps, updated
-from armdesign.swarm.region import Region
+from armdesign.swarm.checks import Mask, SavedState
+from armdesign.swarm.space import Region, project
 
 SLOPE, PROBE, RETRY, STEP = "slope", "probe", "retry", "step"
 REACH = 3e-4
@@ -35,6 +32,10 @@ LONGEST, SHORTEST = 0.3, 1e-6
 GROW, SHRINK = 2.0, 0.5
 GOOD, POOR = 0.5, 0.2
 """Shares of the gain which the model promises, from which the next step may be longer, or below which shorter."""
+ROUNDS = 80
+"""Rounds of accelerated projected gradients spent on a step."""
+DAMPED = 0.2
+"""Share of the known curvature below which a change of the gradient is damped (Powell 1978)."""
 
 
 @dataclass(frozen=True)
@@ -251,27 +252,86 @@ class Descents:
         }
 
     @classmethod
-    def from_state(cls, state: Mapping[str, Any], region: Region, *, sloped: bool) -> Descents:
+    def from_state(cls, saved: SavedState, region: Region, *, sloped: bool) -> Descents:
         """The descents that :meth:`state` described.
 
         Args:
-            state: The saved state.
+            saved: The saved state.
             region: Box and slab.
             sloped: Whether gradients come with the values.
         """
         K = region.dimension
-        U = saved.array(state, "descents_U", (None, K))
+        U = saved.array("descents_U", (None, K))
         M = len(U)
-        value, hint = saved.array(state, "descents_value", (M,)), saved.hints(state, "descents_hint", M)
-        patience = Patience(bar=float(saved.entry(state, "descents_bar")))
+        value, hint = saved.array("descents_value", (M,)), saved.array("descents_hint", (M, None), unknown=True)
+        patience = Patience(bar=float(saved.entry("descents_bar")))
         descents = cls(region, U, value, hint, patience, sloped=sloped)
-        descents.B = saved.array(state, "descents_B", (M, K, K))
-        for name, shape in (("gradient", (M, K)), ("last", (M, K)), ("reach", (M,)), ("trace", (None, M))):
-            setattr(descents, name, saved.array(state, f"descents_{name}", shape))
-        for name in ("live", "curved"):
-            setattr(descents, name, saved.flags(state, f"descents_{name}", (M,)))
-        descents.signs = saved.array(state, "descents_signs", (None, K))
-        descents.slopes = saved.numbers(state, "descents_slopes", (None, K))
-        descents.round = int(saved.entry(state, "descents_round"))
-        descents.phase = str(saved.entry(state, "descents_phase"))
+        shapes = {
+            "B": (M, K, K),
+            "gradient": (M, K),
+            "last": (M, K),
+            "reach": (M,),
+            "trace": (None, M),
+            "signs": (None, K),
+        }
+        for name, shape in shapes.items():
+            setattr(descents, name, saved.array(f"descents_{name}", shape))
+        descents.live, descents.curved = (saved.flags(f"descents_{name}", (M,)) for name in ("live", "curved"))
+        descents.slopes = saved.array("descents_slopes", (None, K), unknown=True)
+        descents.round = int(saved.entry("descents_round"))
+        descents.phase = str(saved.entry("descents_phase"))
         return descents
+
+
+def updated(B: Array, step: Array, change: Array, *, first: bool) -> Array:
+    """Curvature after a step, by the damped BFGS formula (Powell 1978): it stays positive definite.
+
+    Args:
+        B: Curvature so far, shape (K, K).
+        step: The step taken, shape (K,).
+        change: Change of the gradient along it, shape (K,).
+        first: Whether B is only a guess, to be scaled first to the curvature just seen.
+    """
+    along = float(step @ change)
+    if first and along > 0.0:
+        B = np.eye(len(step)) * (float(change @ change) / along)
+    image = B @ step
+    bent = float(step @ image)
+    if along < DAMPED * bent:
+        # the change is mixed with what B expects, until it shows at least that share of its curvature
+        part = (1.0 - DAMPED) * bent / (bent - along)
+        change = part * change + (1.0 - part) * image
+    # BFGS: B s = y afterwards
+    return np.asarray(B - np.outer(image, image) / bent + np.outer(change, change) / float(step @ change))
+
+
+def best_steps(region: Region, U: Array, gradient: Array, B: Array, reach: Array, margin: float) -> Array:
+    """Minimise g p + p B p / 2 over |p|_inf <= reach with U + p in the region, row by row.
+
+    Accelerated projected gradients; the rows go side by side.
+
+    Args:
+        region: Box and slab.
+        U: Where the steps begin, shape (N, K).
+        gradient: g, shape (N, K).
+        B: Curvatures, positive definite, shape (N, K, K).
+        reach: Largest step in any entry, shape (N,).
+        margin: How far the steps stay inside the slab.
+
+    Returns:
+        The steps, shape (N, K).
+    """
+    total = U @ region.weights
+    lower, upper = np.maximum(-U, -reach[:, None]), np.minimum(1.0 - U, reach[:, None])
+    slab = region.weights, region.low + margin - total, region.high - margin - total
+    stiff = np.linalg.norm(B, axis=(1, 2))[:, None] + 1e-12  # the Frobenius norm bounds the largest eigenvalue
+    P = ahead = np.zeros_like(U)
+    t = 1.0
+    for _ in range(ROUNDS):
+        slope = gradient + (B @ ahead[:, :, None])[:, :, 0]
+        P_next = project(ahead - slope / stiff, lower, upper, *slab)
+        # Nesterov's momentum: t grows by about 1/2 a round
+        t_next = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * t * t))
+        ahead = P_next + (t - 1.0) / t_next * (P_next - P)
+        P, t = P_next, t_next
+    return P

@@ -6,13 +6,12 @@ without its negative weights.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.swarm import saved
+from armdesign.swarm.checks import SavedState
 
 
 class Evolution:
@@ -95,12 +94,17 @@ class Evolution:
         }
 
     @classmethod
-    def from_state(cls, state: Mapping[str, Any], prefix: str) -> Evolution:
-        """The evolution that :meth:`state` described."""
-        mean = saved.array(state, f"{prefix}_mean", (None,))
-        evolution = cls(mean, float(saved.entry(state, f"{prefix}_sigma")))
+    def from_state(cls, saved: SavedState, prefix: str) -> Evolution:
+        """The evolution that :meth:`state` described.
+
+        Args:
+            saved: The saved state.
+            prefix: What the names of its entries begin with.
+        """
+        mean = saved.array(f"{prefix}_mean", (None,))
+        evolution = cls(mean, float(saved.entry(f"{prefix}_sigma")))
         K = len(mean)
         for name, shape in (("C", (K, K)), ("path_s", (K,)), ("path_c", (K,))):
-            setattr(evolution, name, saved.array(state, f"{prefix}_{name}", shape))
-        evolution.generation = int(saved.entry(state, f"{prefix}_generation"))
+            setattr(evolution, name, saved.array(f"{prefix}_{name}", shape))
+        evolution.generation = int(saved.entry(f"{prefix}_generation"))
         return evolution

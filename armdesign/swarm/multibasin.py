@@ -24,15 +24,13 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.errors import SearchError
-from armdesign.swarm import checks, saved
+from armdesign.swarm import checks
 from armdesign.swarm.algorithm import Algorithm, State
-from armdesign.swarm.archive import Archive, apart
-from armdesign.swarm.checks import Mask
-from armdesign.swarm.children import children
+from armdesign.swarm.basins import Archive, apart, children
+from armdesign.swarm.checks import Mask, SavedState
 from armdesign.swarm.descents import PROBE, SLOPE, STEP, Descents, Patience
 from armdesign.swarm.evolution import Evolution
-from armdesign.swarm.region import Region
-from armdesign.swarm.space import SearchSpace
+from armdesign.swarm.space import Region, SearchSpace
 
 SAMPLE, DESCEND, CHECK, SCREEN, EVOLVE, OVER = "sample", "descend", "check", "screen", "evolve", "over"
 CHUNK, LEAST = 400, 100
@@ -193,42 +191,39 @@ class MultiBasin(Algorithm):
 
     def _next(self) -> Array:
         """The batch of the present stage."""
-        X, self._hints, self._extra = self._batch()
-        return X
-
-    def _batch(self) -> tuple[Array, Array, int]:
-        """Positions, their hints, and how many at the end are extra, of the present stage."""
+        if self._stage == DESCEND:
+            return self._descending()
         if self._stage == SAMPLE:
             if not self._history:
                 self._sample = self.space.draw(self._rng, self._sample_size)
             first = len(self._sample_value)
-            return self._unhinted(self._sample[first : first + CHUNK])
-        if self._stage == SCREEN:
-            parents = self._archive.U[: self.parameters.parents]
-            count = self.parameters.descents * self.parameters.screened
-            return self._unhinted(self.region.positions(children(self.region, parents, count, self._rng)))
-        if self._stage == EVOLVE:
-            U = np.vstack([evolution.ask(self._rng) for evolution in self._evolutions])
-            return self._unhinted(self.region.positions(U))
-        if self._stage == CHECK:
-            return self._unhinted(self.region.positions(self._at_hand().U))
-        U, hints = self._at_hand().ask()
-        return self._with_leader(self.region.positions(U), hints)
+            X = self._sample[first : first + CHUNK]
+        else:
+            if self._stage == SCREEN:
+                parents = self._archive.U[: self.parameters.parents]
+                count = self.parameters.descents * self.parameters.screened
+                U = children(self.region, parents, count, self._rng)
+            elif self._stage == EVOLVE:
+                U = np.vstack([evolution.ask(self._rng) for evolution in self._evolutions])
+            else:  # CHECK
+                U = self._at_hand().U
+            X = self.region.positions(U)
+        self._hints, self._extra = np.full((len(X), self._archive.hint.shape[1]), np.nan), 0
+        return X
 
-    def _unhinted(self, X: Array) -> tuple[Array, Array, int]:
-        """A batch without hints."""
-        return X, np.full((len(X), self._archive.hint.shape[1]), np.nan), 0
-
-    def _with_leader(self, X: Array, hints: Array) -> tuple[Array, Array, int]:
-        """A batch; behind it the descent in the lead without its hint, where that looks like a new best."""
+    def _descending(self) -> Array:
+        """What the descents ask for; behind it the one in the lead without its hint, where that looks a new best."""
         descents = self._at_hand()
+        U, self._hints = descents.ask()
+        X, self._extra = self.region.positions(U), 0
         k = int(np.argmin(descents.value))
         ahead = descents.value[k] < self._best_value * (1.0 - AHEAD)
         soon = self._phase == PROBE or (self._phase == STEP and self._sloped)
         if not ahead or not soon or not np.any(descents.last[k]):
-            return X, hints, 0
-        place = self.region.positions(descents.U[k : k + 1])
-        return np.vstack([X, place]), np.vstack([hints, np.full((1, hints.shape[1]), np.nan)]), 1
+            return X
+        self._extra = 1
+        self._hints = np.vstack([self._hints, np.full((1, self._hints.shape[1]), np.nan)])
+        return np.vstack([X, self.region.positions(descents.U[k : k + 1])])
 
     # ------------------------------------------------------------------ what is told
 
@@ -252,11 +247,20 @@ class MultiBasin(Algorithm):
             first = count if self._extra else 0
             self._archive.add(U[first:], values[first:], hints[first:])
         if self._stage == DESCEND:
-            self._descended(U[:count], values[:count], hints[:count], None if slopes is None else slopes[:count])
+            descents = self._at_hand()
+            known = None if slopes is None else self.region.unit_slopes(slopes[:count])
+            descents.tell(U[:count], values[:count], hints[:count], known)
+            self._sloped = descents.sloped
+            if not descents.live.any():
+                self._stage = CHECK
         elif self._stage == SAMPLE:
             self._sampled(values, hints)
         elif self._stage == SCREEN:
-            self._screened(U, values, hints)
+            table = values.reshape(-1, self.parameters.screened)  # a group of children per descent
+            best = np.arange(len(table)) * self.parameters.screened + np.argmin(table, axis=1)
+            best = best[np.isfinite(values[best])]
+            if len(best):
+                self._begin(U[best], values[best], hints[best], self.parameters.reach)
         elif self._stage == CHECK:
             self._checked(told)
         else:
@@ -272,28 +276,20 @@ class MultiBasin(Algorithm):
         self._sample_value, self._sample_hint = np.r_[self._sample_value, values], np.vstack([known, hints])
         if len(self._sample_value) < len(self._sample):
             return
-        order = np.argsort(self._sample_value, kind="stable")
-        order = order[np.isfinite(self._sample_value[order])]
+        values, hints = self._sample_value, self._sample_hint
+        self._sample_value, self._sample_hint = np.zeros(0), np.zeros((0, 0))
+        order = np.argsort(values, kind="stable")
+        order = order[np.isfinite(values[order])]
         if not len(order):  # nothing to begin from: sample on
             self._sample = self.space.draw(self._rng, CHUNK, first=False)
-            self._sample_value, self._sample_hint = np.zeros(0), np.zeros((0, 0))
             return
         U = self.region.units(self._sample[order])
         starts = max(1, self.budget // self.parameters.candidates_per_start)
         chosen = apart(self._archive.canonical(U), self.parameters.spread, starts)
         picked = order[chosen]
         self._archive.hint = np.zeros((0, hints.shape[1]))
-        self._begin(U[chosen], self._sample_value[picked], self._sample_hint[picked], self.parameters.first_reach)
+        self._begin(U[chosen], values[picked], hints[picked], self.parameters.first_reach)
         self._sample = np.zeros((0, self.box.dimension))
-        self._sample_value, self._sample_hint = np.zeros(0), np.zeros((0, 0))
-
-    def _screened(self, U: Array, values: Array, hints: Array) -> None:
-        """Begin a descent from the best child of every group."""
-        table = values.reshape(-1, self.parameters.screened)
-        best = np.arange(len(table)) * self.parameters.screened + np.argmin(table, axis=1)
-        best = best[np.isfinite(values[best])]
-        if len(best):
-            self._begin(U[best], values[best], hints[best], self.parameters.reach)
 
     def _at_hand(self) -> Descents:
         """The descents under way.
@@ -302,42 +298,34 @@ class MultiBasin(Algorithm):
             SearchError: There are none in this stage, so the state is not one of ours.
         """
         if self._descents is None:
-            raise SearchError(f"the saved search has no descents in its stage '{self._stage}'", fix=saved.FIX)
+            raise SearchError(f"the saved search has no descents in its stage '{self._stage}'", fix=checks.FIX)
         return self._descents
 
     def _begin(self, U: Array, values: Array, hints: Array, reach: float) -> None:
         """Begin descents."""
-        bar = self._archive.rank_value(self.parameters.bar) if len(self._archive) else -np.inf
+        ranked = self._archive.value  # good enough is what is as good as the basin of that rank, or as the last one
+        bar = float(ranked[min(self.parameters.bar, len(ranked) - 1)]) if len(ranked) else -np.inf
         self._descents = Descents(self.region, U, values, hints, Patience(reach, bar), sloped=self._sloped)
         self._stage = DESCEND
 
-    def _descended(self, U: Array, values: Array, hints: Array, slopes: Array | None) -> None:
-        """Let the descents go on, until all have ended."""
-        descents = self._at_hand()
-        descents.tell(U, values, hints, None if slopes is None else self.region.unit_slopes(slopes))
-        self._sloped = descents.sloped
-        if not descents.live.any():
-            self._stage = CHECK
-
     def _checked(self, told: int) -> None:
-        """Go on from the archive, which holds the ends of the descents now, unless it has not gained for long."""
+        """Go on from the archive, which holds the ends of the descents now; begin anew if it has not gained for long.
+
+        Where the budget does not allow another beginning, the basins of all beginnings are put together instead.
+        """
         self._descents, self._stage = None, SCREEN
         if self._archive.best < self._mark * (1.0 - GAIN):
             self._mark, self._mark_at = self._archive.best, told
         elif told - self._mark_at > self.parameters.stall * self.budget:
-            self._begin_anew(told)
-
-    def _begin_anew(self, told: int) -> None:
-        """Begin with another sample, or go on with all basins where the budget does not allow that."""
-        needed = (self.parameters.sample + self.parameters.stall + self.parameters.finish) * self.budget
-        self._aside.take(self._archive)
-        if told + needed > self.budget:
-            self._archive, self._aside = self._aside, self._archive.emptied()
-            self._mark_at = self.budget
-            return
-        self._archive = self._archive.emptied()
-        self._mark, self._mark_at = np.inf, told
-        self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
+            needed = (self.parameters.sample + self.parameters.stall + self.parameters.finish) * self.budget
+            self._aside.take(self._archive)
+            if told + needed > self.budget:
+                self._archive, self._aside = self._aside, self._archive.emptied()
+                self._mark_at = self.budget  # never again
+            else:
+                self._archive = self._archive.emptied()
+                self._mark, self._mark_at = np.inf, told
+                self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
 
     # ------------------------------------------------------------------ the budget
 
@@ -380,15 +368,11 @@ class MultiBasin(Algorithm):
 
     def _memory(self) -> State:
         """The stage with all that it works on."""
-        content: State = {
-            "stage": self._stage, "extra": self._extra, "sloped": self._sloped, "leg_end": self._leg_end,
-            "hints": self._hints.copy(),
-            "sample": self._sample.copy(), "sample_value": self._sample_value.copy(),
-            "sample_hint": self._sample_hint.copy(),
-            "best": self._best.copy(), "best_value": np.array([self._best_value]),
-            "mark": np.array([self._mark]), "mark_at": self._mark_at,
-            "evolutions": len(self._evolutions), "descending": self._descents is not None,
-        }  # fmt: skip
+        arrays = ("hints", "sample", "sample_value", "sample_hint", "best")
+        content: State = {name: getattr(self, f"_{name}").copy() for name in arrays}
+        content |= {name: getattr(self, f"_{name}") for name in ("stage", "extra", "sloped", "leg_end", "mark_at")}
+        content |= {"best_value": np.array([self._best_value]), "mark": np.array([self._mark])}  # inf is no JSON
+        content |= {"evolutions": len(self._evolutions), "descending": self._descents is not None}
         content |= self._archive.state("archive") | self._aside.state("aside")
         if self._descents is not None:
             content |= self._descents.state()
@@ -396,33 +380,30 @@ class MultiBasin(Algorithm):
             content |= evolution.state(f"evolution_{k}")
         return content
 
-    def _restore(self, state: Mapping[str, Any]) -> None:
+    def _restore(self, saved: SavedState) -> None:
         """Set what `_memory` described."""
         D = self.box.dimension
-        self._stage = str(saved.entry(state, "stage"))
-        self._extra, self._leg_end = int(saved.entry(state, "extra")), int(saved.entry(state, "leg_end"))
-        self._sloped = bool(saved.entry(state, "sloped"))
-        self._hints = saved.hints(state, "hints", len(self._X))
-        self._sample = saved.array(state, "sample", (None, D))
-        self._sample_value = saved.array(state, "sample_value", (None,), infinite=True)
-        self._sample_hint = saved.hints(state, "sample_hint", len(self._sample_value))
-        self._best = saved.array(state, "best", (D,))
-        self._best_value = float(saved.array(state, "best_value", (1,), infinite=True)[0])
-        self._archive.restore(state, "archive")
-        self._aside.restore(state, "aside")
-        self._mark = float(saved.array(state, "mark", (1,), infinite=True)[0])
-        self._mark_at = int(saved.entry(state, "mark_at"))
-        count = int(saved.entry(state, "evolutions"))
-        self._evolutions = [Evolution.from_state(state, f"evolution_{k}") for k in range(count)]
-        if saved.entry(state, "descending"):
-            self._descents = Descents.from_state(state, self.region, sloped=self._sloped)
-        if self.budget > int(state["parameters"]["budget"]) and self._stage in (EVOLVE, OVER):
-            self._resume_screening()
-
-    def _resume_screening(self) -> None:
-        """Go on from the basins with a larger budget: what was at its end is not any more."""
-        self._asked, self._descents, self._evolutions = False, None, []
-        self._mark_at, self._stage = self.evaluations, SCREEN
-        if not len(self._archive):
-            self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
-        self._settle(self.evaluations)
+        self._stage = str(saved.entry("stage"))
+        self._extra, self._leg_end = int(saved.entry("extra")), int(saved.entry("leg_end"))
+        self._sloped = bool(saved.entry("sloped"))
+        self._hints = saved.array("hints", (len(self._X), None), unknown=True)
+        self._sample = saved.array("sample", (None, D))
+        self._sample_value = saved.array("sample_value", (None,), infinite=True)
+        self._sample_hint = saved.array("sample_hint", (len(self._sample_value), None), unknown=True)
+        self._best = saved.array("best", (D,))
+        self._best_value = float(saved.array("best_value", (1,), infinite=True)[0])
+        self._archive.restore(saved, "archive")
+        self._aside.restore(saved, "aside")
+        self._mark = float(saved.array("mark", (1,), infinite=True)[0])
+        self._mark_at = int(saved.entry("mark_at"))
+        count = int(saved.entry("evolutions"))
+        self._evolutions = [Evolution.from_state(saved, f"evolution_{k}") for k in range(count)]
+        if saved.entry("descending"):
+            self._descents = Descents.from_state(saved, self.region, sloped=self._sloped)
+        if self.budget > int(saved.entry("parameters")["budget"]) and self._stage in (EVOLVE, OVER):
+            # with a larger budget, what was at its end is not any more: go on from the basins
+            self._asked, self._descents, self._evolutions = False, None, []
+            self._mark_at, self._stage = self.evaluations, SCREEN
+            if not len(self._archive):
+                self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
+            self._settle(self.evaluations)

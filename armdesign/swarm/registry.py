@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from armdesign.errors import SettingsError
-from armdesign.swarm import saved
 from armdesign.swarm.algorithm import Algorithm
+from armdesign.swarm.checks import SavedState
 from armdesign.swarm.multibasin import MultiBasin
-from armdesign.swarm.pso import PSO
-from armdesign.swarm.rapso import RAPSO
+from armdesign.swarm.pso import PSO, RAPSO
 from armdesign.swarm.space import SearchSpace
 
 ALGORITHMS: Mapping[str, type[Algorithm]] = MappingProxyType({kind.name: kind for kind in (MultiBasin, RAPSO, PSO)})
@@ -52,7 +51,7 @@ def algorithm_from_state(state: Mapping[str, Any], space: SearchSpace, length: i
         SettingsError: The algorithm or a parameter is unknown or out of range.
         SearchError: An entry is missing or does not fit.
     """
-    return _kind(saved.entry(state, "algorithm")).from_state(state, space, length)
+    return _kind(SavedState(state).entry("algorithm")).from_state(state, space, length)
 
 
 def _kind(name: object) -> type[Algorithm]:

@@ -1,4 +1,4 @@
-"""Where a search may go: a box, perhaps a slab across it, and how first positions are drawn."""
+"""Where a search may go: a box, perhaps a slab across it, how first positions are drawn, and unit coordinates."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armdesign._types import Array
-from armdesign.errors import SettingsError
+from armdesign.errors import SearchError, SettingsError
 from armdesign.swarm import checks
 from armdesign.swarm.checks import Mask
 
 Sampler = Callable[[np.random.Generator, int], Array]
 """Draws `count` positions, shape (count, D), from a generator."""
+ROUNDING = 1e-9
+"""Relative distance by which a drawn position may miss the box."""
+INSIDE = 1e-12
+"""By how much a point is moved farther than onto the slab's bound, so that rounding leaves it inside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +43,13 @@ class Box:
         Raises:
             SettingsError: Columns of unequal length, a bound that is not a finite number, or lower > upper.
         """
-        for name, read in (("lower", _column), ("upper", _column), ("angular", _flags)):
-            column = read(name, getattr(self, name))
+        flags = np.array(self.angular, dtype=object)  # bool would take 0, 1 and even text for flags
+        if flags.ndim != 1 or not all(isinstance(flag, (bool, np.bool_)) for flag in flags):
+            raise SettingsError(
+                "box column 'angular' does not hold flags", value=self.angular, allowed="true or false per entry"
+            )
+        columns = {name: _column(name, getattr(self, name)) for name in ("lower", "upper")}
+        for name, column in (columns | {"angular": flags.astype(np.bool_)}).items():
             column.setflags(write=False)
             object.__setattr__(self, name, column)
         if not len(self.lower) == len(self.upper) == len(self.angular):
@@ -85,6 +94,25 @@ class Box:
             Positions, shape (count, D).
         """
         return self.clip(self.lower + rng.random((count, self.dimension)) * self.width)  # ~ U(lower, upper)
+
+    def checked(self, drawn: ArrayLike, count: int) -> Array:
+        """Positions that lie in the box, copied; rounding at a bound is forgiven.
+
+        Args:
+            drawn: The positions, shape (N, D).
+            count: Number of positions N.
+
+        Raises:
+            SearchError: A wrong shape, or a position that is out of bounds.
+        """
+        X = checks.numbers("the positions", drawn, (count, self.dimension))
+        inside = self.clip(X)
+        wrong = ~(np.abs(X - inside) <= ROUNDING * np.maximum(1.0, np.abs(inside)))  # NaN is wrong, too
+        for j, entry in np.argwhere(wrong):
+            allowed = f"[{self.lower[entry]:g}, {self.upper[entry]:g}]"
+            message = f"the position of candidate {j} has entry {entry} = {X[j, entry]:g}"
+            raise SearchError(message, value=float(X[j, entry]), allowed=allowed)
+        return inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +179,113 @@ class SearchSpace:
         draw = self.sample or self.box.uniform
         if not first and self.anew is not None:
             draw = self.anew
-        return checks.positions(draw(rng, count), self.box.lower, self.box.upper, count)
+        return self.box.checked(draw(rng, count), count)
+
+
+class Region:
+    """The box scaled to [0, 1] in its free entries, and the slab across it.
+
+    Attributes:
+        box: The box.
+        slab: The slab.
+        free: Which entries are free, shape (D,).
+        angular: Which of the free ones are angles, shape (K,).
+        weights: The slab's weights on unit coordinates, shape (K,).
+        low: Lower bound of weights u.
+        high: Upper bound of weights u.
+    """
+
+    def __init__(self, box: Box, slab: Slab | None = None) -> None:
+        """Scale.
+
+        Args:
+            box: Bounds of the positions; at least one entry is free.
+            slab: The slab; by default all of the box lies in it.
+        """
+        total = np.zeros(box.dimension)
+        self.box = box
+        self.slab = Slab(total, -1.0, 1.0) if slab is None else slab
+        self.free = box.width > 0.0
+        self.angular = box.angular[self.free]
+        if not self.free.any():
+            raise SettingsError("every entry of the box is fixed", fix="Free one")
+        if len(self.slab.weights) != box.dimension:
+            raise SettingsError(f"the slab has {len(self.slab.weights)} weights", allowed=box.dimension)
+        self.weights = (self.slab.weights * box.width)[self.free]
+        offset = float(self.slab.weights @ box.lower)
+        self.low, self.high = self.slab.low - offset, self.slab.high - offset
+
+    @property
+    def dimension(self) -> int:
+        """Number of free entries K."""
+        return int(self.free.sum())
+
+    def units(self, X: Array) -> Array:
+        """Unit coordinates of positions, shape (N, D) -> (N, K)."""
+        return np.asarray(((X - self.box.lower) / np.where(self.free, self.box.width, 1.0))[:, self.free])
+
+    def positions(self, U: Array) -> Array:
+        """Positions of unit coordinates, shape (N, K) -> (N, D)."""
+        X = np.tile(self.box.lower, (len(U), 1))
+        X[:, self.free] += U * self.box.width[self.free]
+        return self.box.clip(X)
+
+    def unit_slopes(self, slopes: Array) -> Array:
+        """Gradients by unit coordinates from those by positions, shape (N, D) -> (N, K)."""
+        return np.asarray((slopes * self.box.width)[:, self.free])
+
+    def pulled_in(self, U: Array, margin: float) -> Array:
+        """Unit coordinates clipped to the box, their weighted entries scaled until the slab holds them.
+
+        Args:
+            U: Unit coordinates, shape (N, K).
+            margin: How far inside the slab they shall come.
+        """
+        V = np.clip(U, 0.0, 1.0)
+        total = V @ self.weights
+        wanted = np.clip(total, self.low + margin, self.high - margin)
+        factor = np.where(total > 0.0, wanted / np.where(total > 0.0, total, 1.0), 1.0)
+        return np.clip(np.where(self.weights > 0.0, V * factor[:, None], V), 0.0, 1.0)
+
+
+def project(V: Array, lower: Array, upper: Array, weights: Array, low: Array, high: Array) -> Array:
+    """The nearest points of lower <= p <= upper, low <= weights p <= high, each row for itself.
+
+    A row whose box misses the slab comes as near as it can.
+
+    Args:
+        V: Points, shape (N, K).
+        lower: Lower bounds, shape (N, K).
+        upper: Upper bounds, shape (N, K).
+        weights: Weights of the slab, shape (K,).
+        low: Its lower bounds, shape (N,).
+        high: Its upper bounds, shape (N,).
+    """
+    P = np.clip(V, lower, upper)
+    total = P @ weights
+    for sign, bound, wrong in ((1.0, high, total > high), (-1.0, low, total < low)):
+        if wrong.any():
+            P[wrong] = _shifted(V[wrong], lower[wrong], upper[wrong], sign * weights, sign * bound[wrong])
+    return P
+
+
+def _shifted(V: Array, lower: Array, upper: Array, weights: Array, bound: Array) -> Array:
+    """clip(V - t weights) with the smallest t >= 0 at which weights p <= bound, row by row.
+
+    The sum falls with t in straight pieces between the t at which an entry meets a bound.
+    """
+    w = weights[weights != 0.0]
+    v, low, high = (X[:, weights != 0.0] for X in (V, lower, upper))
+    ends = np.sort(np.maximum(np.hstack([np.zeros((len(v), 1)), (v - low) / w, (v - high) / w]), 0.0), axis=1)
+    total = np.clip(v[:, None] - ends[:, :, None] * w, low[:, None], high[:, None]) @ w
+    rows, last = np.arange(len(v)), ends.shape[1] - 1
+    within = total <= bound[:, None]
+    right = np.where(within.any(axis=1), np.argmax(within, axis=1), last)
+    left = np.maximum(right - 1, 0)
+    above, below = total[rows, left], total[rows, right]
+    share = np.clip((above - bound + INSIDE) / np.where(above > below, above - below, 1.0), 0.0, 1.0)
+    near, far = (np.clip(V - ends[rows, k][:, None] * weights, lower, upper) for k in (left, right))
+    return np.asarray(near + share[:, None] * (far - near))
 
 
 def _column(name: str, values: ArrayLike) -> Array:
@@ -166,11 +300,3 @@ def _column(name: str, values: ArrayLike) -> Array:
         message = f"box entry {entry} has '{name}' bound {column[entry]}"
         raise SettingsError(message, value=float(column[entry]), allowed="finite numbers")
     return column
-
-
-def _flags(name: str, values: ArrayLike) -> Mask:
-    """A copied column of flags, shape (D,)."""
-    flags = np.array(values, dtype=object)  # keeps 0 and 1 apart from false and true
-    if flags.ndim != 1 or not all(isinstance(flag, (bool, np.bool_)) for flag in flags):
-        raise SettingsError(f"box column '{name}' does not hold flags", value=values, allowed="true or false per entry")
-    return np.asarray(flags, dtype=np.bool_)

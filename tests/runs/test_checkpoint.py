@@ -11,7 +11,7 @@ from armdesign.runs import checkpoint
 from armdesign.runs.resumable import identity
 from armdesign.search.backends.backend import InProcess
 from armdesign.search.search import Search
-from armdesign.swarm.generator_state import BIT_GENERATORS
+from armdesign.swarm.checks import BIT_GENERATORS, SavedState, encode_generator
 
 KEY = "0" * 64
 
@@ -112,12 +112,10 @@ def test_numbers_come_back_to_the_last_bit(value, tmp_path):
 
 @pytest.mark.parametrize("name", BIT_GENERATORS)
 def test_generators_of_every_kind_fit_in(name, tmp_path):
-    from armdesign.swarm import generator_state  # noqa: PLC0415
-
     rng = np.random.Generator(getattr(np.random, name)(3))
-    state = {"generator": generator_state.encode(rng)}
+    state = {"generator": encode_generator(rng)}
     back = checkpoint.unpack(checkpoint.pack(state, KEY), KEY, tmp_path)
-    assert np.array_equal(generator_state.decode(back["generator"]).random(9), rng.random(9))
+    assert np.array_equal(SavedState(back).generator().random(9), rng.random(9))
 
 
 def test_there_is_no_pickle_in_it(packed):

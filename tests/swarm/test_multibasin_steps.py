@@ -7,10 +7,10 @@ import pytest
 
 from armdesign.errors import SettingsError
 from armdesign.swarm import Box, Slab
-from armdesign.swarm.descents import Descents, Patience
+from armdesign.swarm.checks import SavedState
+from armdesign.swarm.descents import Descents, Patience, best_steps, updated
 from armdesign.swarm.evolution import Evolution
-from armdesign.swarm.quasi_newton import best_steps, updated
-from armdesign.swarm.region import Region, project
+from armdesign.swarm.space import Region, project
 
 K = 5
 PATIENT = Patience(halve_at=1000, window=1000, rounds=200)
@@ -208,7 +208,7 @@ def test_descents_go_on_from_their_state(slopes):
     phases = set()
     while whole.live.any():
         phases.add(whole.phase)
-        parts = Descents.from_state(parts.state(), space, sloped=parts.sloped)
+        parts = Descents.from_state(SavedState(parts.state()), space, sloped=parts.sloped)
         for each in (whole, parts):
             asked, hints = each.ask()
             each.tell(asked, objective(asked), hints, gradient(asked) if slopes else None)

@@ -68,7 +68,7 @@ def test_importing_the_swarm_loads_no_robot_library():
     command = [sys.executable, "-c", script, str(ROOT)]
     loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
     roots = {name.split(".")[0] for name in loaded}
-    assert "armdesign.swarm.rapso" in loaded
+    assert "armdesign.swarm.pso" in loaded
     assert not roots & {
         "pinocchio",
         "numba",

@@ -1,0 +1,165 @@
+"""The basins that a search has found, best first, each counted once; and children of them, to begin descents from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.swarm.checks import SavedState
+from armdesign.swarm.space import Region
+
+RADIUS = 0.15
+"""Places nearer than this in canonical unit coordinates are one basin."""
+ROOM = 60
+"""Most basins kept."""
+SPREADS = (0.03, 0.06, 0.12)
+"""Standard deviations of shaken children, in unit coordinates."""
+SHORT, SHORTER = 0.5, 0.3
+"""Longest length drawn anew, in unit coordinates, and the probability that it is none."""
+NOISE = 0.02
+"""Standard deviation of the noise on children that are made otherwise, so that no child repeats a parent."""
+MARGIN = 0.005
+"""How far inside the slab children lie, so that descents can begin from them."""
+
+Canonical = Callable[[Array], Array]
+"""Unit coordinates in a form that is the same for equal designs, shape (N, K) -> (N, K)."""
+
+
+class Archive:
+    """Places with their fitness, the better one of every two that lie together.
+
+    Attributes:
+        U: Unit coordinates, best first, shape (A, K).
+        value: Fitness, shape (A,).
+        hint: Hints, shape (A, H).
+    """
+
+    def __init__(self, dimension: int, canonical: Canonical) -> None:
+        """Empty.
+
+        Args:
+            dimension: Number of unit coordinates K.
+            canonical: What makes equal designs equal.
+        """
+        self.canonical = canonical
+        self.U, self.value, self.hint = np.zeros((0, dimension)), np.zeros(0), np.zeros((0, 0))
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    @property
+    def best(self) -> float:
+        """The best fitness, +inf where the archive is empty."""
+        return float(self.value[0]) if len(self) else np.inf
+
+    def add(self, U: Array, value: Array, hint: Array) -> None:
+        """Take in places with a finite fitness; of those that lie together the best stays.
+
+        Args:
+            U: Unit coordinates, shape (N, K).
+            value: Fitness, shape (N,).
+            hint: Hints, shape (N, H).
+        """
+        new = np.isfinite(value)
+        known = self.hint if len(self) else np.zeros((0, hint.shape[1]))
+        U, value, hint = np.vstack([self.U, U[new]]), np.r_[self.value, value[new]], np.vstack([known, hint[new]])
+        order = np.argsort(value, kind="stable")
+        kept = [int(order[k]) for k in apart(self.canonical(U[order]), RADIUS, ROOM)]
+        self.U, self.value, self.hint = U[kept], value[kept], hint[kept]
+
+    def emptied(self) -> Archive:
+        """An empty one that tells basins apart in the same way."""
+        return Archive(self.U.shape[1], self.canonical)
+
+    def take(self, other: Archive) -> None:
+        """Take in what another archive holds."""
+        if len(other):
+            self.add(other.U, other.value, other.hint)
+
+    def state(self, prefix: str) -> dict[str, Any]:
+        """Arrays to carry on from."""
+        return {f"{prefix}_{name}": getattr(self, name).copy() for name in ("U", "value", "hint")}
+
+    def restore(self, saved: SavedState, prefix: str) -> None:
+        """Set what :meth:`state` described.
+
+        Args:
+            saved: The saved state.
+            prefix: What the names of its entries begin with.
+        """
+        self.U = saved.array(f"{prefix}_U", (None, self.U.shape[1]))
+        self.value = saved.array(f"{prefix}_value", (len(self.U),))
+        self.hint = saved.array(f"{prefix}_hint", (len(self.U), None), unknown=True)
+
+
+def apart(places: Array, radius: float, most: int) -> list[int]:
+    """Indices of places that lie apart, going down the list: each is farther than the radius from all before it.
+
+    Args:
+        places: Best first, shape (N, K).
+        radius: Smallest distance.
+        most: Largest number of them.
+    """
+    kept: list[int] = []
+    for k, place in enumerate(places):
+        if len(kept) == most:
+            break
+        if not kept or float(np.linalg.norm(places[kept] - place, axis=1).min()) > radius:
+            kept.append(k)
+    return kept
+
+
+def children(region: Region, parents: Array, count: int, rng: np.random.Generator) -> Array:
+    """Make places: a parent with entries drawn anew, shaken, with twists turned over, or crossed with another parent.
+
+    Parents are drawn by the better of two ranks. All four ways bring some of the best basins, so each is taken equally
+    often.
+
+    Args:
+        region: Box and slab.
+        parents: Unit coordinates of basins, best first, shape (A, K).
+        count: Number of children.
+        rng: Source of the draws.
+
+    Returns:
+        Unit coordinates, shape (count, K).
+    """
+    ways = (redrawn, shaken, turned_over, crossed)
+    places = np.empty((count, region.dimension))
+    for k in range(count):
+        parent = parents[int(rng.integers(0, len(parents), 2).min())]
+        places[k] = ways[int(rng.integers(len(ways)))](region, parent, parents, rng)
+    return region.pulled_in(places, MARGIN)
+
+
+def redrawn(region: Region, parent: Array, parents: Array, rng: np.random.Generator) -> Array:
+    """One to three entries drawn anew: angles anywhere, lengths short or none."""
+    child = parent.copy()
+    for j in rng.permutation(len(child))[: int(rng.integers(1, 4))]:
+        angle, none, draw = bool(region.angular[j]), rng.random() < SHORTER, rng.random()  # ~ U(0, 1)
+        child[j] = draw if angle else 0.0 if none else SHORT * draw
+    return child
+
+
+def shaken(region: Region, parent: Array, parents: Array, rng: np.random.Generator) -> Array:
+    """All entries moved by normal noise of one of three sizes."""
+    noise = rng.normal(size=len(parent))  # ~ N(0, I)
+    return np.asarray(parent + noise * SPREADS[int(rng.integers(len(SPREADS)))])
+
+
+def turned_over(region: Region, parent: Array, parents: Array, rng: np.random.Generator) -> Array:
+    """One or two angles mirrored about the middle of their bounds or moved by half of them, which links the bounds."""
+    child, angles = parent.copy(), np.flatnonzero(region.angular)
+    for j in rng.permutation(angles)[: int(rng.integers(1, 3))]:
+        child[j] = 1.0 - child[j] if rng.random() < 0.5 else (child[j] + 0.5) % 1.0
+    return np.asarray(child + rng.normal(size=len(child)) * NOISE)  # ~ N(child, NOISE^2 I)
+
+
+def crossed(region: Region, parent: Array, parents: Array, rng: np.random.Generator) -> Array:
+    """About half of the entries of another parent."""
+    other = parents[int(rng.integers(len(parents)))]
+    child = np.where(rng.random(len(parent)) < 0.5, parent, other)
+    return np.asarray(child + rng.normal(size=len(parent)) * NOISE)  # ~ N(child, NOISE^2 I)
