@@ -39,11 +39,15 @@ def robot_mjcf(robot: Robot) -> str:
         "frictionloss": simulation.joint_friction,
         "armature": simulation.joint_armature,
     }
+    # links that meet at a joint or a cluster of joints are kept from colliding
+    n, reach = robot.table.dof, robot.options.body.reach
+    pairs = [(i, j) for i in range(n) for j in range(i + 1, n + 1)]
+    neighbours = [(link_name(i), link_name(j)) for i, j in pairs if meet(robot.table, (i, j), reach)]
     extras = {
         "gravity": numbers(GRAVITY),
         "drive": {name: number(value) for name, value in drive.items()},
         "start": numbers(robot.start),
-        "neighbours": _neighbours(robot),
+        "neighbours": neighbours,
         "places": _places(robot),
     }
     return render(TEMPLATE, {**parts, **extras})
@@ -69,13 +73,6 @@ def gains(robot: Robot) -> tuple[Array, Array]:
         else np.full(robot.table.dof, options.simulation.kv)
     )
     return kp, kv
-
-
-def _neighbours(robot: Robot) -> list[tuple[str, str]]:
-    """Pairs of links that meet at a joint or a cluster of joints; they are kept from colliding."""
-    n, reach = robot.table.dof, robot.options.body.reach
-    pairs = ((i, j) for i in range(n) for j in range(i + 1, n + 1))
-    return [(link_name(i), link_name(j)) for i, j in pairs if meet(robot.table, (i, j), reach)]
 
 
 def _places(robot: Robot) -> list[dict[str, Any]]:

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.export.joints import JointLimits
 from armdesign.export.robot_file import Robot
-from armdesign.export.solids import Cylinder, Inertial, LinkBody, tool_inertial
+from armdesign.export.solids import Cylinder, Inertial, tool_inertial
 from armdesign.export.xml_text import number, numbers, quaternion, rpy
 
 BASE_LINK = "base_link"
@@ -30,8 +29,20 @@ def robot_parts(robot: Robot) -> dict[str, Any]:
     placements = robot.table.placements()
     joints: list[dict[str, Any] | None] = [None]
     for i, placement in enumerate(placements[:-1]):
-        joints.append({**joint_part(f"joint_{i + 1}", names[i], placement), "limit": limit_part(robot.limits, i)})
-    links = [link_part(*parts) for parts in zip(names, robot.bodies, joints, strict=True)]
+        lower, upper = robot.limits.position[i]
+        limits = {
+            "lower": lower,
+            "upper": upper,
+            "effort": robot.limits.effort[i],
+            "velocity": robot.limits.velocity[i],
+        }
+        limit = {key: number(value) for key, value in limits.items()}
+        joints.append({**joint_part(f"joint_{i + 1}", names[i], placement), "limit": limit})
+    links = []
+    for name, body, joint in zip(names, robot.bodies, joints, strict=True):
+        kinds = {"visual": body.visual, "collision": body.collision}
+        solids = {kind: [cylinder_part(part) for part in parts] for kind, parts in kinds.items()}
+        links.append({**bare_link(name, body.inertial, joint), **solids})
     hand = joint_part(f"{TOOL_LINK}_fixed", names[-1], placements[-1])
     links.append(bare_link(TOOL_LINK, tool_inertial(robot.options.body), hand))
     materials = {material: numbers(rgba) for material, rgba in MATERIALS.items()}
@@ -47,13 +58,6 @@ def origin_part(pose: Array) -> dict[str, str]:
 def joint_part(name: str, parent: str, pose: Array) -> dict[str, Any]:
     """A joint to a parent at a pose in the parent's frame; fixed unless given a limit."""
     return {"name": name, "parent": parent, **origin_part(pose), "limit": None}
-
-
-def limit_part(limits: JointLimits, i: int) -> dict[str, str]:
-    """The limits of joint i."""
-    lower, upper = limits.position[i]
-    values = {"lower": lower, "upper": upper, "effort": limits.effort[i], "velocity": limits.velocity[i]}
-    return {key: number(value) for key, value in values.items()}
 
 
 def inertial_part(inertial: Inertial) -> dict[str, Any]:
@@ -78,10 +82,3 @@ def bare_link(name: str, inertial: Inertial | None, joint: dict[str, Any] | None
     """A link without solids."""
     mass = None if inertial is None else inertial_part(inertial)
     return {"name": name, "inertial": mass, "visual": [], "collision": [], "joint": joint}
-
-
-def link_part(name: str, body: LinkBody, joint: dict[str, Any] | None) -> dict[str, Any]:
-    """A link with its solids, and the joint that carries it."""
-    kinds = {"visual": body.visual, "collision": body.collision}
-    solids = {kind: [cylinder_part(part) for part in parts] for kind, parts in kinds.items()}
-    return {**bare_link(name, body.inertial, joint), **solids}

@@ -10,23 +10,28 @@ import pytest
 
 from armdesign.runs.resumable import finished
 
-PLACES = [
-    *((name, 1, moment) for name in ("task.csv", "task.json", "settings.toml") for moment in ("before", "after")),
-    ("state-next.npz", 1, "before"),
-    ("state-next.npz", 3, "before"),
-    ("state.npz", 1, "before"),
-    ("state-previous.npz", 1, "before"),
+PLACES = [  # one kill for every state that the folder can be in
+    ("task.csv", 1, "after"),
+    ("settings.toml", 1, "after"),
     ("state-previous.npz", 1, "after"),
-    ("state.npz", 3, "before"),
     ("state.npz", 6, "after"),
-    *((name, 1, "after") for name in ("history.csv", "trajectory.csv", "arm.urdf")),
-    *((name, 2, "after") for name in ("settings.toml", "task.csv")),
     ("result.json", 1, "before"),
     ("result.json", 1, "after"),
 ]
+MORE_PLACES = [
+    ("task.csv", 1, "before"),
+    *(("task.json", 1, moment) for moment in ("before", "after")),
+    ("settings.toml", 1, "before"),
+    *(("state-next.npz", count, "before") for count in (1, 3)),
+    *(("state.npz", count, "before") for count in (1, 3)),
+    ("state-previous.npz", 1, "before"),
+    *((name, 1, "after") for name in ("history.csv", "trajectory.csv", "arm.urdf")),
+]
 
 
-@pytest.mark.parametrize(("name", "count", "moment"), PLACES)
+@pytest.mark.parametrize(
+    ("name", "count", "moment"), [*PLACES, *(pytest.param(*place, marks=pytest.mark.slow) for place in MORE_PLACES)]
+)
 def test_killed_beside_a_rename(tmp_path, child, begin, check, name, count, moment):
     folder = tmp_path / "run"
     killed = child(*begin(folder), before=lambda: runs.die_at_rename(name, count, moment))
@@ -37,7 +42,7 @@ def test_killed_beside_a_rename(tmp_path, child, begin, check, name, count, mome
 def test_killed_when_an_earlier_run_is_being_replaced(tmp_path, child, begin, check):
     """The settings of one run never meet the task of another."""
     folder = tmp_path / "run"
-    for name in ("task.csv", "task.json", "settings.toml"):
+    for name in ("task.csv", "settings.toml"):
         other = ("search", runs.EXAMPLES / "welding.csv", "--particles", 10, "--iterations", 40, "--out", folder)
         ended = child(*other, "--overwrite", before=lambda: runs.at_iteration(2, runs.send(signal.SIGINT)))
         assert ended.wait() in (2, 130), ended.said()
@@ -55,7 +60,7 @@ def dies_at_call(k, folder, child, begin, check):
     return code != 0
 
 
-@pytest.mark.parametrize("k", range(5, 90, 17))
+@pytest.mark.parametrize("k", [22, *(pytest.param(k, marks=pytest.mark.slow) for k in (5, 39, 56, 73))])
 def test_killed_at_some_call_to_the_file_system(tmp_path, child, begin, check, k):
     dies_at_call(k, tmp_path / "run", child, begin, check)
 

@@ -1,4 +1,4 @@
-"""What the command does around a run folder that another one is at, or has left unfinished."""
+"""What the command does around a run folder that another process uses, or has left unfinished."""
 
 import signal
 import time
@@ -66,7 +66,7 @@ def test_resuming_a_finished_run_clears_away_what_a_kill_has_left(tmp_path, chil
     assert runs.names(folder) == runs.FINISHED
 
 
-def test_the_user_is_told_where_the_newest_state_is_bad(killed, cli, undisturbed):
+def test_a_sentence_says_that_the_newest_state_is_bad(killed, cli, undisturbed):
     (killed / "state.npz").write_bytes(b"")
     done = cli("search", "--resume", killed)
     said = " ".join(done.output.split())

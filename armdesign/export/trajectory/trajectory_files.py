@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
 
 import numpy as np
 
@@ -67,12 +66,9 @@ def seconds_nanoseconds(time: float) -> tuple[int, int]:
 
 
 def _numbers(values: Array) -> str:
-    """A YAML list of floats."""
-    return f"[{', '.join(_floats(values.tolist()))}]"
-
-
-def _floats(values: Iterable[float]) -> Iterable[str]:
-    """Shortest text that reads back as the same double; YAML 1.1 takes 1e-05 for a word, so it gets its point."""
-    for value in values:
-        text = repr(value)
-        yield text.replace("e", ".0e") if "e" in text and "." not in text else text
+    """A YAML list of floats: the shortest texts that read back as the same doubles."""
+    # YAML 1.1 takes 1e-05 for a word, so it gets its point
+    texts = (
+        text.replace("e", ".0e") if "e" in text and "." not in text else text for text in map(repr, values.tolist())
+    )
+    return f"[{', '.join(texts)}]"

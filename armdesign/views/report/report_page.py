@@ -64,7 +64,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "points": point_rows(run, parts),
         "demonstrations": demonstration_rows(run),
         "modified": modified_rows(run.table, bound_marks(run, facts)),
-        "classic": classic_rows(run.table),
+        "classic": run.table.to_classic().rows.tolist(),  # alpha, a, d, theta [rad, m, m, rad]
         "joints": joint_rows(loads),
         "masses": loads.masses,
         "payload": payload,
@@ -119,10 +119,12 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
     path, name = run.evaluation.path, run.problem.task.points[-1]
     hand = path.distance[:, -1]
     peak = np.abs(loads.torque).max(axis=0)
+    count = len(run.evaluation.demonstrations)
+    of_several = f", {run.problem.settings.fitness.demonstrations} of {count}" if count > 1 else ""
     figures = [
         ("Joints", str(run.table.dof)),
         ("Length, tool included", f"{number(1e3 * run.table.length, 0)} mm"),
-        (f"Fitness r{scored_how(run)}", f"{number(run.evaluation.fitness, 4)} m"),
+        (f"Fitness r{of_several}", f"{number(run.evaluation.fitness, 4)} m"),
         (f"Error of {name}, mean", f"{number(1e3 * hand.mean())} mm"),
         (f"Error of {name}, largest", f"{number(1e3 * hand.max())} mm"),
     ]
@@ -134,12 +136,6 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
         (f"Peak torque, joint {int(peak.argmax()) + 1}", f"{number(peak.max(), 2)} N m"),
         ("Moving mass, assumed", f"{number(loads.masses[1:].sum() + payload, 2)} kg"),
     ]
-
-
-def scored_how(run: Result) -> str:
-    """What the fitness is of several demonstrations; nothing of one."""
-    count = len(run.evaluation.demonstrations)
-    return f", {run.problem.settings.fitness.demonstrations} of {count}" if count > 1 else ""
 
 
 def demonstration_rows(run: Result) -> list[dict[str, Any]]:
@@ -217,12 +213,6 @@ def modified_rows(table: DHTable, marks: np.ndarray[Any, Any]) -> list[dict[str,
         }
         for i in range(table.dof + 1)
     ]
-
-
-def classic_rows(table: DHTable) -> list[list[float]]:
-    """The rows (alpha, a, d, theta) of the classic table [rad, m, m, rad]."""
-    rows: list[list[float]] = table.to_classic().rows.tolist()
-    return rows
 
 
 def joint_rows(loads: JointLoads) -> list[dict[str, Any]]:

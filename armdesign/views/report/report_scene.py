@@ -171,12 +171,13 @@ def best_turn(points: Array) -> Array:
     """The view from a little above in which the points cover most: projection matrix, shape (2, 3)."""
     spread = np.cov(points.T)
     turns = [view(azimuth) for azimuth in np.deg2rad(np.arange(-75.0, 106.0, 15.0))]
-    return max(turns, key=lambda turn: covered(turn @ spread @ turn.T))
 
+    def covered(turn: Array) -> float:
+        """Area of the picture that the points cover; of points on a line, how long it is."""
+        seen = turn @ spread @ turn.T
+        return float(np.linalg.det(seen) + 1e-3 * np.trace(seen) ** 2)
 
-def covered(spread: Array) -> float:
-    """How much of a picture points cover whose covariance is of shape (2, 2); of points on a line, how long it is."""
-    return float(np.linalg.det(spread) + 1e-3 * np.trace(spread) ** 2)
+    return max(turns, key=covered)
 
 
 def view(azimuth: float) -> Array:

@@ -33,7 +33,7 @@ def still_poses(scene):
     return {command["path"].removeprefix("/meshcat/"): np.array(command["matrix"]).reshape(4, 4).T for command in moved}
 
 
-@pytest.mark.parametrize("dof", range(1, 9))
+@pytest.mark.parametrize("dof", [1, 4, 8])
 def test_solids_stand_where_pinocchio_has_them_at_every_keyframe(any_run, dof):
     run = any_run(dof, dof)
     scene = build_scene([run])
