@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from armdesign.experiments.studies.record import Best, better_of, fingerprint, read_best, write_best
+from armdesign.experiments.studies.best_known import Best, better_of, fingerprint, read_best, write_best
 from armdesign.runs.listing import read_runs
 from armdesign.runs.reading import read_result
 from armdesign.search.evaluation import evaluate_design

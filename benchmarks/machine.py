@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import platform
 import statistics
 import time
 from dataclasses import dataclass
@@ -14,31 +13,19 @@ import numpy as np
 import pinocchio
 
 from armdesign._version import __version__
-from armdesign.search.backends.processes import available_cores
+from armdesign.experiments.studies.machine import about_machine
 
 
 def machine() -> dict[str, str | int]:
     """What the figures hang on."""
     return {
         "armdesign": __version__,
-        "cpu": cpu_model(),
-        "cores": available_cores(),
-        "system": platform.platform(),
-        "python": platform.python_version(),
+        **about_machine(),
         "numpy": np.__version__,
         "pinocchio": pinocchio.__version__,
         "numba": numba.__version__,
         "load average": load_average(),
     }
-
-
-def cpu_model() -> str:
-    """The processor's name."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor() or platform.machine()
-    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
 def load_average() -> str:

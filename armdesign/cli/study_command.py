@@ -21,14 +21,14 @@ from armdesign.cli.study_flags import (
     StudyOutOption,
     StudyResumeOption,
     TasksArgument,
-    asked_for,
+    request_from_flags,
     words,
 )
 from armdesign.cli.sweep_command import SHOWN_FAILURES, leave, say_stopping, unit_workers
 from armdesign.cli.sweep_progress import SweepBar
 from armdesign.cli.worker_options import ClusterOption, check_workers
 from armdesign.errors import resume_command
-from armdesign.experiments.studies import Asked, Finding
+from armdesign.experiments.studies import StudyRequest, StudyResult
 from armdesign.experiments.studies.study_engine import planned, run_study
 from armdesign.experiments.studies.study_registry import warm_up
 from armdesign.experiments.studies.study_store import read_study_folder
@@ -233,40 +233,42 @@ def study(
     check_workers(workers, cluster)
     if resume is not None:
         refuse_beside_resume(context, "a study", "To extend it, repeat its command with more, and --out for --resume")
-        folder, (asked, tasks) = resume, read_study_folder(resume, name)
+        folder, (request, tasks) = resume, read_study_folder(resume, name)
     else:
-        asked, tasks = asked_for(name, flags)
+        request, tasks = request_from_flags(name, flags)
         folder = out or Path("runs") / f"study-{name}{'-quick' if flags.quick else ''}"
-    planned(asked, tasks)
-    carry_out(folder, asked, tasks, workers or available_cores(), cluster, quiet=quiet)
+    planned(request, tasks)
+    carry_out(folder, request, tasks, workers or available_cores(), cluster, quiet=quiet)
 
 
-def carry_out(folder: Path, asked: Asked, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool) -> None:
+def carry_out(
+    folder: Path, request: StudyRequest, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool
+) -> None:
     """Carry out a study, saying how it goes and what came of it."""
 
     def compile_more() -> None:
-        warm_up(asked.study, tasks)
+        warm_up(request.study, tasks)
 
-    go_on = f"Go on with: {resume_command(f'study {asked.study}', folder, cluster)}"
+    go_on = f"Go on with: {resume_command(f'study {request.study}', folder, cluster)}"
     try:
         with SweepBar() as bar, unit_workers(workers, cluster, tasks, quiet=quiet, warm_up=compile_more) as start:
             on_change = None if quiet else bar
-            finding = run_study(folder, asked, tasks, start, on_change=on_change, on_interrupt=say_stopping)
+            result = run_study(folder, request, tasks, start, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
     if not quiet:
-        typer.echo(closing_text(folder, finding))
-    leave(finding.runs, go_on)
+        typer.echo(closing_text(folder, result))
+    leave(result.runs, go_on)
 
 
-def closing_text(folder: Path, finding: Finding) -> str:
+def closing_text(folder: Path, result: StudyResult) -> str:
     """The tables, the runs that failed, and where everything lies."""
-    rows = finding.runs.rows.values()
+    rows = result.runs.rows.values()
     failed = [row for row in rows if row["state"] == "failed"]
-    lines = [f"{table.text()}\n" for table in finding.tables]
-    lines.append(f"{finding.runs.count('finished')} of {len(rows)} runs finished.")
+    lines = [f"{table.text()}\n" for table in result.tables]
+    lines.append(f"{result.runs.count('finished')} of {len(rows)} runs finished.")
     lines += [f"  {row['folder']} failed: {row['stopped_by']}" for row in failed[:SHOWN_FAILURES]]
     if len(failed) > SHOWN_FAILURES:
         lines.append(f"  and {len(failed) - SHOWN_FAILURES} more")
-    return "\n".join([*lines, "Written:", *(f"  {folder / name}" for name in finding.files)])
+    return "\n".join([*lines, "Written:", *(f"  {folder / name}" for name in result.files)])

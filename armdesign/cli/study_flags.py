@@ -1,4 +1,4 @@
-"""From the flags of ``armdesign study`` to what is asked, and its tasks."""
+"""From the flags of ``armdesign study`` to its request and its tasks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from armdesign.cli.command_options import settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError, SettingsError
-from armdesign.experiments.studies import Asked, study_module
+from armdesign.experiments.studies import StudyRequest, study_module
 from armdesign.experiments.studies.study_examples import EXAMPLES, example_recording
 from armdesign.experiments.sweep.ranges import whole_numbers
 from armdesign.experiments.sweep.sweep_plan import Tasks, check_stems
@@ -80,8 +80,8 @@ class Flags:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def asked_for(name: str, flags: Flags) -> tuple[Asked, Tasks]:
-    """What is asked of a study, and its tasks.
+def request_from_flags(name: str, flags: Flags) -> tuple[StudyRequest, Tasks]:
+    """The request of a study, and its tasks.
 
     Args:
         name: Name of the study.
@@ -103,7 +103,7 @@ def asked_for(name: str, flags: Flags) -> tuple[Asked, Tasks]:
     search = {**usual.search, **flags.given["search"]}
     tasks = read_tasks(name, flags, search, dof)
     keys = tuple(dict.fromkeys(key for key, _ in tasks))
-    return Asked(name, keys, dof, reps, seed, {**usual.options, **given(flags.options)}), tasks
+    return StudyRequest(name, keys, dof, reps, seed, {**usual.options, **given(flags.options)}), tasks
 
 
 def given(flags: Mapping[str, Any]) -> dict[str, Any]:

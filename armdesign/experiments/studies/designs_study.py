@@ -6,22 +6,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from armdesign.errors import counted
 from armdesign.experiments.auto_dof.dof_rule import ENOUGH, WITHIN, Rule, Verdict, choose_dof, explain, rule_of
-from armdesign.experiments.studies.study_plan import Asked, Defaults, Record, Tasks, Unit, search_unit, task_name
+from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, search_unit, task_name
 from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
+from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.files import write_whole
 from armdesign.kinematics.dh_files import read_design
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from armdesign.search.result import Result
+from armdesign.runs.reading import read_result
+from armdesign.views.preview import preview_html
+from armdesign.views.report.drawing import ARM, GREY, HUMAN, png
+from armdesign.views.report.sketch import sketch
 
 TITLE = "Fitness over the number of joints, and the arm of the number that is chosen"
 PARTS = (("fitness", 1.0, "r [m]"), ("path_fitness", 1e3, "f [mm]"), ("area", 1e3, "E [mm]"))
@@ -36,25 +36,25 @@ def defaults(quick: bool) -> Defaults:
     return Defaults(10, (3, 4, 5, 6), options)
 
 
-def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
+def plan(request: StudyRequest, tasks: Tasks) -> list[Unit]:
     """For every task, n and seed a search."""
-    read_rule(asked)
-    algorithm = asked.options["algorithm"]
+    read_rule(request)
+    algorithm = request.options["algorithm"]
     return [
         search_unit(key, tasks[key, n], algorithm, algorithm=algorithm, seed=seed)
-        for key in asked.tasks
-        for n in asked.dof
-        for seed in asked.seeds
+        for key in request.tasks
+        for n in request.dof
+        for seed in request.seeds
     ]
 
 
-def read_rule(asked: Asked) -> Rule:
+def read_rule(request: StudyRequest) -> Rule:
     """The rule of the options.
 
     Raises:
         SettingsError: A figure of it cannot be.
     """
-    return rule_of(asked.options["within"], asked.options["enough"])
+    return rule_of(request.options["within"], request.options["enough"])
 
 
 @dataclass(frozen=True)
@@ -74,15 +74,15 @@ class Choice:
     explanation: str
 
 
-def choices(asked: Asked, records: Sequence[Record]) -> list[Choice]:
+def choices(request: StudyRequest, records: Sequence[Record]) -> list[Choice]:
     """The arm for every task by the rule: of every n the design with the smallest r counts, with its f."""
-    rule = read_rule(asked)
+    rule = read_rule(request)
     found = []
-    for task in map(task_name, asked.tasks):
+    for task in map(task_name, request.tasks):
         own = [record for record in records if record.task == task]
         best = {
             n: min(finished, key=lambda record: float(record.content["fitness"]))
-            for n in asked.dof
+            for n in request.dof
             if (finished := [record for record in own if record.finished and record.dof == n])
         }
         ended = {record.dof for record in own if record.state in ("finished", "failed")}
@@ -99,10 +99,10 @@ def choices(asked: Asked, records: Sequence[Record]) -> list[Choice]:
     return found
 
 
-def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
+def tables(request: StudyRequest, records: Sequence[Record]) -> list[Table]:
     """Fitness over n with its spread, and the chosen arms in the paper's form."""
-    found = choices(asked, records)
-    rule = read_rule(asked)
+    found = choices(request, records)
+    rule = read_rule(request)
     notes = [f"{choice.task}: {choice.explanation}" for choice in found if choice.explanation]
     columns = (
         "task",
@@ -117,11 +117,11 @@ def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
         "L [m]",
     )
     title = (
-        f"Robot fitness over the number of joints ({asked.options['algorithm']}, mean ± standard deviation over "
-        f"{counted(asked.reps, 'seed')}, and the best arm); "
+        f"Robot fitness over the number of joints ({request.options['algorithm']}, mean ± standard deviation over "
+        f"{counted(request.reps, 'seed')}, and the best arm); "
         f"rule: within {100 * rule.within:g} % or {1e3 * rule.enough:g} mm"
     )
-    rows = [fitness_row(choice, n, records) for choice in found for n in asked.dof]
+    rows = [fitness_row(choice, n, records) for choice in found for n in request.dof]
     return [Table("fitness", title, columns, rows, notes), final_table(found)]
 
 
@@ -162,23 +162,21 @@ def final_table(found: Sequence[Choice]) -> Table:
     return Table("arms", "Chosen arms (modified DH; alpha in rad, a and d in m)", columns, rows)
 
 
-def figure(asked: Asked, records: Sequence[Record]) -> Figure:
+def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
     """r, f and E over n, a column a task: every seed a dot, mean and standard deviation, the chosen n ringed."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    found = choices(asked, records)
+    found = choices(request, records)
     picture = Figure(figsize=(max(4.0, 3.1 * len(found)), 6.2), layout="constrained")
     axes = picture.subplots(len(PARTS), len(found), sharex=True, squeeze=False)
     for j, choice in enumerate(found):
         for axis, (name, factor, label) in zip(axes[:, j], PARTS, strict=True):
             draw_part(axis, choice, records, name, factor)
-            axis.set(xticks=asked.dof, ylabel=label if j == 0 else "")
-            axis.set_xlim(min(asked.dof) - 0.5, max(asked.dof) + 0.5)
+            axis.set(xticks=request.dof, ylabel=label if j == 0 else "")
+            axis.set_xlim(min(request.dof) - 0.5, max(request.dof) + 0.5)
             axis.set_ylim(0.0, None)
         axes[0, j].set_title(choice.task)
         axes[-1, j].set_xlabel("joints n")
         axes[1, j].axhline(
-            1e3 * read_rule(asked).enough, color="#D55E00", linewidth=1.0, linestyle="--", label="enough"
+            1e3 * read_rule(request).enough, color="#D55E00", linewidth=1.0, linestyle="--", label="enough"
         )
     handles, labels = axes[1, 0].get_legend_handles_labels()
     picture.legend(handles, labels, loc="outside lower center", ncols=2 if len(found) == 1 else 3)
@@ -187,8 +185,6 @@ def figure(asked: Asked, records: Sequence[Record]) -> Figure:
 
 def draw_part(axis: Axes, choice: Choice, records: Sequence[Record], name: str, factor: float) -> None:
     """One panel: a part of the fitness over n."""
-    from armdesign.views.report.drawing import ARM, GREY, HUMAN  # noqa: PLC0415
-
     values = {
         n: np.array(
             [factor * float(r.content[name]) for r in records if r.finished and (r.task, r.dof) == (choice.task, n)]
@@ -209,18 +205,13 @@ def draw_part(axis: Axes, choice: Choice, records: Sequence[Record], name: str, 
                   markeredgewidth=1.8, label="chosen")  # fmt: skip
 
 
-def more(asked: Asked, records: Sequence[Record], folder: Path) -> tuple[str, ...]:
+def more(request: StudyRequest, records: Sequence[Record], folder: Path) -> tuple[str, ...]:
     """Write the chosen arm of every task as a drawing and as a preview to look at in a browser."""
-    from armdesign.runs.reading import read_result  # noqa: PLC0415
-    from armdesign.views.preview import preview_html  # noqa: PLC0415
-    from armdesign.views.report.drawing import png  # noqa: PLC0415
-    from armdesign.views.report.sketch import sketch  # noqa: PLC0415
-
     names: list[str] = []
-    for choice in choices(asked, records):
+    for choice in choices(request, records):
         if choice.chosen is None:
             continue
-        run: Result = read_result(choice.best[choice.chosen].folder)
+        run = read_result(choice.best[choice.chosen].folder)
         drawing, preview = f"{choice.task}-arm.png", f"{choice.task}-preview.html"
         write_whole(folder / drawing, png(partial(sketch, run.table)))
         write_whole(folder / preview, preview_html([run]))

@@ -32,7 +32,7 @@ TITLES = {
 
 
 @dataclass(frozen=True)
-class Solved:
+class FrameSolution:
     """What a solver has found for one arm and one frame.
 
     Attributes:
@@ -60,7 +60,7 @@ class FrameSolvers:
         self.design_problem, self.problem = problem, problem.path_problem
         self.warm = False
 
-    def solve(self, name: str, table: DHTable, frame: int, budget: int, seed: int) -> Solved:
+    def solve(self, name: str, table: DHTable, frame: int, budget: int, seed: int) -> FrameSolution:
         """Solve one frame for one arm.
 
         Args:
@@ -82,9 +82,9 @@ class FrameSolvers:
         found = opytimizer_swarms.minimise(
             name, fitness, lower, upper, budget=budget, agents=AGENTS, seed=seed, temperature=TEMPERATURE
         )
-        return Solved(found.value, found.x, found.evaluations, time.thread_time() - began)
+        return FrameSolution(found.value, found.x, found.evaluations, time.thread_time() - began)
 
-    def by_least_squares(self, table: DHTable, frame: int, starts: int) -> Solved:
+    def by_least_squares(self, table: DHTable, frame: int, starts: int) -> FrameSolution:
         """Damped least squares with exact sigma, from so many start poses."""
         record, settings = self.problem.record[0], self.design_problem.settings
         limits = np.stack([record["lower"][: table.dof], record["upper"][: table.dof]], axis=1)
@@ -95,10 +95,10 @@ class FrameSolvers:
             solver.solve(table, self.problem.P[frame], rotation)  # loads the kernels
         began = time.thread_time()
         pose = solver.solve(table, self.problem.P[frame], rotation)
-        return Solved(pose.g, pose.q, pose.steps, time.thread_time() - began)
+        return FrameSolution(pose.g, pose.q, pose.steps, time.thread_time() - began)
 
 
-def by_slsqp(fitness: FrameFitness, start: Array) -> Solved:
+def by_slsqp(fitness: FrameFitness, start: Array) -> FrameSolution:
     """SLSQP with exact sigma and exact gradients, from one start pose.
 
     Its linear algebra is that of SciPy's BLAS, whose last bits hang on the number of its threads.
@@ -109,10 +109,10 @@ def by_slsqp(fitness: FrameFitness, start: Array) -> Solved:
     began = time.thread_time()
     found = minimize(fitness.with_gradient, start, jac=True, method="SLSQP", bounds=fitness.limits)
     q = np.clip(found.x, *fitness.limits.T)
-    return Solved(fitness(q), q, int(found.nfev), time.thread_time() - began)
+    return FrameSolution(fitness(q), q, int(found.nfev), time.thread_time() - began)
 
 
-def by_slsqp_loosely(fitness: FrameFitness, start: Array, seed: int) -> Solved:
+def by_slsqp_loosely(fitness: FrameFitness, start: Array, seed: int) -> FrameSolution:
     """SLSQP as the paper probably ran it: sigma free beside q, finite differences, one random start."""
     from scipy.optimize import minimize  # noqa: PLC0415 (slow to load)
 
@@ -123,4 +123,4 @@ def by_slsqp_loosely(fitness: FrameFitness, start: Array, seed: int) -> Solved:
     began = time.thread_time()
     found = minimize(fitness.with_sigma, x, method="SLSQP", bounds=limits, constraints=order)
     x = np.clip(found.x, *limits.T)
-    return Solved(fitness.with_sigma(x), x[: fitness.dof], int(found.nfev), time.thread_time() - began)
+    return FrameSolution(fitness.with_sigma(x), x[: fitness.dof], int(found.nfev), time.thread_time() - began)

@@ -70,7 +70,7 @@ class Minimum:
     evaluations: int
 
 
-class Counted:
+class CountedObjective:
     """The objective, counted, with the best so far; values fetched in advance count when they are asked for."""
 
     def __init__(self, objective: Objective, budget: int, on_evaluation: Callable[[int, float], None] | None) -> None:
@@ -170,7 +170,7 @@ def minimise(
         SettingsError: The budget is too small.
     """
     check_budget(budget, agents)
-    counted = Counted(objective, budget, on_evaluation)
+    counted = CountedObjective(objective, budget, on_evaluation)
     with global_generator(seed):
         space = make_space(agents, lower, upper, first)
         iterations = math.ceil((budget - agents) / (SHARE.get(name, 1.0) * agents))
@@ -184,7 +184,7 @@ def loop(
     name: str,
     optimizer: Any,  # noqa: ANN401 (opytimizer tells no types)
     space: Any,  # noqa: ANN401
-    counted: Counted,
+    counted: CountedObjective,
     iterations: int,
     prefetch: Prefetch | None,
 ) -> None:
@@ -208,7 +208,7 @@ def loop(
         optimizer.evaluate(space, counted)
 
 
-def fetch(counted: Counted, prefetch: Prefetch | None, positions: Sequence[Array]) -> None:
+def fetch(counted: CountedObjective, prefetch: Prefetch | None, positions: Sequence[Array]) -> None:
     """Have positions that are about to be evaluated evaluated together, as far as the budget goes."""
     if prefetch is None or not positions:
         return

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from armdesign.errors import SettingsError
 from armdesign.experiments.studies.statistics import Change, Pairs, change
-from armdesign.experiments.studies.study_plan import Asked, Defaults, Record, Tasks, Unit, search_unit, task_name
+from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, search_unit, task_name
 from armdesign.experiments.studies.study_tables import Cell, Column, Spread, Table
-from armdesign.files import write_whole
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
+from armdesign.files import csv_table, write_whole
+from armdesign.views.report.drawing import line_style
 
 TITLE = "RA-PSO against PSO"
 RANGES = ("valid", "box")
@@ -39,13 +36,13 @@ def defaults(quick: bool) -> Defaults:
     return Defaults(10, (3, 4, 5, 6), options)
 
 
-def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
+def plan(request: StudyRequest, tasks: Tasks) -> list[Unit]:
     """For every task, n and seed a PSO, and an RA-PSO for every D and reading of range; the same seeds are pairs."""
-    intervals, ranges = read_options(asked)
+    intervals, ranges = read_options(request)
     units = []
-    for key in asked.tasks:
-        for n in asked.dof:
-            for seed in asked.seeds:
+    for key in request.tasks:
+        for n in request.dof:
+            for seed in request.seeds:
                 units.append(search_unit(key, tasks[key, n], "pso", algorithm="pso", seed=seed))
                 units += [
                     search_unit(
@@ -57,13 +54,13 @@ def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
     return units
 
 
-def read_options(asked: Asked) -> tuple[tuple[int, ...], tuple[str, ...]]:
+def read_options(request: StudyRequest) -> tuple[tuple[int, ...], tuple[str, ...]]:
     """The values of D and the readings of range.
 
     Raises:
         SettingsError: One cannot be.
     """
-    intervals, ranges = tuple(asked.options["d"]), tuple(asked.options["range"])
+    intervals, ranges = tuple(request.options["d"]), tuple(request.options["range"])
     for reading in ranges:
         if reading not in RANGES:
             raise SettingsError(f"--range has {reading!r}", value=reading, allowed=list(RANGES))
@@ -89,23 +86,25 @@ class Row:
     effort: Change
 
 
-def rows_of(asked: Asked, records: Sequence[Record], reading: str) -> list[Row]:
+def rows_of(request: StudyRequest, records: Sequence[Record], reading: str) -> list[Row]:
     """The rows for a reading of range, the mean last; a task and n without a complete pair has none."""
     groups = {
         (n, task_name(key)): pairs
-        for n in asked.dof
-        for key in asked.tasks
-        if (pairs := pairs_of(asked, records, task_name(key), n, reading)) is not None
+        for n in request.dof
+        for key in request.tasks
+        if (pairs := pairs_of(request, records, task_name(key), n, reading)) is not None
     }
-    rows = [Row(n, task, *(change([pair], asked.seed) for pair in both)) for (n, task), both in groups.items()]
+    rows = [Row(n, task, *(change([pair], request.seed) for pair in both)) for (n, task), both in groups.items()]
     if groups:
-        rows.append(Row(None, "", *(change(pairs, asked.seed) for pairs in zip(*groups.values(), strict=True))))
+        rows.append(Row(None, "", *(change(pairs, request.seed) for pairs in zip(*groups.values(), strict=True))))
     return rows
 
 
-def pairs_of(asked: Asked, records: Sequence[Record], task: str, n: int, reading: str) -> tuple[Pairs, Pairs] | None:
+def pairs_of(
+    request: StudyRequest, records: Sequence[Record], task: str, n: int, reading: str
+) -> tuple[Pairs, Pairs] | None:
     """Fitness and CE of the seeds with which PSO and RA-PSO at every D have found an arm; None where there is none."""
-    intervals, _ = read_options(asked)
+    intervals, _ = read_options(request)
     found: dict[int, dict[int, tuple[float, float]]] = {}
     for record in records:
         search = record.unit.problem.settings.search
@@ -119,20 +118,20 @@ def pairs_of(asked: Asked, records: Sequence[Record], task: str, n: int, reading
     complete = [by_D for _, by_D in sorted(found.items()) if all(D in by_D for D in (0, *intervals))]
     if not complete:
         return None
-    told = np.array([[by_D[D] for D in (0, *intervals)] for by_D in complete])  # (S, 1 + K, 2)
-    return Pairs(told[:, 0, 0], told[:, 1:, 0]), Pairs(told[:, 0, 1], told[:, 1:, 1])
+    pairs = np.array([[by_D[D] for D in (0, *intervals)] for by_D in complete])  # (S, 1 + K, 2)
+    return Pairs(pairs[:, 0, 0], pairs[:, 1:, 0]), Pairs(pairs[:, 0, 1], pairs[:, 1:, 1])
 
 
-def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
+def tables(request: StudyRequest, records: Sequence[Record]) -> list[Table]:
     """The paper's table for every reading of range, its claims below it."""
-    _, ranges = read_options(asked)
-    return [table_of(asked, records, reading) for reading in ranges]
+    _, ranges = read_options(request)
+    return [table_of(request, records, reading) for reading in ranges]
 
 
-def table_of(asked: Asked, records: Sequence[Record], reading: str) -> Table:
+def table_of(request: StudyRequest, records: Sequence[Record], reading: str) -> Table:
     """The paper's table: joints by tasks, fitness and CE over D."""
-    intervals, _ = read_options(asked)
-    rows = rows_of(asked, records, reading)
+    intervals, _ = read_options(request)
+    rows = rows_of(request, records, reading)
     columns: list[Column | str] = ["n", "task", "pairs"]
     columns += [Column(f"{name} D={D}", 1) for name in QUANTITIES.values() for D in intervals]
     cells: list[tuple[Cell, ...]] = [
@@ -181,30 +180,30 @@ def claims(rows: Sequence[Row], intervals: Sequence[int]) -> tuple[str, ...]:
 
 def claim_effort(effort: Change, intervals: Sequence[int]) -> str:
     """Whether RA-PSO's CE is much lower at every D."""
-    told = ", ".join(f"{interval(effort, k)} at D = {D}" for k, D in enumerate(intervals))
+    shown = ", ".join(f"{interval(effort, k)} at D = {D}" for k, D in enumerate(intervals))
     claim = "Paper: RA-PSO's computational effort is much lower at every D (-66.5 to -76.0 % on average)."
     if np.isnan(effort.low).any():
-        return f"{claim} Here: {told}; a single pair tells nothing sure."
+        return f"{claim} Here: {shown}; a single pair tells nothing sure."
     if (effort.high < MUCH).all():
-        return f"{claim} Here it holds: {told}."
+        return f"{claim} Here it holds: {shown}."
     if (effort.high < 0.0).all():
-        return f"{claim} Here it is lower at every D, but not surely by half: {told}."
+        return f"{claim} Here it is lower at every D, but not surely by half: {shown}."
     lower = [D for D, high in zip(intervals, effort.high, strict=True) if high < 0.0]
     where = f"only at D = {', '.join(map(str, lower))}" if lower else "at no D"
-    return f"{claim} Here it does not hold, CE is surely lower {where}: {told}."
+    return f"{claim} Here it does not hold, CE is surely lower {where}: {shown}."
 
 
 def claim_fitness(fitness: Change, k: int) -> str:
     """Whether the fitness is as good as PSO's at D = 2."""
     claim = "Paper: at D = 2 the fitness is not compromised (-0.17 % on average)."
-    told = interval(fitness, k)
+    shown = interval(fitness, k)
     if np.isnan(fitness.low[k]):
-        return f"{claim} Here: {told}; a single pair tells nothing sure."
+        return f"{claim} Here: {shown}; a single pair tells nothing sure."
     if fitness.low[k] > 0.0:
-        return f"{claim} Here it does not hold: {told}, surely worse."
+        return f"{claim} Here it does not hold: {shown}, surely worse."
     if fitness.high[k] < 0.0:
-        return f"{claim} Here it holds, it is even better: {told}."
-    return f"{claim} Here nothing contradicts it: {told}, the interval holds 0."
+        return f"{claim} Here it holds, it is even better: {shown}."
+    return f"{claim} Here nothing contradicts it: {shown}, the interval holds 0."
 
 
 def claim_trade_off(mean: Row, intervals: Sequence[int], k: int) -> str:
@@ -227,15 +226,13 @@ def interval(values: Change, k: int) -> str:
     return f"{values.percent[k]:+.1f} % [{values.low[k]:+.1f}, {values.high[k]:+.1f}]"
 
 
-def figure(asked: Asked, records: Sequence[Record]) -> Figure:
+def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
     """Change of fitness and of CE over D: the mean with its interval, every task and n as a thin line."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    intervals, ranges = read_options(asked)
+    intervals, ranges = read_options(request)
     picture = Figure(figsize=(4.3 * len(QUANTITIES), 2.7 * len(ranges) + 0.3), layout="constrained")
     axes = picture.subplots(len(ranges), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
     for line, reading in zip(axes, ranges, strict=True):
-        rows = rows_of(asked, records, reading)
+        rows = rows_of(request, records, reading)
         for axis, (name, title) in zip(line, QUANTITIES.items(), strict=True):
             draw_changes(axis, rows, intervals, name)
             axis.set(title=f"range = {reading}", ylabel=f"change of {title} [%]", xticks=intervals)
@@ -248,8 +245,6 @@ def figure(asked: Asked, records: Sequence[Record]) -> Figure:
 
 def draw_changes(axis: Axes, rows: Sequence[Row], intervals: Sequence[int], name: str) -> None:
     """The lines of one panel: a colour for every n, dashes for every task."""
-    from armdesign.views.report.drawing import line_style  # noqa: PLC0415
-
     axis.axhline(0.0, color="black", linewidth=0.8)
     single = [row for row in rows if row.dof is not None]
     joints, tasks = (list(dict.fromkeys(getattr(row, key) for row in single)) for key in ("dof", "task"))
@@ -266,19 +261,18 @@ def draw_changes(axis: Axes, rows: Sequence[Row], intervals: Sequence[int], name
                       marker="o", label="mean")  # fmt: skip
 
 
-def more(asked: Asked, records: Sequence[Record], folder: Path) -> tuple[str, ...]:
+def more(request: StudyRequest, records: Sequence[Record], folder: Path) -> tuple[str, ...]:
     """Write intervals.csv: every change with the ends of its interval."""
-    intervals, ranges = read_options(asked)
-    buffer = io.StringIO()
-    table = csv.writer(buffer, lineterminator="\n")
-    table.writerow(["range", "n", "task", "quantity", "D", "pairs", "change_percent", "low", "high", "share_least"])
+    intervals, ranges = read_options(request)
+    names = ("range", "n", "task", "quantity", "D", "pairs", "change_percent", "low", "high", "share_least")
+    lines = []
     for reading in ranges:
-        for row in rows_of(asked, records, reading):
+        for row in rows_of(request, records, reading):
             for name in QUANTITIES:
                 values: Change = getattr(row, name)
                 columns = zip(intervals, values.percent, values.low, values.high, values.least, strict=True)
                 for D, *numbers in columns:
                     head = [reading, "mean" if row.dof is None else row.dof, row.task, name, D, values.pairs]
-                    table.writerow([*head, *("" if np.isnan(x) else float(x) for x in numbers)])
-    write_whole(folder / "intervals.csv", buffer.getvalue())
+                    lines.append([*head, *map(float, numbers)])
+    write_whole(folder / "intervals.csv", csv_table(names, lines))
     return ("intervals.csv",)

@@ -8,31 +8,22 @@ valid, see ``penalised``. They need every value in full, so that nothing is prun
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from armdesign.errors import SearchError, SettingsError, counted
 from armdesign.experiments.studies.opytimizer_swarms import check_budget, check_opytimizer, minimise
 from armdesign.experiments.studies.penalised import MISSED, WIDTH, PenalisedFitness
-from armdesign.experiments.studies.study_plan import (
-    Asked,
-    Defaults,
-    Record,
-    Tasks,
-    Unit,
-    search_unit,
-    task_name,
-    work_unit,
-)
+from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, search_unit, task_name, work_unit
 from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
 from armdesign.experiments.sweep.jobs import Reporter
+from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_design
 from armdesign.settings.sections import Search as SearchSettings
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "Searches for the whole robot"
 NAME = "robot"
@@ -59,14 +50,14 @@ def defaults(quick: bool) -> Defaults:
     return Defaults(3, (3, 4, 5, 6), options)
 
 
-def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
+def plan(request: StudyRequest, tasks: Tasks) -> list[Unit]:
     """One unit per task, number of joints, algorithm and seed.
 
     Raises:
         SettingsError: There is no such algorithm, or fewer evaluations than one iteration takes.
         MissingExtraError: opytimizer is needed and not installed.
     """
-    wanted = asked.options["algorithms"]
+    wanted = request.options["algorithms"]
     for name in wanted:
         if name not in TITLES:
             raise SettingsError(f"there is no search algorithm '{name}'", value=name, allowed=list(TITLES))
@@ -76,10 +67,10 @@ def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
         check_search(task.settings.search, foreign=any(name in FOREIGN for name in wanted))
     return [
         unit_for(key, tasks[key, n], name, seed)
-        for key in asked.tasks
-        for n in asked.dof
+        for key in request.tasks
+        for n in request.dof
         for name in wanted
-        for seed in asked.seeds
+        for seed in request.seeds
     ]
 
 
@@ -142,16 +133,16 @@ def perform(problem: DesignProblem, work: Mapping[str, Any], reporter: Reporter)
     }
 
 
-def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
+def tables(request: StudyRequest, records: Sequence[Record]) -> list[Table]:
     """Mean r over all n by algorithm, as the paper has it; then by number of joints."""
-    names = [task_name(key) for key in asked.tasks]
-    return [summary(asked, records, names), by_joints(asked, records, names)]
+    names = [task_name(key) for key in request.tasks]
+    return [summary(request, records, names), by_joints(request, records, names)]
 
 
-def summary(asked: Asked, records: Sequence[Record], names: Sequence[str]) -> Table:
+def summary(request: StudyRequest, records: Sequence[Record], names: Sequence[str]) -> Table:
     """The table in the paper's form."""
     rows: list[list[Cell]] = []
-    for algorithm in asked.options["algorithms"]:
+    for algorithm in request.options["algorithms"]:
         runs = [record for record in records if record.algorithm == algorithm]
         done = [record for record in runs if record.finished]
         times = spread_of(record.wall_time for record in done if record.wall_time is not None)
@@ -165,23 +156,23 @@ def summary(asked: Asked, records: Sequence[Record], names: Sequence[str]) -> Ta
         "evaluations", "runs",
     ]  # fmt: skip
     notes = [
-        f"Mean ± standard deviation of the robot fitness r [m] over n = {', '.join(map(str, asked.dof))} and "
-        f"{counted(asked.reps, 'seed')}; time of one search on one core.",
+        f"Mean ± standard deviation of the robot fitness r [m] over n = {', '.join(map(str, request.dof))} and "
+        f"{counted(request.reps, 'seed')}; time of one search on one core.",
         "ABC, GA, SA and PSO of opytimizer need every value in full; PSO and RA-PSO drop candidates that cannot beat "
         "their own best, which changes nothing but the time.",
     ]
     return Table(NAME, "Robot fitness r [m] by search, over all n", columns, rows, notes)
 
 
-def by_joints(asked: Asked, records: Sequence[Record], names: Sequence[str]) -> Table:
+def by_joints(request: StudyRequest, records: Sequence[Record], names: Sequence[str]) -> Table:
     """Mean r and its spread over the seeds by number of joints."""
     rows: list[list[Cell]] = []
     for name in names:
-        for algorithm in asked.options["algorithms"]:
+        for algorithm in request.options["algorithms"]:
             done = [record for record in records if record.finished and record.algorithm == algorithm]
-            cells = [mean_fitness(done, name, n) for n in asked.dof]
+            cells = [mean_fitness(done, name, n) for n in request.dof]
             rows.append([name, TITLES[algorithm], *cells])
-    columns: list[Column | str] = ["task", "search", *(Column(f"n = {n}", 3) for n in asked.dof)]
+    columns: list[Column | str] = ["task", "search", *(Column(f"n = {n}", 3) for n in request.dof)]
     return Table("joints", "Robot fitness r [m] by number of joints", columns, rows)
 
 
@@ -191,18 +182,16 @@ def mean_fitness(done: Sequence[Record], task: str | None = None, n: int | None 
     return spread_of(float(record.content["fitness"]) for record in kept)
 
 
-def figure(asked: Asked, records: Sequence[Record]) -> Figure:
+def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
     """R of every run by number of joints and algorithm, with the means: a panel per task."""
-    from matplotlib.figure import Figure  # noqa: PLC0415 (slow to load)
-
-    names, algorithms = [task_name(key) for key in asked.tasks], asked.options["algorithms"]
+    names, algorithms = [task_name(key) for key in request.tasks], request.options["algorithms"]
     picture = Figure(figsize=(4.2 * len(names) + 1.6, 3.6), layout="constrained")
     panels = picture.subplots(1, len(names), squeeze=False)[0]
     for axes, name in zip(panels, names, strict=True):
         for i, algorithm in enumerate(algorithms):
-            draw_algorithm(axes, asked, [r for r in records if r.task == name and r.finished], algorithm, i)
+            draw_algorithm(axes, request, [r for r in records if r.task == name and r.finished], algorithm, i)
         axes.set_title(name)
-        axes.set_xticks(range(len(asked.dof)), [f"n = {n}" for n in asked.dof])
+        axes.set_xticks(range(len(request.dof)), [f"n = {n}" for n in request.dof])
         axes.set_ylim(bottom=0.0)
         axes.grid(visible=False, axis="x")
     panels[0].set_ylabel("robot fitness r [m]")
@@ -212,16 +201,16 @@ def figure(asked: Asked, records: Sequence[Record]) -> Figure:
 
 
 def draw_algorithm(
-    axes: Any,  # noqa: ANN401 (Matplotlib)
-    asked: Asked,
+    axes: Axes,
+    request: StudyRequest,
     records: Sequence[Record],
     algorithm: str,
     i: int,
 ) -> None:
     """A column of marks per number of joints, its mean as a bar."""
-    count = len(asked.options["algorithms"])
+    count = len(request.options["algorithms"])
     shift = (i - (count - 1) / 2) * 0.8 / count
-    for k, n in enumerate(asked.dof):
+    for k, n in enumerate(request.dof):
         values = [float(r.content["fitness"]) for r in records if r.algorithm == algorithm and r.dof == n]
         axes.plot([k + shift] * len(values), values, ".", color=f"C{i}", markersize=4, alpha=0.6)
         if values:

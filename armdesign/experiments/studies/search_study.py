@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from armdesign._types import Array
 from armdesign.errors import SettingsError
-from armdesign.experiments.studies.record import fingerprint, read_best
-from armdesign.experiments.studies.study_plan import Asked, Defaults, Record, Tasks, Unit, search_unit, task_name
+from armdesign.experiments.studies.best_known import fingerprint, read_best
+from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, search_unit, task_name
 from armdesign.experiments.studies.study_tables import Cell, Column, Table
+from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.runs.reading import read_history
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 TITLE = "The searches against each other"
 ALGORITHMS = ("multibasin", "rapso", "pso")
@@ -34,38 +32,38 @@ def defaults(quick: bool) -> Defaults:
     return Defaults(10, (3, 4, 5, 6), options)
 
 
-def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
+def plan(request: StudyRequest, tasks: Tasks) -> list[Unit]:
     """Every search for every task, n and seed.
 
     Raises:
         SettingsError: An algorithm or a number of candidates cannot be.
     """
-    check_options(asked)
+    check_options(request)
     units = []
-    for key in asked.tasks:
-        for n in asked.dof:
+    for key in request.tasks:
+        for n in request.dof:
             problem = tasks[key, n]
             particles = problem.settings.search.particles
-            size = {"budget": asked.options["budget"], "iterations": max(1, asked.options["swarms"] // particles)}
+            size = {"budget": request.options["budget"], "iterations": max(1, request.options["swarms"] // particles)}
             units += [
                 search_unit(key, problem, algorithm, algorithm=algorithm, seed=seed, **size)
-                for algorithm in asked.options["algorithms"] for seed in asked.seeds
+                for algorithm in request.options["algorithms"] for seed in request.seeds
             ]  # fmt: skip
     return units
 
 
-def check_options(asked: Asked) -> None:
+def check_options(request: StudyRequest) -> None:
     """Refuse what cannot be.
 
     Raises:
         SettingsError: An algorithm is unknown, or a number of candidates too small.
     """
-    for algorithm in asked.options["algorithms"]:
+    for algorithm in request.options["algorithms"]:
         if algorithm not in ALGORITHMS:
             raise SettingsError(f"there is no search '{algorithm}'", value=algorithm, allowed=list(ALGORITHMS))
     for name in ("budget", "swarms"):
-        if asked.options[name] < 100:
-            raise SettingsError(f"{asked.options[name]} candidates are asked for", allowed="100 or more")
+        if request.options[name] < 100:
+            raise SettingsError(f"{request.options[name]} candidates are asked for", allowed="100 or more")
 
 
 @dataclass(frozen=True)
@@ -134,14 +132,14 @@ def best_known(records: Sequence[Record], path: Path | None = None) -> dict[tupl
     return best
 
 
-def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
+def tables(request: StudyRequest, records: Sequence[Record]) -> list[Table]:
     """One row per joints, task and algorithm; of the swarms also what they had at multibasin's budget."""
     best, groups = best_known(records), runs_of(records)
     rows = []
-    for n in asked.dof:
-        for task in map(task_name, asked.tasks):
-            for algorithm in asked.options["algorithms"]:
-                rows += rows_of((n, task, algorithm), groups, best.get((n, task), np.inf), asked.options["budget"])
+    for n in request.dof:
+        for task in map(task_name, request.tasks):
+            for algorithm in request.options["algorithms"]:
+                rows += rows_of((n, task, algorithm), groups, best.get((n, task), np.inf), request.options["budget"])
     columns: list[Column | str] = [
         "n", "task", "search", "seeds", Column("best known", 4), Column("median", 4), Column("best", 4),
         Column("worst", 4), Column("within 1 % [%]", 0), Column("candidates", 0), Column("to 1 %", 0), Column("s", 1),
@@ -164,7 +162,7 @@ def rows_of(group: Group, groups: dict[Group, list[Run]], best: float, budget: i
     candidates = float(np.median([run.candidates for run in runs]))
     reached = float(np.median([run.reaches(NEAR * best) for run in runs]))
     ends = [run.fitness for run in runs]
-    rows = [(n, task, algorithm, len(runs), best, *spread(ends, best), candidates, finite(reached), seconds)]
+    rows = [(n, task, algorithm, len(runs), best, *spread(ends, best), candidates, reached, seconds)]
     if candidates > 1.05 * budget:
         early = [run.at(budget) for run in runs]
         title = f"{algorithm} at {budget:,}"
@@ -178,23 +176,16 @@ def spread(values: Sequence[float], best: float) -> tuple[Cell, ...]:
     return float(np.median(values)), min(values), max(values), 100.0 * within
 
 
-def finite(value: float) -> float | None:
-    """The value, or None where it is infinite."""
-    return value if np.isfinite(value) else None
-
-
-def figure(asked: Asked, records: Sequence[Record]) -> Figure:
+def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
     """How far above the best known arm the median seed is, over the candidates; the band holds all seeds."""
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     best, groups = best_known(records), runs_of(records)
-    places = [(n, task_name(key)) for n in asked.dof for key in asked.tasks]
-    wide = min(len(asked.tasks) if len(asked.tasks) > 1 else 2, len(places)) or 1
+    places = [(n, task_name(key)) for n in request.dof for key in request.tasks]
+    wide = min(len(request.tasks) if len(request.tasks) > 1 else 2, len(places)) or 1
     high = -(-len(places) // wide) or 1
     picture = Figure(figsize=(4.2 * wide, 2.8 * high), layout="constrained")
     axes = np.atleast_1d(picture.subplots(high, wide, squeeze=False).ravel())
     for ax, (n, task) in zip(axes, places, strict=False):
-        for k, algorithm in enumerate(asked.options["algorithms"]):
+        for k, algorithm in enumerate(request.options["algorithms"]):
             draw(ax, groups.get((n, task, algorithm), []), best.get((n, task), np.inf), algorithm, f"C{k}")
         ax.set_title(f"{task}, n = {n}", fontsize=9)
     for ax in axes[len(places) :]:

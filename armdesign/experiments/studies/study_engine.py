@@ -14,12 +14,13 @@ from typing import Any
 from armdesign.demonstration.provenance import as_json
 from armdesign.errors import RunFolderError, SettingsError, counted
 from armdesign.experiments.studies.machine import about_machine, command_line, versions
-from armdesign.experiments.studies.study_plan import Asked, Record, Tasks, Unit, check_units, task_name
+from armdesign.experiments.studies.study_plan import Record, StudyRequest, task_name
 from armdesign.experiments.studies.study_registry import further_files, perform, study_module
 from armdesign.experiments.studies.study_store import frozen, settle_study
 from armdesign.experiments.studies.study_tables import Table
 from armdesign.experiments.sweep import Plan, RunTable, SweepStatus, run_units
 from armdesign.experiments.sweep.jobs import recorded
+from armdesign.experiments.sweep.sweep_plan import MOST_UNITS, Tasks, Unit
 from armdesign.experiments.sweep.units import RESULT
 from armdesign.files import write_whole
 from armdesign.search.backends.workers import Workers
@@ -29,8 +30,8 @@ RUNS, TABLES, FIGURE, ABOUT = "runs.csv", "table.md", "figure.png", "about.json"
 
 
 @dataclass(frozen=True)
-class Finding:
-    """What came of a study.
+class StudyResult:
+    """The result of a study.
 
     Attributes:
         runs: The states of its units.
@@ -43,38 +44,39 @@ class Finding:
     files: tuple[str, ...]
 
 
-def planned(asked: Asked, tasks: Tasks) -> list[Unit]:
+def planned(request: StudyRequest, tasks: Tasks) -> list[Unit]:
     """The units of a study.
 
     Raises:
         SettingsError: Something asked for cannot be; no task, joint or repetition is left; or there are too many units.
     """
-    if asked.reps < 1:
-        raise SettingsError(f"the study has {asked.reps} repetitions", value=asked.reps, allowed="1 or more")
+    if request.reps < 1:
+        raise SettingsError(f"the study has {request.reps} repetitions", value=request.reps, allowed="1 or more")
     for (key, n), task in tasks.items():
         try:
             task.check()
         except SettingsError as error:
             raise SettingsError(f"{task_name(key)} with {counted(n, 'joint')}: {error}", value=error.value) from error
-    units = study_module(asked.study).plan(asked, tasks)
-    check_units(units)
+    units = study_module(request.study).plan(request, tasks)
+    if len(units) > MOST_UNITS:
+        raise SettingsError(f"the study has {len(units)} runs", value=len(units), allowed=f"up to {MOST_UNITS}")
     return units
 
 
 def run_study(
     folder: Path,
-    asked: Asked,
+    request: StudyRequest,
     tasks: Tasks,
     start_workers: Callable[[int], Workers],
     *,
     on_change: Callable[[SweepStatus], None] | None = None,
     on_interrupt: Callable[[], None] | None = None,
-) -> Finding:
+) -> StudyResult:
     """Carry out the units of a study that are not finished, and write its tables and its figure.
 
     Args:
         folder: The study's folder; made, taken up or extended.
-        asked: What is asked.
+        request: What the study shall do.
         tasks: Its tasks, prepared for each number of joints.
         start_workers: Starts workers with the setup ``unit_worker``, for so many units at most; not called for none.
         on_change: Called when a unit has ended or moved on, and twice a second.
@@ -82,26 +84,26 @@ def run_study(
 
     Raises:
         RunFolderError: Another process uses the folder, or it cannot be used.
-        SettingsError: The folder holds another study, or what is asked cannot be.
+        SettingsError: The folder holds another study, or the request cannot be carried out.
         KeyboardInterrupt: Ctrl-C came twice.
     """
-    asked = replace(asked, options={name: frozen(value) for name, value in asked.options.items()})
-    units, module = planned(asked, tasks), study_module(asked.study)
+    request = replace(request, options={name: frozen(value) for name, value in request.options.items()})
+    units, module = planned(request, tasks), study_module(request.study)
     began = time.monotonic()
-    plan = Plan(units, lambda: settle_study(folder, asked, tasks), RUNS, perform)
+    plan = Plan(units, lambda: settle_study(folder, request, tasks), RUNS, perform)
     runs = run_units(folder, plan, start_workers, on_change=on_change, on_interrupt=on_interrupt)
     records = records_of(runs)
-    write_about(folder, asked, records, time.monotonic() - began)
+    write_about(folder, request, records, time.monotonic() - began)
     if not any(record.finished for record in records):
-        return Finding(runs, (), (RUNS, ABOUT))
-    tables = marked(module.tables(asked, records), records)
-    files = write_findings(folder, tables, png(lambda: module.figure(asked, records)))
-    more = further_files(module, asked, records, folder) if not runs.count("waiting", "interrupted") else ()
-    return Finding(runs, tuple(tables), (*files, *more, RUNS, ABOUT))
+        return StudyResult(runs, (), (RUNS, ABOUT))
+    tables = marked(module.tables(request, records), records)
+    files = write_tables(folder, tables, png(lambda: module.figure(request, records)))
+    more = further_files(module, request, records, folder) if not runs.count("waiting", "interrupted") else ()
+    return StudyResult(runs, tuple(tables), (*files, *more, RUNS, ABOUT))
 
 
 def records_of(runs: RunTable) -> list[Record]:
-    """What came of every unit, in the order of the plan.
+    """The results of all units, in the order of the plan.
 
     Raises:
         RunFolderError: A result is damaged.
@@ -142,7 +144,7 @@ def marked(tables: Sequence[Table], records: Sequence[Record]) -> list[Table]:
     return [replace(table, notes=(*notes, *table.notes)) if i == 0 else table for i, table in enumerate(tables)]
 
 
-def write_findings(folder: Path, tables: Sequence[Table], picture: bytes) -> tuple[str, ...]:
+def write_tables(folder: Path, tables: Sequence[Table], picture: bytes) -> tuple[str, ...]:
     """Write the tables and the figure; returns the names of the files.
 
     Raises:
@@ -156,8 +158,8 @@ def write_findings(folder: Path, tables: Sequence[Table], picture: bytes) -> tup
     return (*files, FIGURE)
 
 
-def write_about(folder: Path, asked: Asked, records: Sequence[Record], seconds: float) -> None:
-    """Write `about.json`: the machine, the versions, what was asked by which commands, and how long it took.
+def write_about(folder: Path, request: StudyRequest, records: Sequence[Record], seconds: float) -> None:
+    """Write `about.json`: the machine, the versions, the requests by their commands, and how long it took.
 
     Every call adds an entry to its sessions; the times of the single runs are those of their own processes.
 
@@ -172,11 +174,11 @@ def write_about(folder: Path, asked: Asked, records: Sequence[Record], seconds: 
         "versions": versions(),
     }
     content = {
-        "study": asked.study,
-        "tasks": asked.tasks,
-        "dof": asked.dof,
-        "seeds": asked.seeds,
-        "options": asked.options,
+        "study": request.study,
+        "tasks": request.tasks,
+        "dof": request.dof,
+        "seeds": request.seeds,
+        "options": request.options,
         "runs": dict(Counter(record.state for record in records)),
         "run_time": sum(record.wall_time or 0.0 for record in records),
         "run_times": {record.unit.name: record.wall_time for record in records},
@@ -186,7 +188,7 @@ def write_about(folder: Path, asked: Asked, records: Sequence[Record], seconds: 
 
 
 def earlier_sessions(folder: Path) -> list[Any]:
-    """The sessions told of in `about.json` so far; none where it is missing or damaged."""
+    """The sessions in `about.json` so far; none where it is missing or damaged."""
     try:
         sessions = json.loads((folder / ABOUT).read_text(encoding="utf-8"))["sessions"]
     except (OSError, ValueError, KeyError, TypeError):

@@ -1,22 +1,19 @@
-"""What a study is asked, the units it consists of, and what comes of them."""
+"""What a study shall do, the units it consists of, and their results."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from armdesign.errors import SettingsError
-from armdesign.experiments.sweep.sweep_plan import MOST_UNITS, Tasks, Unit
+from armdesign.experiments.sweep.sweep_plan import Unit
 from armdesign.search.design_problem import DesignProblem
-
-__all__ = ["Asked", "Defaults", "Record", "Tasks", "Unit", "check_units", "search_unit", "task_name", "work_unit"]
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What was asked of a study.
+class StudyRequest:
+    """What a study shall do.
 
     Attributes:
         study: Its name.
@@ -24,7 +21,7 @@ class Asked:
         dof: Numbers of joints n.
         reps: Number of repetitions; may grow later.
         seed: Seed of the first repetition; the others have those that follow.
-        options: What else it can be told, by name, as JSON values; lists may grow later, the rest stays as it is.
+        options: Its further options by name, as JSON values; lists may grow later, the rest stays as it is.
     """
 
     study: str
@@ -42,12 +39,12 @@ class Asked:
 
 @dataclass(frozen=True)
 class Defaults:
-    """What a study runs with where nothing is asked for.
+    """What a study runs with where nothing else is given.
 
     Attributes:
         reps: Number of repetitions.
         dof: Numbers of joints n.
-        options: As in ``Asked``.
+        options: As in ``StudyRequest``.
         search: Changes to the [search] settings.
     """
 
@@ -59,7 +56,7 @@ class Defaults:
 
 @dataclass(frozen=True)
 class Record:
-    """What came of a unit.
+    """The result of a unit.
 
     Attributes:
         unit: The unit.
@@ -138,13 +135,3 @@ def work_unit(key: str, problem: DesignProblem, name: str, work: Mapping[str, An
             and ``seed`` show in the table of runs.
     """
     return Unit(f"{task_name(key)}-n{problem.settings.design.dof}-{name}", Path(key).name, problem, work)
-
-
-def check_units(units: Sequence[Unit]) -> None:
-    """Refuse a study without end.
-
-    Raises:
-        SettingsError: There are too many units.
-    """
-    if len(units) > MOST_UNITS:
-        raise SettingsError(f"the study has {len(units)} runs", value=len(units), allowed=f"up to {MOST_UNITS}")

@@ -16,7 +16,7 @@ from armdesign.search.design_problem import DesignProblem
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from armdesign.experiments.studies.study_plan import Asked, Defaults, Record
+    from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest
     from armdesign.experiments.studies.study_tables import Table
 
 STUDIES: Mapping[str, str] = MappingProxyType(
@@ -34,7 +34,7 @@ STUDIES: Mapping[str, str] = MappingProxyType(
 class StudyModule(Protocol):
     """What a study's module offers.
 
-    It may also have ``more(asked, records, folder) -> tuple[str, ...]``, which writes further files into the study's
+    It may also have ``more(request, records, folder) -> tuple[str, ...]``, which writes further files into the study's
     folder and returns their names, and ``warm_up(prepared)``, which compiles what its works need beside the evaluator's
     kernels.
     """
@@ -45,7 +45,7 @@ class StudyModule(Protocol):
         """What it runs with where nothing is asked for."""
         ...
 
-    def plan(self, asked: Asked, tasks: Tasks) -> list[Unit]:
+    def plan(self, request: StudyRequest, tasks: Tasks) -> list[Unit]:
         """Its units; names are unique and do not depend on how many repetitions there are.
 
         Raises:
@@ -53,11 +53,11 @@ class StudyModule(Protocol):
         """
         ...
 
-    def tables(self, asked: Asked, records: Sequence[Record]) -> list[Table]:
+    def tables(self, request: StudyRequest, records: Sequence[Record]) -> list[Table]:
         """What came of it; records of units that failed or have yet to run have no content."""
         ...
 
-    def figure(self, asked: Asked, records: Sequence[Record]) -> Figure:
+    def figure(self, request: StudyRequest, records: Sequence[Record]) -> Figure:
         """The same as a picture."""
         ...
 
@@ -89,7 +89,9 @@ def warm_up(name: str, tasks: Tasks) -> None:
         compile_more(next(iter(tasks.values())))
 
 
-def further_files(module: StudyModule, asked: Asked, records: Sequence[Record], folder: Path) -> tuple[str, ...]:
+def further_files(
+    module: StudyModule, request: StudyRequest, records: Sequence[Record], folder: Path
+) -> tuple[str, ...]:
     """Have a study write its further files, if it has any."""
     more = getattr(module, "more", None)
-    return () if more is None else tuple(more(asked, records, folder))
+    return () if more is None else tuple(more(request, records, folder))

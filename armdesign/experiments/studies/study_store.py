@@ -1,4 +1,4 @@
-"""What a study keeps of its own: `study.json` with what was asked, and its tasks, ready for new runs."""
+"""What a study keeps of its own: `study.json` with the request, and its tasks, ready for new runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from armdesign._version import __version__
 from armdesign.demonstration.provenance import as_json
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError, resume_command
 from armdesign.experiments.auto_dof.dof_records import holds_auto
-from armdesign.experiments.studies.study_plan import Asked, Tasks, task_name
+from armdesign.experiments.studies.study_plan import StudyRequest, task_name
+from armdesign.experiments.sweep.sweep_plan import Tasks
 from armdesign.experiments.sweep.sweep_store import (
     NEW_FOLDER,
     differences,
@@ -26,8 +27,8 @@ from armdesign.runs.reading import read_problem
 STUDY = "study.json"
 
 
-def settle_study(folder: Path, asked: Asked, tasks: Tasks) -> None:
-    """Write down what was asked, or extend the study that is there.
+def settle_study(folder: Path, request: StudyRequest, tasks: Tasks) -> None:
+    """Write down the request, or extend the study that is there.
 
     Raises:
         RunFolderError: The folder cannot be written, holds something else, or the study in it is damaged.
@@ -39,21 +40,21 @@ def settle_study(folder: Path, asked: Asked, tasks: Tasks) -> None:
         message = f"{folder} holds a search for the number of joints, not a study"
         raise RunFolderError(message, value=str(folder), fix=NEW_FOLDER)
     if (folder / STUDY).exists():
-        check_study(folder, asked, tasks)
+        check_study(folder, request, tasks)
     keep_tasks(folder, tasks)
-    content = {"armdesign_version": __version__, **asdict(asked)}
+    content = {"armdesign_version": __version__, **asdict(request)}
     write_whole(folder / STUDY, json.dumps(as_json(content), indent=2, allow_nan=False) + "\n")
 
 
-def read_asked(folder: Path) -> Asked:
-    """What was asked of the study in a folder.
+def read_request(folder: Path) -> StudyRequest:
+    """The request of the study in a folder.
 
     Raises:
         RunFolderError: The folder holds no study, or it is damaged.
     """
     try:
         content = json.loads((folder / STUDY).read_text(encoding="utf-8"))
-        names = Asked.__dataclass_fields__
+        names = StudyRequest.__dataclass_fields__
         entries = {name: content[name] for name in names}
         entries["tasks"], entries["dof"] = tuple(entries["tasks"]), tuple(entries["dof"])
         entries["options"] = {name: frozen(value) for name, value in entries["options"].items()}
@@ -62,11 +63,11 @@ def read_asked(folder: Path) -> Asked:
         raise RunFolderError(f"{folder} holds no study: {STUDY} is missing", value=str(folder), fix=fix) from error
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise RunFolderError(f"{folder / STUDY} cannot be read: {error!r}", value=str(folder)) from error
-    return Asked(**entries)
+    return StudyRequest(**entries)
 
 
-def read_study_folder(folder: Path, name: str | None = None) -> tuple[Asked, Tasks]:
-    """What was asked of the study in a folder, with the tasks, to the last bit as they were.
+def read_study_folder(folder: Path, name: str | None = None) -> tuple[StudyRequest, Tasks]:
+    """The request of the study in a folder, with the tasks, to the last bit as they were.
 
     Args:
         folder: The study's folder.
@@ -76,27 +77,27 @@ def read_study_folder(folder: Path, name: str | None = None) -> tuple[Asked, Tas
         RunFolderError: The folder holds no study, or it is damaged.
         SettingsError: It holds another one.
     """
-    asked = read_asked(folder)
-    if name is not None and asked.study != name:
-        fix = f"Go on with: {resume_command(f'study {asked.study}', folder)}"
-        raise SettingsError(f"{folder} holds the study '{asked.study}', not '{name}'", value=name, fix=fix)
+    request = read_request(folder)
+    if name is not None and request.study != name:
+        fix = f"Go on with: {resume_command(f'study {request.study}', folder)}"
+        raise SettingsError(f"{folder} holds the study '{request.study}', not '{name}'", value=name, fix=fix)
     try:
-        tasks = {(key, n): read_problem(task_folder(folder, key, n)) for key in asked.tasks for n in asked.dof}
+        tasks = {(key, n): read_problem(task_folder(folder, key, n)) for key in request.tasks for n in request.dof}
     except ArmDesignError as error:
         raise RunFolderError(f"the study in {folder} is damaged: {error}", value=str(folder)) from error
-    return asked, tasks
+    return request, tasks
 
 
-def check_study(folder: Path, asked: Asked, tasks: Tasks) -> None:
+def check_study(folder: Path, request: StudyRequest, tasks: Tasks) -> None:
     """Refuse what would leave the folder with runs of different kinds, or with runs that are not asked for.
 
     Raises:
         SettingsError: Another study, other settings, another task, or a run that is there is not asked for.
     """
     earlier, known = read_study_folder(folder)
-    if earlier.study != asked.study:
-        raise SettingsError(f"{folder} holds the study '{earlier.study}'", value=asked.study, fix=NEW_FOLDER)
-    differing = changed(earlier, asked)
+    if earlier.study != request.study:
+        raise SettingsError(f"{folder} holds the study '{earlier.study}'", value=request.study, fix=NEW_FOLDER)
+    differing = changed(earlier, request)
     for key, n in known.keys() & tasks.keys():
         there, here = known[key, n], tasks[key, n]
         words = differences(there.settings.to_dict(), here.settings.to_dict())
@@ -107,13 +108,13 @@ def check_study(folder: Path, asked: Asked, tasks: Tasks) -> None:
         raise SettingsError(
             f"the study in {folder} has other settings: {'; '.join(differing)}", value=differing, fix=NEW_FOLDER
         )
-    refuse_fewer(folder, earlier, asked)
+    refuse_fewer(folder, earlier, request)
 
 
-def changed(earlier: Asked, asked: Asked) -> list[str]:
+def changed(earlier: StudyRequest, request: StudyRequest) -> list[str]:
     """Settings of a study, its lists aside, with different values, each in words."""
     there = {"seed": earlier.seed, **earlier.options}
-    here = {"seed": asked.seed, **asked.options}
+    here = {"seed": request.seed, **request.options}
     return [
         f"{name} is {there.get(name, 'not set')} there and {here.get(name, 'not set')} here"
         for name in dict.fromkeys([*there, *here])
@@ -122,15 +123,17 @@ def changed(earlier: Asked, asked: Asked) -> list[str]:
     ]
 
 
-def refuse_fewer(folder: Path, earlier: Asked, asked: Asked) -> None:
+def refuse_fewer(folder: Path, earlier: StudyRequest, request: StudyRequest) -> None:
     """Refuse lists that leave out what is there.
 
     Raises:
         SettingsError: Something there is not asked for.
     """
-    lists = {"tasks": (earlier.tasks, asked.tasks), "dof": (earlier.dof, asked.dof)}
-    lists["repetitions"] = (tuple(range(1, earlier.reps + 1)), tuple(range(1, asked.reps + 1)))
-    lists |= {name: (value, asked.options[name]) for name, value in earlier.options.items() if isinstance(value, tuple)}
+    lists = {"tasks": (earlier.tasks, request.tasks), "dof": (earlier.dof, request.dof)}
+    lists["repetitions"] = (tuple(range(1, earlier.reps + 1)), tuple(range(1, request.reps + 1)))
+    lists |= {
+        name: (value, request.options[name]) for name, value in earlier.options.items() if isinstance(value, tuple)
+    }
     for name, (there, here) in lists.items():
         absent = [entry for entry in there if entry not in here]
         if absent:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+
+from armdesign.files import csv_table
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,10 @@ class Table:
         lines = self.cells()
         widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
         left = [all(isinstance(row[i], str) for row in self.rows) for i in range(len(widths))]
-        rows = ["  ".join(padded(line, widths, left)).rstrip() for line in lines]
+        align = [str.ljust if words else str.rjust for words in left]
+        rows = [
+            "  ".join(a(cell, w) for a, cell, w in zip(align, line, widths, strict=True)).rstrip() for line in lines
+        ]
         return "\n".join([self.title, *(f"  {row}" for row in rows), *self.notes])
 
     def markdown(self) -> str:
@@ -92,13 +95,11 @@ class Table:
     def csv(self) -> str:
         """The table as CSV in full digits; a mean with spread takes three columns."""
         spreads = [any(isinstance(row[i], Spread) for row in self.rows) for i in range(len(self.headings))]
-        buffer = io.StringIO()
-        writer = csv.writer(buffer, lineterminator="\n")
-        names = (headed(column.name, wide) for column, wide in zip(self.headings, spreads, strict=True))
-        writer.writerow([name for group in names for name in group])
-        for row in self.rows:
-            writer.writerow([value for cell, wide in zip(row, spreads, strict=True) for value in plain(cell, wide)])
-        return buffer.getvalue()
+        names = []
+        for column, wide in zip(self.headings, spreads, strict=True):
+            names += [column.name, f"{column.name} spread", f"{column.name} count"] if wide else [column.name]
+        rows = [[x for cell, wide in zip(row, spreads, strict=True) for x in numbers(cell, wide)] for row in self.rows]
+        return csv_table(names, rows)
 
 
 def spread_of(values: Iterable[float]) -> Spread | None:
@@ -121,20 +122,8 @@ def shown(cell: Cell, digits: int, sign: str = "±") -> str:
     return str(cell)
 
 
-def padded(line: Sequence[str], widths: Sequence[int], left: Sequence[bool]) -> list[str]:
-    """Cells at the width of their columns, words to the left."""
-    aligned: list[Callable[[str, int], str]] = [str.ljust if words else str.rjust for words in left]
-    return [align(cell, width) for cell, width, align in zip(line, widths, aligned, strict=True)]
-
-
-def headed(name: str, wide: bool) -> list[str]:
-    """Headings of a column in CSV."""
-    return [name, f"{name} spread", f"{name} count"] if wide else [name]
-
-
-def plain(cell: Cell, wide: bool) -> list[str | int | float]:
-    """Values of a cell in CSV."""
+def numbers(cell: Cell, wide: bool) -> list[Cell]:
+    """Values of a cell in CSV, three of them in a column that is wide."""
     if isinstance(cell, Spread):
         return [cell.mean, cell.spread, cell.count]
-    value = "" if cell is None or (isinstance(cell, float) and not math.isfinite(cell)) else cell
-    return [value, "", ""] if wide else [value]
+    return [cell, None, None] if wide else [cell]

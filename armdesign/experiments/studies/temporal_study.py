@@ -8,24 +8,24 @@ a single frame it could turn any orientation error to 0.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from armdesign.errors import SearchError, SettingsError, counted
 from armdesign.experiments.studies.frame_fitness import FrameFitness
 from armdesign.experiments.studies.frame_solvers import AGENTS, REFERENCE, SOLVERS, TITLES, FrameSolvers
 from armdesign.experiments.studies.opytimizer_swarms import ALGORITHMS, check_budget, check_opytimizer
-from armdesign.experiments.studies.study_plan import Asked, Defaults, Record, Tasks, Unit, task_name, work_unit
+from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, task_name, work_unit
 from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
 from armdesign.experiments.sweep.jobs import Reporter
+from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.fitness.robot import RobotFitness
 from armdesign.search.design_problem import DesignProblem
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 TITLE = "Solvers of the temporal fitness"
 NAME = "temporal"
@@ -41,6 +41,14 @@ Key = tuple[str, int, int, int]
 """Task, number of joints, design, frame."""
 
 
+class Solve(NamedTuple):
+    """G [m], processor time [s] and evaluations of one solver on one instance."""
+
+    g: float
+    seconds: float
+    evaluations: int
+
+
 def defaults(quick: bool) -> Defaults:
     """Ten designs and 20,000 evaluations as in the paper; three and 5,000 in a quick one."""
     solvers = tuple(name for name in SOLVERS if name != REFERENCE)
@@ -48,38 +56,38 @@ def defaults(quick: bool) -> Defaults:
     return Defaults(3 if quick else 10, (3, 5) if quick else (3, 4, 5, 6), options)
 
 
-def plan(asked: Asked, tasks: Tasks) -> list[Unit]:
+def plan(request: StudyRequest, tasks: Tasks) -> list[Unit]:
     """One unit per task, number of joints, design and solver; the reference is always among the solvers.
 
     Raises:
         SettingsError: There is no such solver, or the budget is too small for one iteration.
         MissingExtraError: opytimizer is needed and not installed.
     """
-    wanted = asked.options["algorithms"]
+    wanted = request.options["algorithms"]
     for name in wanted:
         if name not in SOLVERS:
             raise SettingsError(f"there is no solver '{name}'", value=name, allowed=list(SOLVERS))
     if any(name in ALGORITHMS for name in wanted):
         check_opytimizer()
-        check_budget(asked.options["budget"], AGENTS, "Raise --budget")
+        check_budget(request.options["budget"], AGENTS, "Raise --budget")
     names = dict.fromkeys([*(name for name in SOLVERS if name in wanted), REFERENCE])
     return [
-        work_unit(key, tasks[key, n], f"{name}-design{k}", work_for(asked, name, k))
-        for key in asked.tasks
-        for n in asked.dof
+        work_unit(key, tasks[key, n], f"{name}-design{k}", work_for(request, name, k))
+        for key in request.tasks
+        for n in request.dof
         for name in names
-        for k in range(asked.reps)
+        for k in range(request.reps)
     ]
 
 
-def work_for(asked: Asked, name: str, k: int) -> dict[str, Any]:
+def work_for(request: StudyRequest, name: str, k: int) -> dict[str, Any]:
     """What a unit is to do."""
     return {
         "study": NAME,
         "algorithm": name,
         "design": k,
-        "seed": asked.seed,
-        "budget": asked.options["budget"] if name in ALGORITHMS else None,
+        "seed": request.seed,
+        "budget": request.options["budget"] if name in ALGORITHMS else None,
     }
 
 
@@ -138,74 +146,78 @@ def instants(count: int) -> list[int]:
     return sorted({0, count // 2, count - 1})
 
 
-def results(records: Sequence[Record]) -> dict[str, dict[Key, tuple[float, float, int]]]:
-    """G [m], processor time [s] and evaluations by solver and instance."""
-    found: dict[str, dict[Key, tuple[float, float, int]]] = {}
-    for record in records:
-        if record.finished:
+class Instances(dict[str, dict[Key, Solve]]):
+    """Solves by solver and instance, and the least G [m] that any solver has found, by instance.
+
+    Attributes:
+        best: The least G by instance; of the instances that have the reference.
+    """
+
+    def __init__(self, records: Sequence[Record]) -> None:
+        """Collect what is finished."""
+        super().__init__()
+        least: dict[Key, float] = {}
+        for record in (record for record in records if record.finished):
             work, content = record.unit.work or {}, record.content
             share = int(content["evaluations"]) // len(content["frames"])
             for frame, g, seconds in zip(content["frames"], content["g"], content["cpu_times"], strict=True):
                 key = (record.task, record.dof, int(work["design"]), int(frame))
-                found.setdefault(record.algorithm, {})[key] = (float(g), float(seconds), share)
-    return found
+                self.setdefault(record.algorithm, {})[key] = Solve(float(g), float(seconds), share)
+                least[key] = min(float(g), least.get(key, np.inf))
+        self.best = {key: g for key, g in least.items() if key in self.get(REFERENCE, {})}
+
+    def of(self, solver: str, task: str, n: int | None = None) -> dict[Key, Solve]:
+        """The solves of a solver for a task, of all numbers of joints or of n alone."""
+        return {key: solve for key, solve in self[solver].items() if key[0] == task and n in (None, key[1])}
+
+    def share(self, solves: Mapping[Key, Solve]) -> float | None:
+        """Share of instances solved as well as is known [%]; None of none."""
+        hits = [solve.g - self.best[key] <= WITHIN for key, solve in solves.items() if key in self.best]
+        return 100.0 * sum(hits) / len(hits) if hits else None
+
+    def excess(self, solves: Mapping[Key, Solve]) -> float | None:
+        """Mean of G above the best known [mm]; None of none."""
+        excess = spread_of(1e3 * (solve.g - self.best[key]) for key, solve in solves.items() if key in self.best)
+        return None if excess is None else excess.mean
 
 
-def best_known(found: Mapping[str, Mapping[Key, tuple[float, float, int]]]) -> dict[Key, float]:
-    """The least G any solver has found, by instance [m]; of those that have the reference."""
-    best: dict[Key, float] = {}
-    for values in found.values():
-        for key, (g, _, _) in values.items():
-            best[key] = min(g, best.get(key, np.inf))
-    return {key: g for key, g in best.items() if key in found.get(REFERENCE, {})}
-
-
-def tables(asked: Asked, records: Sequence[Record]) -> list[Table]:
+def tables(request: StudyRequest, records: Sequence[Record]) -> list[Table]:
     """Mean G, time and share of the best known; then the share by number of joints."""
-    found = results(records)
-    best = best_known(found)
-    groups = [(name, solver) for name in map(task_name, asked.tasks) for solver in found]
-    return [main_table(asked, groups, found, best), share_table(asked, groups, found, best)]
+    instances = Instances(records)
+    return [main_table(request, instances), share_table(request, instances)]
 
 
-def main_table(
-    asked: Asked,
-    groups: Sequence[tuple[str, str]],
-    found: Mapping[str, Mapping[Key, tuple[float, float, int]]],
-    best: Mapping[Key, float],
-) -> Table:
+def main_table(request: StudyRequest, instances: Instances) -> Table:
     """The table in the paper's form."""
     rows: list[list[Cell]] = []
-    for name in map(task_name, asked.tasks):
-        for task, solver in groups:
-            if task == name:
-                entries = {key: value for key, value in found[solver].items() if key[0] == name}
-                spreads = [
-                    spread_of(1e3 * g for (_, n, _, _), (g, _, _) in entries.items() if n == m) for m in asked.dof
-                ]
-                seconds = spread_of(value[1] for value in entries.values())
-                calls = spread_of(value[2] for value in entries.values())
-                share = share_of(entries, best)
-                rows.append([
-                    name, title_of(solver), *spreads, seconds and seconds.mean, share, calls and round(calls.mean),
-                ])  # fmt: skip
-        spreads = [spread_of(1e3 * g for key, g in best.items() if key[:2] == (name, n)) for n in asked.dof]
-        rows.append([name, "best known", *spreads, None, None, None])
+    best = instances.best
+    for task in map(task_name, request.tasks):
+        for solver in instances:
+            solves = instances.of(solver, task)
+            spreads = [spread_of(1e3 * s.g for s in instances.of(solver, task, n).values()) for n in request.dof]
+            seconds = spread_of(s.seconds for s in solves.values())
+            calls = spread_of(s.evaluations for s in solves.values())
+            rows.append([
+                task, title_of(solver), *spreads, seconds and seconds.mean, instances.share(solves),
+                calls and round(calls.mean),
+            ])  # fmt: skip
+        spreads = [spread_of(1e3 * g for key, g in best.items() if key[:2] == (task, n)) for n in request.dof]
+        rows.append([task, "best known", *spreads, None, None, None])
     columns: list[Column | str] = [
-        "task", "solver", *(Column(f"n = {n}", 1) for n in asked.dof),
+        "task", "solver", *(Column(f"n = {n}", 1) for n in request.dof),
         Column("time [s]", 4), Column("found [%]", 0), "evaluations",
     ]  # fmt: skip
     count = max((len({key[2:] for key in best if key[:2] == group[:2]}) for group in best), default=0)
     notes = [
-        f"Mean ± standard deviation over {counted(asked.reps, 'random valid design')} at the first, middle and last "
+        f"Mean ± standard deviation over {counted(request.reps, 'random valid design')} at the first, middle and last "
         f"frame ({count} instances per n); time: processor time of one solve.",
         f"found: share of instances within {1e3 * WITHIN:g} mm of the best known, which is the least that any solver "
         "of this table has found.",
         "evaluations: of DLS its steps; DLS and SLSQP end by themselves, whatever the budget of the others.",
     ]
-    if any(solver in ALGORITHMS for solver in found):
+    if any(solver in ALGORITHMS for solver in instances):
         notes.append(f"Metaheuristics of opytimizer, {AGENTS} agents, sigma eliminated exactly for them as for DLS.")
-    if FREE_SIGMA in found:
+    if FREE_SIGMA in instances:
         notes.append(
             f"{TITLES[FREE_SIGMA]}: sigma as variables beside q, finite differences, one random start, as the paper "
             "probably ran it."
@@ -213,31 +225,20 @@ def main_table(
     return Table("temporal", "Temporal fitness G [mm] by solver", columns, rows, notes)
 
 
-def share_table(
-    asked: Asked,
-    groups: Sequence[tuple[str, str]],
-    found: Mapping[str, Mapping[Key, tuple[float, float, int]]],
-    best: Mapping[Key, float],
-) -> Table:
+def share_table(request: StudyRequest, instances: Instances) -> Table:
     """How often each solver finds the best known value, and how far it is from it on the mean, by number of joints."""
     rows: list[list[Cell]] = []
-    for task, solver in groups:
-        row: list[Cell] = [task, title_of(solver)]
-        for n in asked.dof:
-            entries = {key: value for key, value in found[solver].items() if key[:2] == (task, n)}
-            excess = spread_of(1e3 * (g - best[key]) for key, (g, _, _) in entries.items() if key in best)
-            row += [share_of(entries, best), excess and excess.mean]
-        rows.append(row)
-    pairs = [(Column(f"n = {n} [%]", 0), Column("excess [mm]", 2)) for n in asked.dof]
+    for task in map(task_name, request.tasks):
+        for solver in instances:
+            row: list[Cell] = [task, title_of(solver)]
+            for n in request.dof:
+                solves = instances.of(solver, task, n)
+                row += [instances.share(solves), instances.excess(solves)]
+            rows.append(row)
+    pairs = [(Column(f"n = {n} [%]", 0), Column("excess [mm]", 2)) for n in request.dof]
     columns: list[Column | str] = ["task", "solver", *(column for pair in pairs for column in pair)]
     title = f"Share of instances within {1e3 * WITHIN:g} mm of the best known, and mean excess over it"
     return Table("found", title, columns, rows)
-
-
-def share_of(entries: Mapping[Key, tuple[float, float, int]], best: Mapping[Key, float]) -> float | None:
-    """Share of instances solved as well as is known [%]."""
-    hits = [g - best[key] <= WITHIN for key, (g, _, _) in entries.items() if key in best]
-    return 100.0 * sum(hits) / len(hits) if hits else None
 
 
 def title_of(solver: str) -> str:
@@ -245,18 +246,15 @@ def title_of(solver: str) -> str:
     return TITLES.get(solver, solver.upper())
 
 
-def figure(asked: Asked, records: Sequence[Record]) -> Figure:
+def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
     """Mean excess over the best known value against the time of a solve: a panel per task and number of joints."""
-    from matplotlib.figure import Figure  # noqa: PLC0415 (slow to load)
-
-    found = results(records)
-    best = best_known(found)
-    names = [task_name(key) for key in asked.tasks]
-    picture = Figure(figsize=(3.1 * len(asked.dof) + 1.9, 2.9 * len(names) + 0.6), layout="constrained")
-    panels = picture.subplots(len(names), len(asked.dof), sharex=True, sharey=True, squeeze=False)
+    instances = Instances(records)
+    names = [task_name(key) for key in request.tasks]
+    picture = Figure(figsize=(3.1 * len(request.dof) + 1.9, 2.9 * len(names) + 0.6), layout="constrained")
+    panels = picture.subplots(len(names), len(request.dof), sharex=True, sharey=True, squeeze=False)
     for row, name in zip(panels, names, strict=True):
-        for axes, n in zip(row, asked.dof, strict=True):
-            draw_panel(axes, (name, n), found, best)
+        for axes, n in zip(row, request.dof, strict=True):
+            draw_panel(axes, instances, name, n)
             axes.set_title(f"{name}, n = {n}")
     for axes in panels[-1]:
         axes.set_xlabel("time of a solve [s]")
@@ -268,29 +266,26 @@ def figure(asked: Asked, records: Sequence[Record]) -> Figure:
     return picture
 
 
-def draw_panel(
-    axes: Any,  # noqa: ANN401 (Matplotlib)
-    group: tuple[str, int],
-    found: Mapping[str, Mapping[Key, tuple[float, float, int]]],
-    best: Mapping[Key, float],
-) -> None:
-    """One mark per solver."""
-    for i, (solver, values) in enumerate(found.items()):
-        entries = [(g - best[key], t) for key, (g, t, _) in values.items() if key[:2] == group and key in best]
-        excess, seconds = mean(1e3 * e for e, _ in entries), mean(t for _, t in entries)
+def draw_panel(axes: Axes, instances: Instances, task: str, n: int) -> None:
+    """One mark per solver.
+
+    Args:
+        axes: The panel.
+        instances: All solves.
+        task: Name of the task.
+        n: Number of joints.
+    """
+    for i, solver in enumerate(instances):
+        solves = {key: solve for key, solve in instances.of(solver, task, n).items() if key in instances.best}
+        seconds, excess = spread_of(solve.seconds for solve in solves.values()), instances.excess(solves)
         family = ("dls", "slsqp").index(solver.partition("-")[0]) if solver.startswith(("dls", "slsqp")) else 2
         axes.plot(
-            [seconds], [excess], linestyle="none", marker="Dso"[family], color=f"C{i % 10}", markersize=7,
-            markeredgecolor="white", markeredgewidth=0.6, label=title_of(solver), clip_on=False,
+            [np.nan if seconds is None else seconds.mean], [np.nan if excess is None else excess], linestyle="none",
+            marker="Dso"[family], color=f"C{i % 10}", markersize=7, markeredgecolor="white", markeredgewidth=0.6,
+            label=title_of(solver), clip_on=False,
         )  # fmt: skip
     axes.set_xscale("log")
     axes.set_yscale("symlog", linthresh=LINEAR)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
-
-
-def mean(values: Iterable[float]) -> float:
-    """Mean of values; NaN of none."""
-    found = spread_of(values)
-    return float("nan") if found is None else found.mean

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from armdesign.cli import app
 from armdesign.errors import RunFolderError
-from armdesign.experiments.studies import Asked
+from armdesign.experiments.studies import StudyRequest
 from armdesign.experiments.studies.study_store import settle_study
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -66,7 +66,7 @@ def test_its_folder_takes_no_single_run_and_no_study(made, run):
         assert "holds a search for the number of joints. Name another folder" in outcome.output.splitlines()[-1]
     assert {path for path in folder.rglob("*")} == before
     with pytest.raises(RunFolderError, match="holds a search for the number of joints, not a study"):
-        settle_study(folder, Asked("designs", (), (), 1, 0), {})
+        settle_study(folder, StudyRequest("designs", (), (), 1, 0), {})
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 
 from armdesign import Settings, prepare, read_recording
 from armdesign.errors import RunFolderError, SettingsError
-from armdesign.experiments.studies import Asked, run_study
+from armdesign.experiments.studies import StudyRequest, run_study
 from armdesign.experiments.studies import temporal_study as temporal
 from armdesign.experiments.studies.study_engine import planned
 from armdesign.experiments.studies.study_registry import perform
@@ -69,7 +69,7 @@ def ask():
             for n in dof:
                 prepared[key, n] = prepare(recordings[key], settings.replace({"design": {"dof": n}}))
         options = {"algorithms": SOLVERS, "budget": 400} | options
-        return Asked("temporal", tasks, dof, reps, 0, options), prepared
+        return StudyRequest("temporal", tasks, dof, reps, 0, options), prepared
 
     return make
 
@@ -101,8 +101,8 @@ def stamps(folder):
 
 
 def test_study_leaves_its_tables_its_figure_and_what_they_hang_on(whole, ask):
-    asked, tasks = ask()
-    units = planned(asked, tasks)
+    study_request, tasks = ask()
+    units = planned(study_request, tasks)
     about = json.loads((whole / "about.json").read_text())
     assert {path.name for path in whole.iterdir() if path.name[0] != "." and path.is_file()} == {
         "about.json", "figure.png", "runs.csv", "study.json", "table.csv", "table.md", "table_found.csv",
@@ -140,10 +140,10 @@ def test_broken_down_and_resumed_equals_undisturbed(whole, ask, tmp_path):
         run_study(folder, *ask(), lambda units: Here(most=2))
     assert len(found(folder)) == 2
     workers = Here()
-    finding = run_study(folder, *read_study_folder(folder), lambda units: workers)
+    result = run_study(folder, *read_study_folder(folder), lambda units: workers)
     assert len(workers.taken) == 4
     assert found(folder) == found(whole)
-    assert finding.runs.count("finished") == 6
+    assert result.runs.count("finished") == 6
     assert len(json.loads((folder / "about.json").read_text())["sessions"]) == 1
 
 
@@ -168,9 +168,9 @@ def test_finished_study_is_not_touched_again(copy, ask):
 )
 def test_more_of_everything_adds_the_missing_runs_alone(copy, ask, more):
     before, earlier, workers = stamps(copy), found(copy), Here()
-    finding = run_study(copy, *ask(**more), lambda units: workers)
+    result = run_study(copy, *ask(**more), lambda units: workers)
     assert not set(workers.taken) & set(earlier)
-    assert len(finding.runs.rows) == len(earlier) + len(workers.taken)
+    assert len(result.runs.rows) == len(earlier) + len(workers.taken)
     assert {path: stamp for path, stamp in stamps(copy).items() if path in before} == before
 
 
@@ -192,14 +192,14 @@ def test_other_settings_and_less_are_refused(copy, ask, change, message):
 
 
 def test_folder_of_something_else_is_refused(whole, ask, tmp_path):
-    asked, tasks = ask()
+    study_request, tasks = ask()
     with pytest.raises(RunFolderError, match="holds no study"):
         read_study_folder(tmp_path)
     with pytest.raises(SettingsError, match="holds the study 'temporal', not 'robot'"):
         read_study_folder(whole, "robot")
     (tmp_path / "sweep.toml").touch()
     with pytest.raises(RunFolderError, match="holds a sweep, not a study"):
-        run_study(tmp_path, asked, tasks, lambda units: Here())
+        run_study(tmp_path, study_request, tasks, lambda units: Here())
 
 
 def test_damaged_record_is_done_again(copy, ask, whole):
@@ -217,10 +217,10 @@ def test_unit_that_fails_is_told_and_stops_nobody(copy, ask, monkeypatch):
         raise ValueError("no good")
 
     monkeypatch.setattr(temporal, "perform", fail)
-    finding = run_study(copy, *ask(), lambda units: Here())
-    assert finding.runs.count("failed") == 1
-    assert finding.runs.rows["packaging-n3-slsqp-design1"]["stopped_by"] == "ValueError: no good"
-    assert finding.tables[0].notes[0] == "1 of 6 runs failed; runs.csv says why."
+    result = run_study(copy, *ask(), lambda units: Here())
+    assert result.runs.count("failed") == 1
+    assert result.runs.rows["packaging-n3-slsqp-design1"]["stopped_by"] == "ValueError: no good"
+    assert result.tables[0].notes[0] == "1 of 6 runs failed; runs.csv says why."
 
 
 def test_work_that_is_told_to_stop_leaves_no_record(copy):
@@ -242,10 +242,13 @@ def test_reporter_tells_what_is_done():
 
 
 def test_plan_refuses_what_cannot_be(ask):
-    asked, tasks = ask()
+    study_request, tasks = ask()
     for changed, message in [
-        (replace(asked, reps=0), "0 repetitions"),
-        (replace(asked, options={"algorithms": ("newton",), "budget": 400}), "no solver 'newton'; allowed: ga, pso"),
+        (replace(study_request, reps=0), "0 repetitions"),
+        (
+            replace(study_request, options={"algorithms": ("newton",), "budget": 400}),
+            "no solver 'newton'; allowed: ga, pso",
+        ),
     ]:
         with pytest.raises(SettingsError, match=message):
             planned(changed, tasks)
@@ -267,8 +270,8 @@ def test_designs_are_valid_and_do_not_hang_on_how_many_there_are(whole, ask):
 
 
 def test_joints_that_make_no_arm_are_named(ask):
-    asked, tasks = ask()
+    study_request, tasks = ask()
     prepared = next(iter(tasks.values()))
     short = replace(prepared, settings=prepared.settings.replace({"design": {"length": (5.0, 6.0)}}))
     with pytest.raises(SettingsError, match=r" with \d joints?: the bounds of a and d"):
-        planned(asked, dict.fromkeys(tasks, short))
+        planned(study_request, dict.fromkeys(tasks, short))

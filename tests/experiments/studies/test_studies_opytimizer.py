@@ -24,17 +24,17 @@ def run(name, objective=bowl, budget=777, agents=20, seed=4, **options):
 
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_budget_is_spent_to_the_last_evaluation(name):
-    asked = []
+    evaluated = []
 
     def noted(x):
-        asked.append(x)
+        evaluated.append(x)
         return bowl(x)
 
     found = run(name, noted)
-    assert found.evaluations == len(asked) == 777
-    assert found.value == min(map(bowl, asked)) == bowl(found.x)
-    assert (np.array(asked) >= LOWER).all()
-    assert (np.array(asked) <= UPPER).all()
+    assert found.evaluations == len(evaluated) == 777
+    assert found.value == min(map(bowl, evaluated)) == bowl(found.x)
+    assert (np.array(evaluated) >= LOWER).all()
+    assert (np.array(evaluated) <= UPPER).all()
 
 
 @pytest.mark.parametrize("name", ALGORITHMS)
@@ -65,10 +65,10 @@ def test_algorithm_comes_nearer_than_its_first_generation(name):
 
 
 def test_first_generation_is_the_one_given():
-    asked = []
+    evaluated = []
     first = np.random.default_rng(0).uniform(LOWER, UPPER, (20, 3))
-    run("pso", lambda x: (asked.append(x), bowl(x))[1], first=first)
-    assert np.array_equal(asked[:20], first)
+    run("pso", lambda x: (evaluated.append(x), bowl(x))[1], first=first)
+    assert np.array_equal(evaluated[:20], first)
 
 
 def test_annealing_that_cools_beats_the_random_walk_of_the_defaults():

@@ -9,7 +9,7 @@ import pytest
 
 from armdesign import Settings, prepare, read_recording
 from armdesign.errors import SearchError, SettingsError
-from armdesign.experiments.studies import Asked
+from armdesign.experiments.studies import StudyRequest
 from armdesign.experiments.studies import robot_study as robot
 from armdesign.experiments.studies.study_engine import planned
 from armdesign.experiments.studies.study_plan import Record
@@ -21,8 +21,8 @@ SMALL = {"particles": 8, "iterations": 5}
 
 
 @pytest.fixture(scope="module")
-def asked():
-    return Asked("robot", ("packaging",), (4,), 2, 3, {"algorithms": tuple(robot.TITLES)})
+def study_request():
+    return StudyRequest("robot", ("packaging",), (4,), 2, 3, {"algorithms": tuple(robot.TITLES)})
 
 
 @pytest.fixture(scope="module")
@@ -32,10 +32,10 @@ def tasks():
 
 
 @pytest.fixture(scope="module")
-def records(asked, tasks, tmp_path_factory):
+def records(study_request, tasks, tmp_path_factory):
     """What all units found."""
     folder, found = tmp_path_factory.mktemp("robot"), []
-    for unit in planned(asked, tasks):
+    for unit in planned(study_request, tasks):
         place = begin_unit(folder, unit)
         outcome = carry_out_unit(place)
         assert outcome.state == "finished", outcome.reason
@@ -65,8 +65,8 @@ def test_no_search_ends_above_the_best_of_the_common_first_generation(records, t
         assert record.content["fitness"] <= scores.fitness.min() * (1.0 + 1e-9)
 
 
-def test_tables_hold_means_over_the_runs(asked, records):
-    summary, joints = robot.tables(asked, records)
+def test_tables_hold_means_over_the_runs(study_request, records):
+    summary, joints = robot.tables(study_request, records)
     for row, algorithm in zip(summary.rows, robot.TITLES, strict=True):
         values = [record.content["fitness"] for record in records if record.algorithm == algorithm]
         assert row[0] == robot.TITLES[algorithm]
@@ -74,15 +74,15 @@ def test_tables_hold_means_over_the_runs(asked, records):
         assert row[1].spread == pytest.approx(np.std(values, ddof=1))
         assert row[-1] == "2/2"
     assert len(joints.rows) == len(robot.TITLES)
-    assert robot.figure(asked, records).axes
+    assert robot.figure(study_request, records).axes
 
 
-def test_tables_cope_with_runs_that_are_missing(asked, records):
+def test_tables_cope_with_runs_that_are_missing(study_request, records):
     missing = [Record(record.unit, "failed", "why", {}, record.folder) for record in records[:2]]
-    summary, _ = robot.tables(asked, [*missing, *records[2:]])
+    summary, _ = robot.tables(study_request, [*missing, *records[2:]])
     assert summary.rows[0][1] is None
     assert summary.rows[0][-1] == "0/2"
-    assert robot.figure(asked, missing).axes
+    assert robot.figure(study_request, missing).axes
 
 
 def test_search_without_a_valid_arm_says_so(tasks):
@@ -91,18 +91,18 @@ def test_search_without_a_valid_arm_says_so(tasks):
         robot.perform(unreachable, {"algorithm": "ga", "seed": 0}, lambda *report: None)
 
 
-def test_unknown_algorithm_and_too_few_iterations_are_refused(asked, tasks):
+def test_unknown_algorithm_and_too_few_iterations_are_refused(study_request, tasks):
     with pytest.raises(SettingsError, match="no search algorithm 'de'; allowed: abc, ga, pso-opytimizer"):
-        robot.plan(Asked("robot", asked.tasks, asked.dof, 1, 0, {"algorithms": ("de",)}), tasks)
+        robot.plan(StudyRequest("robot", study_request.tasks, study_request.dof, 1, 0, {"algorithms": ("de",)}), tasks)
     recording = read_recording(EXAMPLES / "packaging.csv")
     short = {"packaging": prepare(recording, Settings().replace({"design": {"dof": 4}, "search": {"iterations": 3}}))}
     with pytest.raises(SettingsError, match="a budget of 1200 evaluations is too small"):
-        robot.plan(asked, {("packaging", 4): short["packaging"]})
+        robot.plan(study_request, {("packaging", 4): short["packaging"]})
 
 
 @pytest.mark.parametrize("setting", [{"patience": 2}, {"target": 0.3}, {"time_limit": 60.0}, {"first": [[0.0] * 11]}])
-def test_settings_that_would_make_the_searches_unequal_are_refused(asked, tasks, setting):
+def test_settings_that_would_make_the_searches_unequal_are_refused(study_request, tasks, setting):
     prepared = tasks["packaging", 4]
     unequal = replace(prepared, settings=prepared.settings.replace({"search": setting}))
     with pytest.raises(SettingsError, match=f"search.{next(iter(setting))} is set, but the searches"):
-        robot.plan(asked, {("packaging", 4): unequal})
+        robot.plan(study_request, {("packaging", 4): unequal})

@@ -9,9 +9,9 @@ import pytest
 
 from armdesign.demonstration import read_recording
 from armdesign.errors import SettingsError
-from armdesign.experiments.studies.record import Best, better_of, fingerprint, read_best, write_best
+from armdesign.experiments.studies.best_known import Best, better_of, fingerprint, read_best, write_best
 from armdesign.experiments.studies.search_study import Run, defaults, plan, rows_of, tables
-from armdesign.experiments.studies.study_plan import Asked
+from armdesign.experiments.studies.study_plan import StudyRequest
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Settings
@@ -46,9 +46,9 @@ def test_a_search_with_more_candidates_is_shown_at_the_budget_as_well():
     assert [row[5] for row in rows] == [0.2, 0.1]
 
 
-def test_half_of_the_seeds_never_near_is_no_number():
+def test_half_of_the_seeds_never_near_is_never():
     (row,) = rows_of((3, "a", "pso"), {(3, "a", "pso"): [run(0.3), run(0.4)]}, 0.1, 100)
-    assert row[8:11] == (0.0, 100.0, None)
+    assert row[8:11] == (0.0, 100.0, np.inf)
 
 
 def test_a_curve_is_infinite_before_its_first_batch():
@@ -57,14 +57,14 @@ def test_a_curve_is_infinite_before_its_first_batch():
     assert run(0.3, 0.2).at(10**9) == 0.2
 
 
-def asked(**options):
+def study_request(**options):
     usual = defaults(quick=True)
-    return Asked("search", ("packaging",), (3,), 2, 0, {**usual.options, **options})
+    return StudyRequest("search", ("packaging",), (3,), 2, 0, {**usual.options, **options})
 
 
 def test_plan_has_every_algorithm_with_every_seed():
     ready = prepared()
-    units = plan(asked(budget=500, swarms=4000), {("packaging", 3): ready})
+    units = plan(study_request(budget=500, swarms=4000), {("packaging", 3): ready})
     searches = [unit.problem.settings.search for unit in units]
     assert {(each.algorithm, each.seed) for each in searches} == {
         (name, seed) for name in ("multibasin", "rapso") for seed in (0, 1)
@@ -72,13 +72,13 @@ def test_plan_has_every_algorithm_with_every_seed():
     for each in searches:
         assert each.candidates == (500 if each.algorithm == "multibasin" else 4000)
     assert len({unit.name for unit in units}) == len(units)
-    assert tables(asked(), []) != []
+    assert tables(study_request(), []) != []
 
 
 @pytest.mark.parametrize("options", [{"algorithms": ("abc",)}, {"budget": 3}, {"swarms": 0}])
 def test_what_cannot_be_is_refused(options):
     with pytest.raises(SettingsError):
-        plan(asked(**options), {("packaging", 3): prepared()})
+        plan(study_request(**options), {("packaging", 3): prepared()})
 
 
 def test_fingerprint_is_of_the_fitness_not_of_the_search():
