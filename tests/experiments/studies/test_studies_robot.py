@@ -13,7 +13,8 @@ from armdesign.experiments.studies import StudyRequest
 from armdesign.experiments.studies import robot_study as robot
 from armdesign.experiments.studies.study_engine import planned
 from armdesign.experiments.studies.study_plan import Record
-from armdesign.experiments.sweep import carry_out_unit
+from armdesign.experiments.studies.study_registry import perform
+from armdesign.experiments.sweep import UnitJob, carry_out_unit
 from armdesign.experiments.sweep.units import begin_unit
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -37,7 +38,7 @@ def records(study_request, tasks, tmp_path_factory):
     folder, found = tmp_path_factory.mktemp("robot"), []
     for unit in planned(study_request, tasks):
         place = begin_unit(folder, unit)
-        outcome = carry_out_unit(place)
+        outcome = carry_out_unit(UnitJob(place, perform))
         assert outcome.state == "finished", outcome.reason
         result = place / ("result.json" if unit.work is None else "record.json")
         content = json.loads(result.read_text())
