@@ -115,9 +115,6 @@ def check_arm_length(P: Array, source: str, scale: float = 1.0) -> float:
 
     Returns:
         The arm's length [m]; NaN where it is never seen as a whole.
-
-    Raises:
-        TaskError: The arm is longer than 2 m or shorter than 0.1 m.
     """
     length = arm_length(P)
     if _SHORTEST_ARM <= length <= _LONGEST_ARM or np.isnan(length):

@@ -74,11 +74,7 @@ def draw_recording(recording: Recording, kind: str = "png") -> bytes:
 
 
 def check_kind(kind: str) -> str:
-    """A kind of picture that can be drawn.
-
-    Raises:
-        SettingsError: Another kind was asked for.
-    """
+    """A kind of picture that can be drawn."""
     if kind not in FORMATS:
         allowed = ", ".join(f".{each}" for each in FORMATS)
         raise SettingsError(f"a picture cannot be written as '.{kind}'", value=kind, allowed=allowed)

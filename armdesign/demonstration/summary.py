@@ -152,11 +152,7 @@ def summarise(recording: Recording) -> Summary:
 
 
 def summary_text(summary: Summary) -> str:
-    """A summary for people.
-
-    Args:
-        summary: The summary.
-    """
+    """A summary for people."""
     bodies = [_wrapped(f"{body}: {', '.join(each)}", "  ", "    ") for body, each in summary.bodies.items()]
     blocks = [
         _heading(summary),

@@ -234,9 +234,6 @@ def plan_cuts(recording: Recording, stretches: Sequence[Stretch]) -> list[Cut]:
     Args:
         recording: Any recording.
         stretches: Pairs of times in the recording [s].
-
-    Raises:
-        SettingsError: A stretch has no frames, overlaps another or reaches an end of the recording.
     """
     time = recording.time
     cuts: list[Cut] = []
@@ -257,11 +254,7 @@ def plan_cuts(recording: Recording, stretches: Sequence[Stretch]) -> list[Cut]:
 
 
 def _check_still(recording: Recording, cut: Cut) -> float:
-    """The furthest any point has moved over a cut [m].
-
-    Raises:
-        RecordingError: It is too far, or the hand does not rest at the ends.
-    """
+    """The furthest any point has moved over a cut [m]."""
     moved = {name: _jump(values, cut) for name, values in recording.points.items()}
     limit = min(STILL, STILL_SPEED * recording.step)
     name = max(moved, key=lambda name: moved[name])

@@ -19,9 +19,6 @@ _NORM_NOTE = 1e-2  # norms further from 1 than this are mentioned
 def unify_quaternions(recording: Recording) -> tuple[Recording, tuple[Step, ...]]:
     """Normalise the quaternions and make their signs continuous.
 
-    Args:
-        recording: Any recording.
-
     Raises:
         RecordingError: A quaternion is (nearly) zero; the message names the point and the time.
     """

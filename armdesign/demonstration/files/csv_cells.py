@@ -73,11 +73,7 @@ class Rows:
         return self.values[:, first:end] if neighbours else self.values[:, list(wanted)]
 
     def times(self, column: int) -> Array:
-        """Times in a column, shape (T,) [s].
-
-        Raises:
-            RecordingError: One is missing or not later than the one before; the message names the line.
-        """
+        """Times in a column, shape (T,) [s]."""
         times: Array = self.values[:, column]
         bad = first_bad_step(times)
         if bad is not None:

@@ -43,9 +43,6 @@ Layout = dict[str, dict[str, int]]  # point name -> component -> column
 def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
     """Read a plain CSV recording.
 
-    Args:
-        path: The file.
-
     Returns:
         The recording as it stands in the file: nothing filled, filtered or turned.
 
@@ -80,14 +77,7 @@ def matches(head: bytes) -> bool:
 
 
 def read(path: Path) -> Take:
-    """Read a plain CSV recording as a take, which is in metres with z up and finished.
-
-    Args:
-        path: The file.
-
-    Raises:
-        RecordingError: The file cannot be read or a line, column or value is wrong; the message says which.
-    """
+    """Read a plain CSV recording as a take, which is in metres with z up and finished."""
     plain = read_plain_csv(path)
     return Take(
         time=plain.time,
@@ -116,11 +106,7 @@ def write_plain_csv(path: str | os.PathLike[str], recording: Recording) -> None:
 
 
 def plain_csv(recording: Recording) -> str:
-    """A recording as plain CSV with all digits; missing values are empty cells.
-
-    Raises:
-        RecordingError: A name holds a comma or a quotation mark.
-    """
+    """A recording as plain CSV with all digits; missing values are empty cells."""
     return "".join(f"{line}\n" for line in _csv_lines(recording))
 
 

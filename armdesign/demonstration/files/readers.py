@@ -56,9 +56,6 @@ def legible_text(text: str) -> str:
 def read_take(path: str | os.PathLike[str]) -> Take:
     """Read a file as it stands, in its own units and axes, whatever the ending of its name.
 
-    Args:
-        path: The file.
-
     Raises:
         RecordingError: The file cannot be read, has none of the known formats, or something in it is wrong.
     """

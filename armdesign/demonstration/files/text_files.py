@@ -32,9 +32,6 @@ _LINES = 8 << 20  # characters read at a time
 def read_head(path: Path) -> bytes:
     """The first bytes of a file that can be a recording.
 
-    Args:
-        path: The file.
-
     Returns:
         At most ``HEAD_SIZE`` bytes, not all of them blank.
 
@@ -84,12 +81,6 @@ def open_text(path: Path) -> Iterator[TextIO]:
     """Open a text file, in a ``with`` statement: UTF-8 with or without a mark, UTF-16 with one, otherwise cp1252.
 
     Whatever ends the lines, they are read with a plain line feed. Bytes that the encoding does not know are replaced.
-
-    Args:
-        path: The file.
-
-    Raises:
-        RecordingError: The file cannot be read, now or further down.
     """
     try:
         with path.open("rb") as stream:
@@ -167,9 +158,6 @@ def read_lines(stream: Lines, place: Place, size: int = _LINES) -> list[str]:
         stream: The file.
         place: Where the next line stands.
         size: Number of characters.
-
-    Raises:
-        RecordingError: A line is longer than any of a recording.
     """
     lines: list[str] = []
     total = 0
@@ -186,9 +174,6 @@ def read_line(stream: Lines, place: Place, below: int = 0) -> str:
         stream: The file.
         place: A line of it, for messages.
         below: How many lines further down the next one stands.
-
-    Raises:
-        RecordingError: The line is longer than any of a recording.
     """
     text = stream.readline(MAX_LINE)
     if len(text) >= MAX_LINE:
@@ -203,9 +188,6 @@ def check_columns(count: int, place: Place) -> None:
     Args:
         count: Number of columns.
         place: Its header.
-
-    Raises:
-        RecordingError: There are more than ``MAX_COLUMNS``.
     """
     if count > MAX_COLUMNS:
         message = f"{place}: the table has {count:,} columns"
@@ -220,9 +202,6 @@ def check_size(numbers: int, place: Place) -> None:
     Args:
         numbers: How many numbers there are so far.
         place: The last line so far.
-
-    Raises:
-        RecordingError: There are more than ``MAX_NUMBERS`` numbers or ``MAX_LINES`` lines.
     """
     if numbers > MAX_NUMBERS or place.line > MAX_LINES:
         what = f"{MAX_NUMBERS:,} numbers" if numbers > MAX_NUMBERS else f"{MAX_LINES:,} lines"
@@ -236,9 +215,6 @@ def check_names(names: Sequence[str], place: Place) -> None:
     Args:
         names: The names.
         place: Where they stand.
-
-    Raises:
-        RecordingError: One is longer than ``MAX_NAME``.
     """
     for name in names:
         if len(name) > MAX_NAME:
@@ -274,21 +250,13 @@ class LinesAhead:
         self._next: str | None = None
 
     def peek(self) -> str:
-        """The next line with its end, which stays the next one; empty at the end.
-
-        Raises:
-            RecordingError: The line is longer than any of a recording.
-        """
+        """The next line with its end, which stays the next one; empty at the end."""
         if self._next is None:
             self._next = read_line(self._stream, self.place)
         return "" if self.is_end is not None and self.is_end(self._next) else self._next
 
     def readline(self, size: int = MAX_LINE, /) -> str:
-        """The next line with its end, whatever its size; empty at the end.
-
-        Raises:
-            RecordingError: The line is longer than any of a recording, or there are too many.
-        """
+        """The next line with its end, whatever its size; empty at the end."""
         text = self.peek()
         if text:
             self._next = None

@@ -90,11 +90,7 @@ def parse(text: str, known: Collection[str], source: str, purpose: str = "") -> 
 
 
 def split_list(text: str) -> list[str]:
-    """The entries of a list with commas between them; commas in quotation marks do not count.
-
-    Raises:
-        TaskError: A quotation mark is not closed.
-    """
+    """The entries of a list with commas between them; commas in quotation marks do not count."""
     return [part.strip() for part in _split(text, ",", "the list of points") if part.strip()]
 
 

@@ -211,11 +211,7 @@ def guess_arm(points: Mapping[str, Array], *, side: str = "right", base: str | N
 
 
 def find_arms(names: Iterable[str]) -> list[Arm]:
-    """All arms that names tell of, one for each subject and side, by the first scheme that fits.
-
-    Args:
-        names: Names of points.
-    """
+    """All arms that names tell of, one for each subject and side, by the first scheme that fits."""
     found: dict[tuple[str, str], Arm] = {}
     names = list(names)
     for subject, local in _subjects(names).items():

@@ -49,9 +49,6 @@ def define(expression: Expression, recording: Recording, earlier: Mapping[str, P
         expression: The expression.
         recording: The recording whose points it may refer to.
         earlier: Points defined before, which go before those of the recording.
-
-    Raises:
-        TaskError: It needs the position of something that has an orientation only.
     """
     if expression.single is not None:
         known = _one(expression.single, recording, earlier)

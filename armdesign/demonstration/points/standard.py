@@ -70,11 +70,7 @@ def _check_places(take: Take) -> None:
 
 
 def mirrored(recording: Recording) -> Recording:
-    """Left and right exchanged at the plane of x and z: p' = S p and R' = S R S with S = diag(1, -1, 1).
-
-    Args:
-        recording: In metres with z up.
-    """
+    """Left and right exchanged at the plane of x and z: p' = S p and R' = S R S with S = diag(1, -1, 1)."""
     result = recording.changed(
         recording.time, lambda p: p * [1.0, -1.0, 1.0], lambda q: q * np.array([-1.0, 1.0, -1.0, 1.0])
     )
@@ -91,14 +87,7 @@ def is_mirrored(recording: Recording) -> bool:
 
 
 def unit_factor(units: str) -> float:
-    """Metres per unit.
-
-    Args:
-        units: A unit's name, or the number itself.
-
-    Raises:
-        SettingsError: It is neither.
-    """
+    """Metres per unit."""
     text = units.strip()
     if text.lower() in UNITS:
         return UNITS[text.lower()]

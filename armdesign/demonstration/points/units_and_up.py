@@ -83,11 +83,7 @@ def measure(take: Take, arms: Sequence[Arm]) -> Size:
 
 
 def unit_of_size(size: Size) -> Unit | None:
-    """The unit in which a length is nearest to what it is on a human; None if it is so in none.
-
-    Args:
-        size: The length.
-    """
+    """The unit in which a length is nearest to what it is on a human; None if it is so in none."""
     if not (math.isfinite(size.value) and size.value > 0):
         return None
     off = {name: abs(math.log(size.value * factor / size.usual)) for name, factor in size.units.items()}

@@ -34,14 +34,7 @@ def matches(head: bytes) -> bool:
 
 
 def read(path: Path) -> Take:
-    """Read a bone's file that has times.
-
-    Args:
-        path: The file.
-
-    Raises:
-        RecordingError: The file cannot be read, something in it is wrong, or it has no times.
-    """
+    """Read a bone's file that has times."""
     return read_bone_csv(path)
 
 
@@ -54,10 +47,6 @@ def read_bone_csv(path: Path, rate: float | None = None) -> Take:
 
     Returns:
         One point with its orientation.
-
-    Raises:
-        RecordingError: The file cannot be read, something in it is wrong, or it has no times and no rate is given.
-        SettingsError: The rate makes no sense, or is given although the file has times.
     """
     with open_text(path) as stream:
         lines = LinesAhead(stream, path)

@@ -79,14 +79,8 @@ def matches(head: bytes) -> bool:
 def read(path: Path) -> Take:
     """Read a BVH file.
 
-    Args:
-        path: The file.
-
     Returns:
         Points: origins of the joints and ends of the last bones. Orientations: those of the joints.
-
-    Raises:
-        RecordingError: The file cannot be read, or something in it is wrong; the message says what and where.
     """
     with open_text(path) as stream:
         lines = LinesAhead(stream, path)
@@ -282,14 +276,7 @@ class Skeleton:
 
 
 def read_skeleton(lines: LinesAhead) -> Skeleton:
-    """Read up to the line ``MOTION``.
-
-    Args:
-        lines: The file, at its beginning.
-
-    Raises:
-        RecordingError: Something in the part is wrong; the message names the line.
-    """
+    """Read up to the line ``MOTION``."""
     reader = _Reader(lines.place)
     while text := lines.readline():
         words = text.replace("{", " { ").replace("}", " } ").split()

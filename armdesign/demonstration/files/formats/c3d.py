@@ -44,14 +44,7 @@ def matches(head: bytes) -> bool:
 
 
 def read(path: Path) -> Take:
-    """Read a C3D file.
-
-    Args:
-        path: The file.
-
-    Raises:
-        RecordingError: The file is damaged, holds no points, or cannot be read.
-    """
+    """Read a C3D file."""
     layout = read_layout(path)
     positions, poses = _numbers(path, layout)
     steps = [Step("header", note) for note in layout.notes]
@@ -183,9 +176,6 @@ def read_positions(stream: BinaryIO, start: int, shape: tuple[int, int, int], pr
         shape: Frames T, points n, and analog samples that stand behind the points of each frame.
         processor: ``INTEL``, ``DEC`` or ``MIPS``.
         scale: Factor of integers; negative where the data are floats.
-
-    Raises:
-        EOFError: The file is shorter than that.
     """
     frames, points, analog = shape
     result = np.empty((frames, points, 3))
@@ -207,9 +197,6 @@ def read_poses(stream: BinaryIO, start: int, shape: tuple[int, int, int], proces
         start: Where the matrices begin [bytes].
         shape: Frames T, matrices k in a set, and sets in a frame.
         processor: ``INTEL``, ``DEC`` or ``MIPS``.
-
-    Raises:
-        EOFError: The file is shorter than that.
     """
     frames, matrices, sets = shape
     result = np.empty((frames, matrices, 4, 4))

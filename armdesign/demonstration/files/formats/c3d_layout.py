@@ -83,14 +83,7 @@ class _Header(NamedTuple):
 
 
 def read_layout(path: Path) -> C3DLayout:
-    """Read and check header and parameters.
-
-    Args:
-        path: The file.
-
-    Raises:
-        RecordingError: The file cannot be read, ends too early, or a count or pointer in it cannot be right.
-    """
+    """Read and check header and parameters."""
     try:
         with path.open("rb") as stream:
             size = os.fstat(stream.fileno()).st_size

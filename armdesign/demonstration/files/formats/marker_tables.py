@@ -29,9 +29,6 @@ def read_units(word: str, place: Place) -> str | None:
     Args:
         word: What stands in the header.
         place: Where, for the message.
-
-    Raises:
-        RecordingError: The word is no unit of length known here.
     """
     word = word.strip()
     if word and word.lower() not in UNITS:

@@ -67,14 +67,8 @@ def matches(head: bytes) -> bool:
 def read(path: Path) -> Take:
     """Read a Motive CSV.
 
-    Args:
-        path: The file.
-
     Returns:
         Points: origins of rigid bodies and bones, and markers. Orientations: those of rigid bodies and bones.
-
-    Raises:
-        RecordingError: The file cannot be read, or something in it is wrong; the message says what and where.
     """
     with open_text(path) as stream:
         lines = LinesAhead(stream, path)
@@ -102,11 +96,7 @@ def read(path: Path) -> Take:
 
 
 def _units(header: Header, first: Place) -> str | None:
-    """The unit of length; None where line 1 does not say.
-
-    Raises:
-        RecordingError: The unit is unknown, or the positions are not those in the room.
-    """
+    """The unit of length; None where line 1 does not say."""
     if header.facts.get("coordinate space", "").lower() == "local":
         message = f"{first}: the coordinate space is Local, each bone being relative to its parent"
         fix = "Export the take from Motive again, in Global coordinates"
@@ -115,11 +105,7 @@ def _units(header: Header, first: Place) -> str | None:
 
 
 def _rotation_order(header: Header, first: Place) -> str:
-    """Axes in the order of the Euler angles; empty where the rotations are quaternions.
-
-    Raises:
-        RecordingError: The order is not told, or angles and quaternions stand side by side.
-    """
+    """Axes in the order of the Euler angles; empty where the rotations are quaternions."""
     turning = [item for item in header.items if item.rotation]
     without = [item for item in turning if "W" not in item.rotation]
     if not without:
@@ -247,14 +233,7 @@ def is_motive(text: str) -> bool:
 
 
 def read_header(lines: LinesAhead) -> Header:
-    """Read up to the line that names the columns; the extra columns are cut out of all lines after it.
-
-    Args:
-        lines: The file, at its beginning.
-
-    Raises:
-        RecordingError: This is no header of a Motive CSV, or it names nothing that has a place.
-    """
+    """Read up to the line that names the columns; the extra columns are cut out of all lines after it."""
     place = lines.place
     first = _first_line(lines)
     start = _START.match(first)

@@ -80,14 +80,8 @@ def matches(head: bytes) -> bool:
 def read(path: Path) -> Take:
     """Read a 3D or 6D TSV file.
 
-    Args:
-        path: The file.
-
     Returns:
         Markers, or origins and orientations of bodies.
-
-    Raises:
-        RecordingError: The file cannot be read, or something in it is wrong; the message says what and where.
     """
     facts: dict[str, list[str]] = {}
     with open_text(path) as stream:
@@ -198,11 +192,7 @@ def _series(rows: Rows, layout: _Layout, names: list[str]) -> tuple[dict[str, Ar
 
 
 def _turns(pose: Array, name: str, rows: Rows) -> Array:
-    """Quaternions of a body, shape (T, 4); its position is made "not seen" where the rotation is, in place.
-
-    Raises:
-        RecordingError: The nine numbers are no rotation matrix.
-    """
+    """Quaternions of a body, shape (T, 4); its position is made "not seen" where the rotation is, in place."""
     matrices = pose[:, _ROTATION:].reshape(-1, 3, 3).transpose(0, 2, 1)  # column by column
     hidden = np.isnan(matrices).any(axis=(1, 2))
     pose[hidden, :3] = np.nan

@@ -67,14 +67,7 @@ def matches(head: bytes) -> bool:
 
 
 def read(path: Path) -> Take:
-    """Read a TRC file.
-
-    Args:
-        path: The file.
-
-    Raises:
-        RecordingError: The file cannot be read, or something in it is wrong; the message says what and where.
-    """
+    """Read a TRC file."""
     with open_text(path) as stream:
         lines = LinesAhead(stream, path)
         header = _read_header(lines)

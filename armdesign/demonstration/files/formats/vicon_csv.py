@@ -64,14 +64,7 @@ def matches(head: bytes) -> bool:
 
 
 def read(path: Path) -> Take:
-    """Read the trajectories of a Vicon CSV.
-
-    Args:
-        path: The file.
-
-    Raises:
-        RecordingError: The file cannot be read, or something in it is wrong; the message says what and where.
-    """
+    """Read the trajectories of a Vicon CSV."""
     with open_text(path) as stream:
         lines = LinesAhead(stream, path)
         skipped = _skip_to_block(lines)
