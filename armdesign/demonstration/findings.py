@@ -16,7 +16,7 @@ from armdesign.demonstration.cleaning.gaps import seconds
 from armdesign.demonstration.recording import Recording, Step
 from armdesign.errors import TaskError
 
-_STILL = 0.01  # [m] a base that moves less than this counts as standing
+_STILL = 0.01  # [m] a base that moves less counts as standing; skin slides over a shoulder by as much
 _LONGEST_ARM, _SHORTEST_ARM = 2.0, 0.1  # [m]
 
 
@@ -25,16 +25,9 @@ def recording_step(recording: Recording) -> Step:
     rate = f"{recording.rate:.0f}" if recording.rate >= 10 else f"{recording.rate:.2g}"
     form = f" ({recording.about.format})" if recording.about.captured and recording.about.format else ""
     duration = float(recording.time[-1] - recording.time[0])
-    return Step(
-        "recording",
-        f"The recording{form} has {recording.frames} frames over {seconds(duration)}, about {rate} frames/s.",
-        {
-            "frames": recording.frames,
-            "duration": duration,
-            "rate": recording.rate,
-            "captured": recording.about.captured,
-        },
-    )
+    sentence = f"The recording{form} has {recording.frames} frames over {seconds(duration)}, about {rate} frames/s."
+    details = {"frames": recording.frames, "duration": duration, "rate": recording.rate}
+    return Step("recording", sentence, {**details, "captured": recording.about.captured})
 
 
 def points_step(base: str, points: Sequence[str], orientation: str | None, expressions: Mapping[str, str]) -> Step:
@@ -66,17 +59,13 @@ def base_steps(path: Array, base: str, base_mode: str) -> tuple[Step, ...]:
     if reach <= _STILL:
         return ()
     moved = f"The base {base} moves up to {1e3 * reach:.0f} mm from its mean; with base_mode '{base_mode}'"
-    if base_mode == "shoulder":
-        sentence = (
-            f"{moved} all paths are measured from the moving base, so that what stands still in the room moves"
-            " by as much in the task. Use --base-mode fixed where places in the room matter."
-        )
-    else:
-        sentence = (
-            f"{moved} the robot stands at that mean and the paths are those in the room, so that the arm's first part"
-            " does not begin at the robot's base in every frame."
-        )
-    return (Step("base", sentence, {"mode": base_mode, "moves": reach}),)
+    meaning = {
+        "shoulder": "all paths are measured from the moving base, so that what stands still in the room moves by as "
+        "much in the task. Use --base-mode fixed where places in the room matter.",
+        "fixed": "the robot stands at that mean and the paths are those in the room, so that the arm's first part does "
+        "not begin at the robot's base in every frame.",
+    }
+    return (Step("base", f"{moved} {meaning[base_mode]}", {"mode": base_mode, "moves": reach}),)
 
 
 def task_step(recording: Recording, length: float) -> Step:
@@ -87,10 +76,8 @@ def task_step(recording: Recording, length: float) -> Step:
         length: Of the demonstrator's arm [m].
     """
     duration = float(recording.time[-1] - recording.time[0])
-    sentence = (
-        f"The task has {recording.frames} frames over {seconds(duration)};"
-        f" the demonstrator's arm measures {1e3 * length:.0f} mm."
-    )
+    frames = f"The task has {recording.frames} frames over {seconds(duration)}"
+    sentence = f"{frames}; the demonstrator's arm measures {1e3 * length:.0f} mm."
     return Step("task", sentence, {"frames": recording.frames, "duration": duration, "arm_length": length})
 
 
@@ -138,13 +125,15 @@ def _length_fix(length: float, scale: float) -> str:
 
 
 JOINTS = ("shoulder", "elbow", "wrist", "hand")
+# Upper arm 0.186, forearm 0.146 and hand 0.108 of the height (Drillis and Contini 1966), for people of 1.2 to 2.2 m,
+# with room for markers beside the joints; the hand's point may be anywhere on it.
 HUMAN = {
     ("shoulder", "elbow"): ("upper arm", 0.2, 0.42),
     ("elbow", "wrist"): ("forearm", 0.17, 0.34),
     ("wrist", "hand"): ("hand", 0.02, 0.22),
 }
 """What lies between two joints, and the lengths it has in people, markers on the skin included [m]."""
-LONGEST = 1.1  # [m] from the shoulder over all points
+LONGEST = 1.1  # [m] from the shoulder over all points; 0.44 of a height of 2.2 m is 0.97 m
 FASTEST = 8.0  # [m/s] a hand at work stays far below
 _STEADY, _LEAST_SPREAD = 0.05, 0.008  # standard deviation of a bone's length: share of it, and [m]
 _SHORTER, _ALWAYS, _SAMPLE, _MOST = 0.05, 0.99, 400, 6
@@ -208,9 +197,8 @@ def _segments_step(chain: Sequence[str], lengths: Array) -> Step:
     mean, sd = lengths.mean(axis=1), lengths.std(axis=1)
     pairs = list(itertools.pairwise(chain))
     shown = [f"{a} to {b} {1e3 * m:.0f} +- {_spread(s)} mm" for (a, b), m, s in zip(pairs, mean, sd, strict=True)]
-    details = [
-        {"from": a, "to": b, "mean": float(m), "sd": float(s)} for (a, b), m, s in zip(pairs, mean, sd, strict=True)
-    ]
+    found = zip(pairs, mean, sd, strict=True)
+    details = [{"from": a, "to": b, "mean": float(m), "sd": float(s)} for (a, b), m, s in found]
     return Step("segments", f"Distances: {', '.join(shown)}.", {"segments": details})
 
 
@@ -303,10 +291,9 @@ def _base_warnings(chain: Sequence[str], places: Array) -> list[Step]:
     base, hand = (float(np.sqrt(place.var(axis=0).sum())) for place in (places[0], places[-1]))
     if base < _MOVES or base < _MORE * hand:
         return []
-    told = (
-        f"the base '{chain[0]}' moves more than the last point '{chain[-1]}' ({1e3 * base:.0f} and {1e3 * hand:.0f} mm"
-    )
-    return [warning(f"{told} about their means): is the arm given from the shoulder to the hand?", {})]
+    moves = f"{1e3 * base:.0f} and {1e3 * hand:.0f} mm about their means"
+    told = f"the base '{chain[0]}' moves more than the last point '{chain[-1]}' ({moves})"
+    return [warning(f"{told}: is the arm given from the shoulder to the hand?", {})]
 
 
 def _spread(sd: float) -> str:

@@ -12,10 +12,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import find_gaps
-from armdesign.demonstration.points.expressions import parse
-from armdesign.demonstration.points.guess import guess_arm
-from armdesign.demonstration.points.selection import Point, define
-from armdesign.demonstration.points.standard import is_mirrored
+from armdesign.demonstration.points.selection import arm_paths, guess_of
 from armdesign.demonstration.recording import Recording
 from armdesign.errors import SettingsError
 
@@ -37,7 +34,7 @@ _FLATTEST = 0.35  # a side of the box around everything, as part of the longest
 
 @dataclass(frozen=True)
 class _Row:
-    """A point and when it was not seen."""
+    """A point that was not seen in some frames."""
 
     name: str
     spans: Sequence[tuple[float, float]]  # begin and length [s]
@@ -115,14 +112,10 @@ def _title(recording: Recording) -> str:
 
 def _shown(recording: Recording) -> Mapping[str, Array]:
     """The paths drawn in colour: the arm that the names tell of, or all points if they are few."""
-    guess = guess_arm(recording.points, side="left" if is_mirrored(recording) else "right")
-    if guess.arm is None:
+    arm = guess_of(recording).arm
+    if arm is None:
         return recording.points if _by_colour(recording) else {}
-    known = list(recording.points)
-    found: list[Point] = [
-        define(parse(text, known, recording.source), recording, {}) for text in (guess.arm.base, *guess.arm.points)
-    ]
-    return {point.expression.name: point.positions for point in found if point.positions is not None}
+    return arm_paths(arm, recording)
 
 
 def _by_colour(recording: Recording) -> bool:

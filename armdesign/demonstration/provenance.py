@@ -23,15 +23,10 @@ SCHEMA_VERSION = 1
 
 @dataclass(frozen=True)
 class Source:
-    """A file that a recording was read from.
-
-    Attributes:
-        path: The file.
-        sha256: Digest of its content; None where it cannot be read.
-    """
+    """A file that a recording was read from."""
 
     path: str | None
-    sha256: str | None = None
+    sha256: str | None = None  # digest of its content; None where it cannot be read
 
 
 @dataclass(frozen=True)
@@ -64,7 +59,7 @@ class Provenance:
 
 
 def provenance_of(chosen: Selection, settings: TaskSettings) -> Provenance:
-    """The origin of points chosen from a recording.
+    """Where points selected from a recording come from.
 
     Args:
         chosen: The points, from ``resolve``.
@@ -77,8 +72,8 @@ def provenance_of(chosen: Selection, settings: TaskSettings) -> Provenance:
     return Provenance(
         sources=tuple(Source(path, fingerprint(path)) for path in paths),
         format=about.format,
-        units=_text(named.get("units", {}).get("unit", settings.units or "m")),
-        up=_text(named.get("up", {}).get("axis", settings.up or "z")),
+        units=str(named.get("units", {}).get("unit", settings.units or "m")),
+        up=str(named.get("up", {}).get("axis", settings.up or "z")),
         mirror=settings.mirror,
         base=chosen.expressions.get(chosen.base, chosen.base),
         points=tuple(chosen.expressions.get(name, name) for name in chosen.points),
@@ -125,15 +120,13 @@ def task_json(provenance: Provenance, steps: Sequence[Step], *, base: str, frame
 
 
 def read_task_json(path: Path) -> tuple[str, Provenance, tuple[Step, ...]]:
-    """Name of the base, origin and steps out of a ``task.json``, or out of the ``notes.json`` of earlier versions.
+    """Name of the base, provenance and steps out of a ``task.json``.
 
     Raises:
         RunFolderError: It is missing or damaged.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        if "notes" in content:
-            return str(content["base"]), Provenance(), tuple(Step("note", str(note)) for note in content["notes"])
         entries = {name: content[name] for name in Provenance.__dataclass_fields__}
         entries["sources"] = tuple(Source(**source) for source in content["sources"])
         entries["points"] = tuple(content["points"])
@@ -154,8 +147,3 @@ def as_json(value: object) -> object:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value if value is None or isinstance(value, (str, bool, int, float)) else str(value)
-
-
-def _text(value: object) -> str | None:
-    """A value as text, or None."""
-    return None if value is None else str(value)

@@ -129,18 +129,13 @@ class Recording:
         if self.time.ndim != 1:
             raise RecordingError(f"{self.source}: the times have shape {self.time.shape}", allowed="(T,)")
         if self.frames < MIN_FRAMES:
-            raise RecordingError(
-                f"{self.source} has {_COUNTS[self.frames]}, but a motion takes at least three",
-                value=self.frames,
-                fix="Record longer, or cut less away",
-            )
+            message = f"{self.source} has {_COUNTS[self.frames]}, but a motion takes at least three"
+            raise RecordingError(message, value=self.frames, fix="Record longer, or cut less away")
         bad = first_bad_step(self.time)
         if bad is not None:
-            raise RecordingError(
-                f"{self.source}, frame {bad + 1}: {describe_bad_step(self.time, bad)}",
-                value=float(self.time[bad]),
-                fix="Every frame needs a later time than the one before",
-            )
+            message = f"{self.source}, frame {bad + 1}: {describe_bad_step(self.time, bad)}"
+            fix = "Every frame needs a later time than the one before"
+            raise RecordingError(message, value=float(self.time[bad]), fix=fix)
 
     def _series(self, name: str, values: ArrayLike, width: int) -> Array:
         """Checked, read-only copy of one point's values, with frames missing as a whole."""

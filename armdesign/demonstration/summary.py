@@ -14,10 +14,8 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import find_gaps, find_repeats, seconds
-from armdesign.demonstration.points.expressions import parse
-from armdesign.demonstration.points.guess import Arm, guess_arm
-from armdesign.demonstration.points.selection import define
-from armdesign.demonstration.points.standard import is_mirrored
+from armdesign.demonstration.points.guess import Arm
+from armdesign.demonstration.points.selection import arm_paths, guess_of
 from armdesign.demonstration.recording import Recording
 
 _WIDTH = 80
@@ -26,57 +24,34 @@ _HOLE = 1.5  # a step in time this many times the median is told
 
 @dataclass(frozen=True)
 class Coverage:
-    """How much of a point, or of an orientation, is there.
-
-    Attributes:
-        name: Its name.
-        share: Part of the frames in which it was seen.
-        gaps: Number of gaps.
-        longest: Length of the longest gap [s].
-        at: When that begins [s]; None if there is no gap.
-    """
+    """How much of a point, or of an orientation, is there."""
 
     name: str
-    share: float
-    gaps: int
-    longest: float
-    at: float | None
+    share: float  # part of the frames in which it was seen
+    gaps: int  # number of gaps
+    longest: float  # length of the longest gap [s]
+    at: float | None  # when that begins [s]; None if there is no gap
 
 
 @dataclass(frozen=True)
 class Segment:
-    """Distance of two neighbouring points of an arm.
+    """Distance of two neighbouring points of an arm."""
 
-    Attributes:
-        name: From where to where.
-        mean: Over the frames in which both were seen [m].
-        spread: Standard deviation [m].
-    """
-
-    name: str
-    mean: float
-    spread: float
+    name: str  # from where to where
+    mean: float  # over the frames in which both were seen [m]
+    spread: float  # standard deviation [m]
 
 
 @dataclass(frozen=True)
 class ArmSummary:
-    """An arm that the names tell of.
+    """An arm that the names tell of."""
 
-    Attributes:
-        what: Side, subject and naming scheme in words.
-        base: Expression for the shoulder.
-        points: Expressions for the points from there to the hand.
-        orientation: Name of the point that has the hand's orientation; None for none.
-        segments: Their distances.
-        chosen: Whether a search takes this one if it is not told otherwise.
-    """
-
-    what: str
-    base: str
-    points: tuple[str, ...]
-    orientation: str | None
-    segments: tuple[Segment, ...]
-    chosen: bool
+    what: str  # side, subject and naming scheme in words
+    base: str  # expression for the shoulder
+    points: tuple[str, ...]  # expressions for the points from there to the hand
+    orientation: str | None  # name of the point that has the hand's orientation; None for none
+    segments: tuple[Segment, ...]  # their distances
+    chosen: bool  # whether a search takes this one if it is not told otherwise
 
 
 @dataclass(frozen=True)
@@ -128,7 +103,7 @@ def summarise(recording: Recording) -> Summary:
     Args:
         recording: In metres with z up.
     """
-    guess = guess_arm(recording.points, side="left" if is_mirrored(recording) else "right")
+    guess = guess_of(recording)
     about, time = recording.about, recording.time
     first, *others = recording.points or ("",)
     in_order = f"Without --base and --points a search takes the base {first} and follows {', '.join(others)}."
@@ -179,11 +154,8 @@ def _coverage(name: str, values: Array, time: Array) -> Coverage:
 
 def _arm(arm: Arm, recording: Recording, chosen: bool) -> ArmSummary:
     """An arm with the lengths of its segments."""
-    texts = (arm.base, *arm.points)
-    found = [define(parse(text, list(recording.points), recording.source), recording, {}) for text in texts]
-    places = [(point.expression.name, point.positions) for point in found if point.positions is not None]
     segments = []
-    for (name, one), (following, other) in itertools.pairwise(places):
+    for (name, one), (following, other) in itertools.pairwise(arm_paths(arm, recording).items()):
         length = np.linalg.norm(other - one, axis=1)
         length = length[np.isfinite(length)]
         if len(length):

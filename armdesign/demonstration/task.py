@@ -173,6 +173,7 @@ def cleaned_points(selection: Selection, settings: TaskSettings) -> tuple[Record
         SettingsError: A number is out of range.
     """
     recording, base, names = selection.recording, selection.base, selection.points
+    # A size that no arm has is told before anything else: it mostly means another unit, and cleaning fails on it.
     part, _ = crop(recording, settings.start, settings.stop)
     places = np.stack([part.points[name] for name in names], axis=1)
     scale = settings.scale

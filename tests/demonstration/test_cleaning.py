@@ -133,12 +133,6 @@ def test_resampling_at_the_same_rate_changes_nothing():
     assert sentences(steps) == ("Resampled to 100 frames/s: 401 frames.",)
 
 
-def test_resampling_upwards_keeps_the_frames():
-    hand = np.random.default_rng(3).normal(size=(401, 3))
-    result, _ = resample(recording(hand), 400.0)
-    np.testing.assert_allclose(result.points["hand"][::4], hand, atol=1e-9)
-
-
 def test_resampling_error_falls_with_the_step():
     def error(rate):
         time = np.arange(0.0, 4.0, 1 / rate)

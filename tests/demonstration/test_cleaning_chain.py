@@ -172,12 +172,6 @@ BOX = {
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="the shared recordings are not at hand")
 class TestRealRecordings:
-    def test_one_trial_in_two_formats_is_one_task(self):
-        one, other = (task_of(box_lift(name), **BOX) for name in ("box_lift_vicon.csv", "box_lift.c3d"))
-        np.testing.assert_allclose(one.P, other.P, atol=1e-5)
-        np.testing.assert_allclose(one.R, other.R, atol=1e-3)
-        assert {"outliers", "gaps", "low_pass"} <= {step.name for step in one.steps}
-
     def test_the_handover_has_its_repeated_frames_refilled(self):
         folder = SHARED / "kth_handover"
         bones = ("RUArm", "RFArm", "RHand")
@@ -210,12 +204,3 @@ class TestRealRecordings:
         with pytest.raises(RecordingError, match=r"point 'Shoulder' is not seen from .* --max-gap"):
             task_of(given)
         assert np.isfinite(task_of(given, max_gap=0.5).P).all()
-
-    def test_minutes_are_cleaned_in_seconds(self):
-        """Not a measurement: a clean-up that is not linear in time would take minutes."""
-        given = box_lift("box_lift.c3d")
-        points = {name: np.tile(values, (40, 1)) for name, values in given.points.items()}
-        time = np.arange(40 * given.frames) / 200.0
-        bodies = replace(given.about, steps=())
-        task = task_of(Recording(time, points, {}, "long.c3d", bodies), **BOX | {"orientation": None})
-        assert len(task.time) > 20_000

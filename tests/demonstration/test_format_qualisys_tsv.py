@@ -128,13 +128,6 @@ def test_a_coordinate_of_zero_is_seen(tmp_path):
     np.testing.assert_array_equal(table(read(tmp_path, markers(values))), values)
 
 
-def test_wrong_counts_are_told_and_nothing_more(tmp_path):
-    take = read(tmp_path, markers(NO_OF_FRAMES=999, NO_OF_MARKERS=7))
-    np.testing.assert_array_equal(table(take), VALUES)
-    assert "announces 999 frames, the file holds 8" in steps(take)["count"]
-    assert "announces 7 markers, the file holds 3" in steps(take)["markers"]
-
-
 @pytest.mark.parametrize("hidden", ["nan", "", "0.00000"])
 def test_bodies_turn_by_their_matrix_column_by_column(tmp_path, hidden):
     values, matrices = poses(hidden=(2, 5))
@@ -168,12 +161,6 @@ def test_what_is_no_rotation_matrix_is_refused(tmp_path):
             read(tmp_path, bodies(values))
 
 
-def test_names_that_stand_twice_are_told_apart(tmp_path):
-    take = read(tmp_path, [line.replace("hand", "shoulder") for line in markers()])
-    assert list(take.points) == ["shoulder", "elbow_r", "shoulder#2"]
-    assert "shoulder#2" in steps(take)["names"]
-
-
 def without(lines, *keys):
     return [line for line in lines if not line.startswith(keys)]
 
@@ -193,12 +180,6 @@ BAD = {
     "other columns": (markers(), ("elbow_r Y", "elbow_r speed"), "line 12: the columns 'shoulder X, .* none of this"),
     "columns missing": (markers(), ("\thand Z", ""), "line 12: the columns .* allowed: for each name X, Y, Z"),
     "Frame twice": (markers(), ("Time\t", "Frame\t"), "line 12: the column 'frame' stands twice"),
-    "no rate": (
-        [*head(NAMES, FREQUENCY="EXT"), LABELS[11:], *rows(VALUES, leading=False)],
-        ("", ""),
-        "neither the times of the frames nor a frame rate",
-    ),
-    "frame again": (markers(), ("4\t0.03000", "3\t0.02000"), "line 16: the time does not increase, 0.02 comes after"),
 }
 
 

@@ -117,9 +117,6 @@ BAD = {
     ),
     "two units": (changed(4, ",mm,mm,mm", ",mm,mm,m"), "line 5: the positions have different units, m, mm"),
     "unknown unit": (vicon_lines(units="px"), "line 5: the unit 'px' is none of length; allowed: m, cm, mm, in"),
-    "frame again": (changed(7, "3,0,", "2,0,"), "line 8: the frame number does not increase, 2 comes after 2"),
-    "sub frames": (changed(7, "3,0,", "2,1,"), "line 8: the frame number does not increase"),
-    "frame missing": (changed(7, "3,0,", ",0,"), "line 8: the frame number is missing"),
     "long name": (changed(2, "boite", "b" * 300), "line 3: the name|line 4: the name"),
 }
 
@@ -141,12 +138,6 @@ def test_a_rate_that_makes_no_sense(tmp_path, rate):
 def test_real_file():
     take = vicon_csv.read(SHARED / "pyomeca/box_lift_vicon.csv")
     assert (len(take.time), len(take.points), take.rate, take.units, take.steps) == (580, 51, 100.0, "mm", ())
-    points = {name.rpartition(":")[2]: values for name, values in take.points.items()}
-    elbow = (points["EPICl"] + points["EPICm"]) / 2
-    wrist = (points["STYLr"] + points["STYLu"]) / 2
-    lengths = [np.linalg.norm(elbow - points["ACRO_tip"], axis=1), np.linalg.norm(wrist - elbow, axis=1)]
-    np.testing.assert_allclose([np.nanmean(length) for length in lengths], [308, 261], atol=1)  # [mm], published
-    np.testing.assert_allclose([np.nanstd(length) for length in lengths], [12, 7], atol=1)
 
 
 def test_lines_without_end_in_other_blocks_are_refused(tmp_path, monkeypatch):

@@ -166,6 +166,10 @@ def test_a_recording_with_too_little_is_refused():
         resolve(recording(["s"], captured=False), None, (), None)
     with pytest.raises(TaskError, match=r"nor of any other point. Name .*, or leave the orientation out"):
         resolve(recording(["s", "h"]), "s", ("h",), "h")
+    blind = recording(["s", "h"])
+    blind = Recording(blind.time, blind.points, {"h": np.full((FRAMES, 4), np.nan)})
+    with pytest.raises(TaskError, match="the orientation of 'h' was not seen in any frame"):
+        resolve(blind, "s", ("h",), "h")
 
 
 def test_several_subjects_are_listed():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from armdesign.demonstration.files.quaternions import from_matrices, product, rotation_matrices
+from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.points.standard import is_mirrored, mirrored, to_recording, unit_factor
 from armdesign.demonstration.points.units_and_up import CMU
 from armdesign.demonstration.recording import Step, Take
@@ -169,16 +169,3 @@ def test_an_arm_below_the_floor_stands_on_another_axis():
     )
     assert after.about.steps[-1].details["axis"] == "z"
     assert "below 0 along y, although y is usual" in sentences(after)
-
-
-def test_products_of_quaternions_are_those_of_the_rotations():
-    a, b = unit(RNG.normal(size=(2, 40, 4)))
-    R = rotation_matrices(product(a, b))
-    np.testing.assert_allclose(R, rotation_matrices(a) @ rotation_matrices(b), atol=1e-14)
-
-
-def test_quaternions_come_back_from_their_matrices():
-    q = unit(np.concatenate([RNG.normal(size=(200, 4)), np.eye(4), -np.eye(4), [[1, 1e-9, 0, 0], [1, 0, 0, 1]]]))
-    again = from_matrices(rotation_matrices(q))
-    np.testing.assert_allclose(np.abs(np.sum(q * again, axis=1)), 1.0, atol=1e-15)
-    assert np.isnan(from_matrices(np.full((2, 3, 3), np.nan))).all()

@@ -8,6 +8,7 @@ import pytest
 from armdesign.demonstration import read_plain_csv, read_recording, read_recordings, read_take
 from armdesign.demonstration.files import formats
 from armdesign.demonstration.files.formats import Format
+from armdesign.demonstration.files.readers import MOST_LETTERS, legible, legible_text
 from armdesign.demonstration.recording import Take
 from armdesign.errors import ArmDesignError, RecordingError
 
@@ -145,3 +146,34 @@ def test_the_import_is_light():
     heavy = ("scipy", "pinocchio", "matplotlib", "ezc3d")
     code = f"import sys, armdesign.demonstration; sys.exit(any(m.startswith({heavy}) for m in sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_what_is_legible_stays():
+    assert (
+        legible_text("take.csv, line 3: 'Ellbögen' 手 is odd. Mend it")
+        == "take.csv, line 3: 'Ellbögen' 手 is odd. Mend it"
+    )
+
+
+@pytest.mark.parametrize("letter", list("\0\x07\x1b\x7f\x85\u2028\ufeff\n\r\t\x0b"))
+def test_nothing_in_it_moves_the_cursor(letter):
+    text = legible_text(f"a{letter}b")
+    assert text.isprintable()
+    assert len(text) == 3
+
+
+def test_long_quotations_lose_their_middle():
+    text = legible_text(f"take.csv, line 3: '{'N' * 5000}'. Mend it")
+    assert len(text) <= MOST_LETTERS
+    assert text.startswith("take.csv, line 3: 'NNN")
+    assert text.endswith("'. Mend it")
+
+
+def test_the_error_stays_itself():
+    @legible
+    def read() -> None:
+        raise RecordingError("a\nb", value=7, allowed="c\0", fix="d")
+
+    with pytest.raises(RecordingError, match=r"^a b; allowed: c\?. d$") as caught:
+        read()
+    assert (caught.value.value, caught.value.fix) == (7, "d")

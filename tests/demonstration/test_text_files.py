@@ -6,10 +6,9 @@ from armdesign.errors import RecordingError
 TEXT = "Größe\tMärker\n1\t2\n"
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252", "latin-1"])
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_text_in_any_usual_encoding(tmp_path, encoding, end):
-    content = TEXT.replace("\n", end).encode(encoding)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_text_in_any_usual_encoding(tmp_path, encoding):
+    content = TEXT.replace("\n", "\r\n").encode(encoding)
     (tmp_path / "text").write_bytes(content)
     with open_text(tmp_path / "text") as stream:
         assert stream.read() == TEXT

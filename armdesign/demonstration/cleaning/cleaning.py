@@ -29,7 +29,7 @@ from armdesign.demonstration.cleaning.gaps import (
 from armdesign.demonstration.cleaning.outliers import take_out_outliers
 from armdesign.demonstration.cleaning.smoothing import filter_low_pass, resample, unify_quaternions
 from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step
-from armdesign.errors import RecordingError, SettingsError
+from armdesign.errors import RecordingError, SettingsError, counted
 from armdesign.settings.sections import CLEANING
 from armdesign.settings.sections import Task as TaskSettings
 
@@ -40,7 +40,7 @@ CLEANING_ENTRIES = tuple(
 )
 """Names of the settings that say how to clean a recording."""
 
-LOW_PASS = 6.0
+LOW_PASS = 6.0  # usual for movements of people (Winter, Biomechanics and Motor Control of Human Movement)
 """Cutoff for captured recordings where none is set [Hz]."""
 
 
@@ -146,9 +146,8 @@ def crop(recording: Recording, start: float | None = None, stop: float | None = 
     high = math.inf if stop is None else stop + TIME_TOLERANCE
     keep = (recording.time >= low) & (recording.time <= high)
     if keep.sum() < MIN_FRAMES:
-        chosen = ", ".join(
-            f"{n} is {v} s" for n, v in (("start (--from)", start), ("stop (--to)", stop)) if v is not None
-        )
+        given = (("start (--from)", start), ("stop (--to)", stop))
+        chosen = ", ".join(f"{name} is {value} s" for name, value in given if value is not None)
         span = f"times from {seconds(recording.time[0])} to {seconds(recording.time[-1])}, start before stop"
         message = f"{chosen}: that leaves {keep.sum()} frames, a motion takes at least three"
         raise SettingsError(message, value=(start, stop), allowed=span)
@@ -168,17 +167,11 @@ Stretch = tuple[float, float]
 
 @dataclass(frozen=True)
 class Cut:
-    """A stretch that is taken out.
+    """A stretch that is taken out."""
 
-    Attributes:
-        last: Last frame before it.
-        next: First frame behind it.
-        shift: By how much the later times move up [s].
-    """
-
-    last: int
-    next: int
-    shift: float
+    last: int  # frame before it
+    next: int  # frame behind it
+    shift: float  # by how much the later times move up [s]
 
 
 def cut_out(recording: Recording, stretches: Sequence[Stretch]) -> tuple[Recording, tuple[Step, ...]]:
@@ -267,9 +260,17 @@ def _check_still(recording: Recording, cut: Cut) -> float:
             message = f"'{name}' turns by {math.degrees(turned):.0f} deg"
             raise _refused(recording, cut, message, f"at most {math.degrees(STILL_TURN):.2g} deg", turned)
     hand = list(recording.points)[-1]
-    for name, path in _paths_of_rest(recording, hand, cut).items():
+    time, values = recording.time, recording.points[hand]
+    last, next_ = time[cut.last], time[cut.next]
+    spans = {
+        "before": (time >= last - REST - TIME_TOLERANCE) & (time <= last),
+        "behind": (time >= next_) & (time <= next_ + REST + TIME_TOLERANCE),
+    }
+    for side, frames in spans.items():
+        seen = values[frames & ~np.isnan(values[:, 0])]
+        path = float(np.linalg.norm(seen[-1] - seen[0])) if len(seen) else 0.0
         if path > STILL:
-            message = f"'{hand}' still moves {name}, by {1e3 * path:.0f} mm in {seconds(REST)}"
+            message = f"'{hand}' still moves {side} it, by {1e3 * path:.0f} mm in {seconds(REST)}"
             raise _refused(recording, cut, message, f"at most {1e3 * STILL:.2g} mm", path)
     return max(moved.values())
 
@@ -298,25 +299,12 @@ def _jump(values: Array, cut: Cut) -> float:
     return float(2.0 * np.arccos(min(1.0, abs(float(a @ b)))))
 
 
-def _paths_of_rest(recording: Recording, hand: str, cut: Cut) -> dict[str, float]:
-    """How far the hand moves shortly before and shortly behind a cut [m]."""
-    time, values = recording.time, recording.points[hand]
-    last, next_ = time[cut.last], time[cut.next]
-    spans = {
-        "before it": values[(time >= last - REST - TIME_TOLERANCE) & (time <= last)],
-        "behind it": values[(time >= next_) & (time <= next_ + REST + TIME_TOLERANCE)],
-    }
-    seen = {name: span[~np.isnan(span[:, 0])] for name, span in spans.items()}
-    return {name: float(np.linalg.norm(span[-1] - span[0])) if len(span) else 0.0 for name, span in seen.items()}
-
-
 def _step(recording: Recording, cut: Cut, moved: float) -> Step:
     """What was cut out."""
     last, next_ = float(recording.time[cut.last]), float(recording.time[cut.next])
     count = cut.next - cut.last - 1
-    many = f"{count} frames" if count > 1 else "1 frame"
     sentence = (
-        f"Cut out {many} between {seconds(last)} and {seconds(next_)}, over which no point moves more than "
-        f"{1e3 * moved:.2g} mm; later times move up by {seconds(cut.shift)}."
+        f"Cut out {counted(count, 'frame')} between {seconds(last)} and {seconds(next_)}, over which no point moves "
+        f"more than {1e3 * moved:.2g} mm; later times move up by {seconds(cut.shift)}."
     )
     return Step("cut", sentence, {"from": last, "to": next_, "frames": count, "moved": moved, "shift": cut.shift})

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from armdesign._types import Array
 from armdesign.demonstration.files.quaternions import slerp
 from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step
-from armdesign.errors import RecordingError, SettingsError
+from armdesign.errors import RecordingError, SettingsError, counted
 
 Mask = NDArray[np.bool_]
 Interpolation = Callable[[Array, Array, Array], Array]
@@ -26,23 +26,14 @@ _HOLE_STEPS = 3.0  # a step in time this many times the median is a hole, if it 
 
 @dataclass(frozen=True)
 class Gap:
-    """Consecutive frames in which something was not seen.
+    """Consecutive frames in which something was not seen."""
 
-    Attributes:
-        name: What is missing, in words.
-        first: First missing frame.
-        stop: First frame after the gap.
-        begins: Time of the last frame in which it was seen, or of the first frame of all [s].
-        ends: Time of the next frame in which it was seen, or of the last frame of all [s].
-        frames: Number of frames of the recording.
-    """
-
-    name: str
-    first: int
-    stop: int
-    begins: float
-    ends: float
-    frames: int
+    name: str  # what is missing, in words
+    first: int  # missing frame
+    stop: int  # first frame after the gap
+    begins: float  # time of the last frame in which it was seen, or of the first frame of all [s]
+    ends: float  # time of the next frame in which it was seen, or of the last frame of all [s]
+    frames: int  # number of frames of the recording
 
     @property
     def length(self) -> float:
@@ -87,7 +78,7 @@ def fill_gaps(
     """
     if not (np.isfinite(max_gap) and max_gap >= 0):
         raise SettingsError(f"max_gap is {max_gap} s", value=max_gap, allowed="0 s or more")
-    longest = max_gap + 1e-9 * max(1.0, abs(recording.time[-1]))  # differences of times carry rounding
+    longest = _limit(recording, max_gap)
     time = recording.time
     series = {f"point '{name}'": values for name, values in recording.points.items()}
     series |= {f"the orientation of '{name}'": values for name, values in recording.orientations.items()}
@@ -106,9 +97,8 @@ def fill_gaps(
         lambda quaternions: _fill(time, quaternions, longest, slerp, stale)[first:end],
     )
     after, before = -np.inf if start is None else start, np.inf if stop is None else stop
-    told = [
-        gap for gap in short if first < gap.stop and gap.first < end and gap.ends > after and gap.begins < before
-    ]  # those of the part that is wanted
+    within = [gap for gap in short if first < gap.stop and gap.first < end]
+    told = [gap for gap in within if gap.ends > after and gap.begins < before]  # those of the part that is wanted
     return filled, (*_filled_step(told), *_end_steps(heads, tails))
 
 
@@ -221,8 +211,7 @@ def _filled_step(gaps: list[Gap]) -> list[Step]:
     listed = in_words([f"{number} of {name}" for name, number in counts.items()])
     worst = max(gaps, key=lambda gap: round(gap.length, 9))  # the first of equals, whatever the rounding
     where = f"{seconds(worst.length)}, {worst.name} from {seconds(worst.begins)} to {seconds(worst.ends)}"
-    plural = "gaps" if len(gaps) > 1 else "gap"
-    sentence = f"Filled {len(gaps)} {plural} by interpolation ({listed}); the longest: {where}."
+    sentence = f"Filled {counted(len(gaps), 'gap')} by interpolation ({listed}); the longest: {where}."
     spans = [{"of": gap.name, "from": gap.begins, "to": gap.ends, "frames": gap.stop - gap.first} for gap in gaps]
     return [Step("gaps", sentence, {"counts": dict(counts), "longest": worst.length, "gaps": spans})]
 
@@ -239,9 +228,6 @@ def _end_steps(heads: list[Gap], tails: list[Gap]) -> list[Step]:
         sentence = f"Left out the frames after {seconds(gap.begins)}, because {gap}."
         steps.append(Step("ends", sentence, {"after": gap.begins}))
     return steps
-
-
-_ALIKE = 1e-9  # [s] differences of times carry rounding
 
 
 def find_repeats(recording: Recording) -> list[Gap]:
@@ -314,7 +300,7 @@ def refill_repeats(
 
 def _limit(recording: Recording, longest: float) -> float:
     """The longest stretch, with room for the rounding of differences of times [s]."""
-    return longest + _ALIKE * max(1.0, abs(float(recording.time[-1])))
+    return longest + 1e-9 * max(1.0, abs(float(recording.time[-1])))
 
 
 def _within(recording: Recording, stretches: Sequence[Gap]) -> list[Gap]:

@@ -17,6 +17,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import Mask, in_words, seconds
 from armdesign.demonstration.recording import Recording, Step
+from armdesign.errors import counted
 
 WINDOW = 0.08  # [s] to either side
 MIN_NEIGHBOURS = 5  # frames to either side
@@ -95,9 +96,7 @@ def _step(recording: Recording, found: Mapping[str, Mask]) -> Step:
     total = sum(counts.values())
     where = in_words([f"{count} of '{name}'" for name, count in counts.items()])
     first = min(times, key=lambda name: times[name][0])
-    sentence = (
-        f"Took out {total} outlier{'s' if total > 1 else ''} ({where}), the first of '{first}' at "
-        f"{seconds(times[first][0])}."
-    )
+    first_one = f"the first of '{first}' at {seconds(times[first][0])}"
+    sentence = f"Took out {counted(total, 'outlier')} ({where}), {first_one}."
     details = {"counts": counts, "times": times, "floor": FLOOR, "threshold": THRESHOLD, "window": WINDOW}
     return Step("outliers", sentence, details)

@@ -33,8 +33,8 @@ def unify_quaternions(recording: Recording) -> tuple[Recording, tuple[Step, ...]
             raise RecordingError(message, value=float(norms[zero[0]]), fix=fix)
         if np.nanmax(np.abs(norms - 1.0), initial=0.0) > _NORM_NOTE:
             least, greatest = float(np.nanmin(norms)), float(np.nanmax(norms))
-            span = f"{least:.3g} to {greatest:.3g}"
-            sentence = f"Normalised the quaternions of '{name}', whose norms were {span} instead of 1."
+            norms_were = f"whose norms were {least:.3g} to {greatest:.3g} instead of 1"
+            sentence = f"Normalised the quaternions of '{name}', {norms_were}."
             steps.append(Step("quaternions", sentence, {"of": name, "least": least, "greatest": greatest}))
     return recording.changed(recording.time, lambda positions: positions, unit_continuous), tuple(steps)
 

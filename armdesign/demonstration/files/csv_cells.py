@@ -25,23 +25,14 @@ BLOCK = 8 << 20  # characters parsed at a time
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a table is written.
+    """How a table is written."""
 
-    Attributes:
-        delimiter: Stands between the cells.
-        missing: Words for "not seen" beside an empty cell and ``nan``, in small letters.
-        decimal: Stands between whole and broken part of a number, a point or a comma.
-        ragged: Whether a line may stop early (what is missing was not seen) or go on with empty cells.
-        may_be_cut: Whether an incomplete last line is dropped, as the end of a file that was cut off.
-        keep_empty: Whether a line of nothing but delimiters is a row.
-    """
-
-    delimiter: str = ","
-    missing: tuple[str, ...] = ()
-    decimal: str = "."
-    ragged: bool = False
-    may_be_cut: bool = False
-    keep_empty: bool = False
+    delimiter: str = ","  # stands between the cells
+    missing: tuple[str, ...] = ()  # words for "not seen" beside an empty cell and nan, in small letters
+    decimal: str = "."  # stands between whole and broken part of a number, a point or a comma
+    ragged: bool = False  # whether a line may stop early (what is missing was not seen) or go on with empty cells
+    may_be_cut: bool = False  # whether an incomplete last line is dropped, as the end of a file that was cut off
+    keep_empty: bool = False  # whether a line of nothing but delimiters is a row
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +175,15 @@ def _parse_row(text: str, names: list[str], place: Place, dialect: Dialect) -> l
         few = "few" if len(cells) < len(names) else "many"
         message = f"{place}: too {few} cells, {len(cells)} where the header has {len(names)} columns"
         raise RecordingError(message, value=len(cells), fix="Complete or remove the line")
-    return [_number(cell.strip(), name, place, dialect) for cell, name in zip(cells, names, strict=True)]
+    values = []
+    for cell, name in zip(map(str.strip, cells), names, strict=True):
+        value = _value(cell, dialect)
+        if value is None or math.isinf(value):
+            what = "a number" if value is None else "a finite number"
+            message = f"{place}, column '{shown(name)}': '{shown(cell)}' is not {what}"
+            raise RecordingError(message, value=cell, fix="Correct the cell, or leave it empty where nothing was seen")
+        values.append(value)
+    return values
 
 
 def _parse_fast(texts: list[str], dialect: Dialect) -> Array | None:
@@ -217,16 +216,6 @@ def _load(text: str, mark: str) -> Array | None:
         return np.loadtxt(text.split("\n"), delimiter=mark, comments=None, ndmin=2) if text else None
     except ValueError:
         return None
-
-
-def _number(cell: str, name: str, place: Place, dialect: Dialect) -> float:
-    """A cell's value, NaN where it is empty."""
-    value = _value(cell, dialect)
-    if value is None or math.isinf(value):
-        what = "a number" if value is None else "a finite number"
-        message = f"{place}, column '{shown(name)}': '{shown(cell)}' is not {what}"
-        raise RecordingError(message, value=cell, fix="Correct the cell, or leave it empty where nothing was seen")
-    return value
 
 
 def _value(cell: str, dialect: Dialect) -> float | None:

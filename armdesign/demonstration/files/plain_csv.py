@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
@@ -19,7 +18,6 @@ import numpy as np
 from armdesign.demonstration.files.csv_cells import Dialect, is_number, read_cells, read_rows
 from armdesign.demonstration.files.text_files import (
     Place,
-    check_columns,
     check_names,
     describe_binary,
     is_text,
@@ -32,7 +30,6 @@ from armdesign.demonstration.recording import Recording, Take
 from armdesign.errors import RecordingError
 from armdesign.files import write_whole
 
-_BLOCK = 8 << 20  # characters parsed at a time
 _POSITION = ("x", "y", "z")
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _ALLOWED = "time, NAME_x, NAME_y, NAME_z and optionally NAME_qx, NAME_qy, NAME_qz, NAME_qw"
@@ -57,7 +54,7 @@ def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
         with source.open(encoding="utf-8-sig", errors="replace") as stream:
             names, line = _read_header(stream, source)
             layout = _layout(names, Place(source, line))
-            rows = read_rows(stream, names, Place(source, line + 1), Dialect(), _BLOCK)
+            rows = read_rows(stream, names, Place(source, line + 1), Dialect())
     except OSError as error:
         raise unreadable(source, error) from error
     points, turns = (
@@ -106,12 +103,7 @@ def write_plain_csv(path: str | os.PathLike[str], recording: Recording) -> None:
 
 
 def plain_csv(recording: Recording) -> str:
-    """A recording as plain CSV with all digits; missing values are empty cells."""
-    return "".join(f"{line}\n" for line in _csv_lines(recording))
-
-
-def _csv_lines(recording: Recording) -> Iterator[str]:
-    """Header and rows; each point's position is followed by its orientation."""
+    """A recording as plain CSV with all digits, each position followed by its orientation; missing values are empty."""
     header, columns = ["time"], [recording.time[:, None]]
     for name in dict.fromkeys([*recording.points, *recording.orientations]):
         if set(name) & set(',"'):
@@ -120,9 +112,8 @@ def _csv_lines(recording: Recording) -> Iterator[str]:
             if name in series:
                 header += [f"{name}_{component}" for component in components]
                 columns.append(series[name])
-    yield ",".join(header)
-    for row in np.hstack(columns):
-        yield ",".join("" if math.isnan(value) else repr(value) for value in row.tolist())
+    rows = (",".join("" if math.isnan(v) else repr(v) for v in row.tolist()) for row in np.hstack(columns))
+    return "".join(f"{line}\n" for line in (",".join(header), *rows))
 
 
 def _read_header(stream: TextIO, source: Path) -> tuple[list[str], int]:
@@ -148,8 +139,7 @@ def _check_header(names: list[str], text: str, place: Place) -> None:
         raise RecordingError(f"{place}: there is no header, the first line holds numbers ('{line}')", fix=fix)
     if "\N{REPLACEMENT CHARACTER}" in text:
         raise RecordingError(f"{place}: the header is not UTF-8 text ('{line}')", fix="Save the file as UTF-8")
-    check_names(names, place)
-    check_columns(len(names), place)
+    check_names(names, len(names), place)
     if "time" not in map(str.lower, names):
         message = f"{place}: this is no header of a plain CSV recording, it has no column 'time' ('{line}')"
         raise RecordingError(message, value=names, allowed=_ALLOWED)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armdesign._types import Array
 
 _PARALLEL = 1e-6  # [rad] below this angle, straight and great-circle interpolation agree to rounding
+_SKEW = 0.01  # files print rotation matrices with as few as three decimals
 
 
 def unit_continuous(quaternions: Array) -> Array:
@@ -98,6 +100,13 @@ def from_matrices(matrices: Array) -> Array:
     best = np.einsum("iit->it", rows).argmax(axis=0)
     chosen = rows[best, :, np.arange(len(m))]
     return np.asarray(chosen / np.linalg.norm(chosen, axis=1, keepdims=True))
+
+
+def are_rotations(matrices: Array) -> NDArray[np.bool_]:
+    """Which matrices of shape (T, 3, 3) are right-handed with orthonormal columns to 1 %; False where missing."""
+    with np.errstate(all="ignore"):
+        skew = np.abs(matrices.transpose(0, 2, 1) @ matrices - np.eye(3)).max(axis=(1, 2))
+        return np.asarray((skew < _SKEW) & (np.linalg.det(matrices) > 0))
 
 
 def product(left: Array, right: Array) -> Array:

@@ -121,8 +121,7 @@ def read_recordings(
         path = Path(file)  # one of a bone may need the rate
         take = read_bone_csv(path, rate) if bone_csv_matches(read_head(path)) else read_take(path)
         takes[name] = _one_point(take, name)
-    joined = _joined(takes)
-    return to_recording(joined, units=units, up=up, mirror=mirror)
+    return to_recording(_joined(takes), units=units, up=up, mirror=mirror)
 
 
 def _one_point(take: Take, name: str) -> Take:
@@ -144,26 +143,25 @@ def _joined(takes: Mapping[str, Take]) -> Take:
         _check_alike(first, take)
     points = {name: values for take in takes.values() for name, values in take.points.items()}
     turns = {name: values for take in takes.values() for name, values in take.orientations.items()}
-    sentence = (
-        f"Joined {len(takes)} files frame by frame: {', '.join(f'{n} from {t.source}' for n, t in takes.items())}."
-    )
-    step = Step("joined", sentence, {name: take.source for name, take in takes.items()})
+    sources = {name: take.source for name, take in takes.items()}
+    listed = ", ".join(f"{name} from {source}" for name, source in sources.items())
+    step = Step("joined", f"Joined {len(takes)} files frame by frame: {listed}.", sources)
     steps = {step.sentence: step for take in takes.values() for step in take.steps}  # each once
     return replace(first, points=points, orientations=turns, steps=(step, *steps.values()))
 
 
 def _check_alike(first: Take, other: Take) -> None:
     """Turn away takes that cannot be joined frame by frame."""
-    both = f"{first.source} and {other.source}"
+    both, fix = f"{first.source} and {other.source}", "Export the same stretch of one take into all files"
     if len(first.time) != len(other.time):
         message = f"{both} have {len(first.time)} and {len(other.time)} frames"
-        raise RecordingError(message, value=len(other.time), fix="Export the same stretch of one take into all files")
+        raise RecordingError(message, value=len(other.time), fix=fix)
     apart = np.abs(first.time - other.time)
     if len(apart) and apart.max() > _SAME_TIME:
         frame = int(np.argmax(apart > _SAME_TIME))
         times = f"{first.time[frame]:.6g} s and {other.time[frame]:.6g} s"
         message = f"{both} differ in their times, first in frame {frame + 1} ({times})"
-        raise RecordingError(message, value=frame, fix="Export the same stretch of one take into all files")
+        raise RecordingError(message, value=frame, fix=fix)
     for what, ours, theirs in (("unit of length", first.units, other.units), ("up axis", first.up, other.up)):
         if ours != theirs:
             message = f"{both} differ in their {what} ({ours or 'not said'} and {theirs or 'not said'})"

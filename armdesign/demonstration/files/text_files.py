@@ -46,7 +46,11 @@ def read_head(path: Path) -> bytes:
             raise RecordingError(f"the recording {path} does not exist", value=str(path), fix="Check the path")
         if not path.is_file():
             raise RecordingError(f"{path} is not a regular file", value=str(path), fix="Save the recording as a file")
-        _check_size(path)
+        size = path.stat().st_size
+        if size > MAX_SIZE:
+            fix = "Export a shorter stretch, or only the points that are needed"
+            message = f"{path} is {size / 2**30:.1f} GiB in size"
+            raise RecordingError(message, value=size, allowed=f"at most {MAX_SIZE >> 30} GiB", fix=fix)
         with path.open("rb") as stream:
             head = stream.read(HEAD_SIZE)
     except (OSError, ValueError) as error:  # ValueError: a path with a NUL in it
@@ -54,15 +58,6 @@ def read_head(path: Path) -> bytes:
     if not head.strip():
         raise RecordingError(f"the recording {path} is empty", value=str(path), fix="Export it again")
     return head
-
-
-def _check_size(path: Path) -> None:
-    """Turn away a file that is too large."""
-    size = path.stat().st_size
-    if size > MAX_SIZE:
-        fix = "Export a shorter stretch, or only the points that are needed"
-        message = f"{path} is {size / 2**30:.1f} GiB in size"
-        raise RecordingError(message, value=size, allowed=f"at most {MAX_SIZE >> 30} GiB", fix=fix)
 
 
 def unreadable(path: Path, error: Exception) -> RecordingError:
@@ -133,15 +128,10 @@ class Lines(Protocol):
 
 @dataclass(frozen=True)
 class Place:
-    """A line in a file, for messages.
-
-    Attributes:
-        source: The file.
-        line: Line number, from 1.
-    """
+    """A line in a file, for messages."""
 
     source: Path
-    line: int
+    line: int  # from 1
 
     def below(self, lines: int) -> Place:
         """The place that many lines further down."""
@@ -190,10 +180,8 @@ def check_columns(count: int, place: Place) -> None:
         place: Its header.
     """
     if count > MAX_COLUMNS:
-        message = f"{place}: the table has {count:,} columns"
-        raise RecordingError(
-            message, value=count, allowed=f"at most {MAX_COLUMNS:,}", fix="Export only the points that are needed"
-        )
+        message, fix = f"{place}: the table has {count:,} columns", "Export only the points that are needed"
+        raise RecordingError(message, value=count, allowed=f"at most {MAX_COLUMNS:,}", fix=fix)
 
 
 def check_size(numbers: int, place: Place) -> None:
@@ -209,13 +197,15 @@ def check_size(numbers: int, place: Place) -> None:
         raise RecordingError(f"{place.source} holds more than {what}", value=numbers, fix=fix)
 
 
-def check_names(names: Sequence[str], place: Place) -> None:
-    """Turn away names that are longer than any of a recording.
+def check_names(names: Sequence[str], columns: int, place: Place) -> None:
+    """Turn away a header with more columns, or a longer name, than any recording has.
 
     Args:
         names: The names.
+        columns: Number of columns.
         place: Where they stand.
     """
+    check_columns(columns, place)
     for name in names:
         if len(name) > MAX_NAME:
             message = f"{place}: the name '{shown(name)}' has {len(name):,} letters"

@@ -23,30 +23,19 @@ _SIDES = {"r", "l", "right", "left"}
 
 @dataclass(frozen=True)
 class Term:
-    """One part of an expression.
+    """One part of an expression."""
 
-    Attributes:
-        name: Name of the point, in full.
-        weight: Its factor; the factors of an expression sum to 1.
-    """
-
-    name: str
-    weight: float
+    name: str  # in full
+    weight: float  # its factor; the factors of an expression sum to 1
 
 
 @dataclass(frozen=True)
 class Expression:
-    """A point made of others.
+    """A point made of others."""
 
-    Attributes:
-        name: What the point is called.
-        terms: The points it is made of.
-        weighted: Whether the weights were given.
-    """
-
-    name: str
-    terms: tuple[Term, ...]
-    weighted: bool = False
+    name: str  # what the point is called
+    terms: tuple[Term, ...]  # the points it is made of
+    weighted: bool = False  # whether the weights were given
 
     @property
     def single(self) -> str | None:

@@ -24,23 +24,16 @@ Parts = Mapping[str, tuple[str, ...]]
 
 @dataclass(frozen=True)
 class Scheme:
-    """How one community names the points of an arm; names are compared in small letters without blanks and marks.
-
-    Attributes:
-        name: What the scheme is called.
-        sides: Side to the letters or words that stand for it; both before and behind a name if ``behind``.
-        roles: Part of the arm to the ways of naming it, the best first, each of one or more points.
-        behind: Whether the side may also follow the name.
-        oriented: The part whose orientation is the hand's.
-        names: Name of each part in the task; the parts' own where not given.
-    """
+    """How one community names the points of an arm; names are compared in small letters without blanks and marks."""
 
     name: str
+    # side to the letters or words that stand for it; both before and behind a name if behind
     sides: Mapping[str, str]
+    # part of the arm to the ways of naming it, the best first, each of one or more points
     roles: Mapping[str, tuple[tuple[str, ...], ...]]
-    behind: bool = False
-    oriented: str = "hand"
-    names: Mapping[str, str] | None = None
+    behind: bool = False  # whether the side may also follow the name
+    oriented: str = "hand"  # the part whose orientation is the hand's
+    names: Mapping[str, str] | None = None  # name of each part in the task; the parts' own where not given
 
 
 _LETTERS = {"right": "r", "left": "l"}
@@ -115,22 +108,13 @@ _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm that the names of a recording tell of.
-
-    Attributes:
-        scheme: The naming scheme.
-        subject: The subject prefix; empty where there is none.
-        side: ``right``, ``left``, or empty where the names do not tell.
-        roles: ``shoulder``, ``elbow``, ``wrist`` and perhaps ``hand`` to the points whose mean they are.
-        oriented: The part whose orientation would be the hand's.
-        names: Name of each part in the task.
-    """
+    """An arm that the names of a recording tell of."""
 
     scheme: str
-    subject: str
-    side: str
-    roles: Parts
-    oriented: str = "hand"
+    subject: str  # the subject prefix; empty where there is none
+    side: str  # right, left, or empty where the names do not tell
+    roles: Parts  # shoulder, elbow, wrist and perhaps hand to the points whose mean they are
+    oriented: str = "hand"  # the part whose orientation would be the hand's
     names: Mapping[str, str] | None = None
 
     @property
@@ -171,17 +155,11 @@ class Arm:
 
 @dataclass(frozen=True)
 class Guess:
-    """What was guessed.
+    """What was guessed."""
 
-    Attributes:
-        arm: The arm; None where there is none, or where several subjects have one.
-        arms: All that come into question.
-        sentence: What was guessed, in words.
-    """
-
-    arm: Arm | None
-    arms: tuple[Arm, ...]
-    sentence: str
+    arm: Arm | None  # None where there is none, or where several subjects have one
+    arms: tuple[Arm, ...]  # all that come into question
+    sentence: str  # what was guessed, in words
 
 
 def guess_arm(points: Mapping[str, Array], *, side: str = "right", base: str | None = None) -> Guess:

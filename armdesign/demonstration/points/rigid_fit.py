@@ -30,19 +30,12 @@ _MOST = 400  # frames that the mean is taken over
 
 @dataclass(frozen=True, eq=False)
 class RigidFit:
-    """Poses of a body.
+    """Poses of a body."""
 
-    Attributes:
-        template: Places of the n markers in the body, shape (n, 3) [m].
-        rotations: Body to reference axes, shape (T, 3, 3); NaN where too few markers are seen.
-        markers: Places of the markers, shape (T, n, 3) [m]; hidden ones by the pose, NaN where there is none.
-        residuals: Distance of each marker from where the pose has it, shape (T, n) [m]; NaN where hidden.
-    """
-
-    template: Array
-    rotations: Array
-    markers: Array
-    residuals: Array
+    template: Array  # places of the n markers in the body, shape (n, 3) [m]
+    rotations: Array  # body to reference axes, shape (T, 3, 3); NaN where too few markers are seen
+    markers: Array  # places of the markers, shape (T, n, 3) [m]; hidden ones by the pose, NaN where there is none
+    residuals: Array  # distance of each marker from where the pose has it, shape (T, n) [m]; NaN where hidden
 
     @property
     def quaternions(self) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import seconds
 from armdesign.demonstration.points.expressions import Expression, nearest, parse, quoted
-from armdesign.demonstration.points.guess import guess_arm
+from armdesign.demonstration.points.guess import Arm, Guess, guess_arm
 from armdesign.demonstration.points.rigid_fit import MARKERS, RigidFit, fit_rigid
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import Recording, Step
@@ -22,21 +22,13 @@ RIGID = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A point that an expression defines.
+    """A point that an expression defines."""
 
-    Attributes:
-        expression: The expression, with all names in full.
-        positions: Shape (T, 3) [m]; None for something that has an orientation only.
-        quaternions: Shape (T, 4), of the one oriented point or body that it is; None for others.
-        markers: The three or more markers it is the mean of; empty for others.
-        steps: What was done.
-    """
-
-    expression: Expression
-    positions: Array | None
-    quaternions: Array | None = None
-    markers: tuple[str, ...] = ()
-    steps: tuple[Step, ...] = ()
+    expression: Expression  # with all names in full
+    positions: Array | None  # (T, 3) [m]; None for something that has an orientation only
+    quaternions: Array | None = None  # (T, 4), of the one oriented point or body that it is; None for others
+    markers: tuple[str, ...] = ()  # the three or more markers it is the mean of; empty for others
+    steps: tuple[Step, ...] = ()  # what was done
 
 
 def define(expression: Expression, recording: Recording, earlier: Mapping[str, Point]) -> Point:
@@ -60,7 +52,11 @@ def define(expression: Expression, recording: Recording, earlier: Mapping[str, P
         return _mean_of_markers(expression, names, recording)
     total = np.zeros((recording.frames, 3))
     for term in expression.terms:
-        total = total + term.weight * _position(term.name, recording, earlier)
+        places = _one(term.name, recording, earlier).positions
+        if places is None:
+            message = f"{recording.source}: '{term.name}' has an orientation, but no position"
+            raise TaskError(message, value=term.name, allowed=list(recording.points))
+        total = total + term.weight * places
     return Point(expression, total)
 
 
@@ -81,21 +77,17 @@ def orientation_of(point: Point, recording: Recording) -> tuple[Array, tuple[Ste
     if point.quaternions is not None:
         return point.quaternions, ()
     if not point.markers:
-        raise _no_orientation(name, point.expression, recording)
+        expression = point.expression
+        what = "a mean with weights" if expression.weighted else "a single point"
+        if expression.single is None and not expression.weighted:
+            what = f"the mean of {len(expression.terms)} points"
+        message = f"{recording.source}: there is no orientation of '{name}', which is {what}"
+        message += "" if recording.orientations else ", nor of any other point"
+        fix = "Name an oriented point or body, or three or more markers of one rigid body, as in hand=A+B+C"
+        fix += "" if recording.orientations else ", or leave the orientation out"
+        raise TaskError(message, value=name, allowed=list(recording.orientations) or None, fix=fix)
     fit = fit_rigid(_stack(point.markers, recording), point.markers, recording.source)
     return fit.quaternions, (_fit_step(name, point.markers, fit, recording),)
-
-
-def _no_orientation(name: str, expression: Expression, recording: Recording) -> TaskError:
-    """The error for a point without an orientation."""
-    what = "a mean with weights" if expression.weighted else "a single point"
-    if expression.single is None and not expression.weighted:
-        what = f"the mean of {len(expression.terms)} points"
-    message = f"{recording.source}: there is no orientation of '{name}', which is {what}"
-    fix = "Name an oriented point or body, or three or more markers of one rigid body, as in hand=A+B+C"
-    if not recording.orientations:
-        return TaskError(f"{message}, nor of any other point", value=name, fix=f"{fix}, or leave the orientation out")
-    return TaskError(message, value=name, allowed=list(recording.orientations), fix=fix)
 
 
 def _one(name: str, recording: Recording, earlier: Mapping[str, Point]) -> Point:
@@ -114,15 +106,6 @@ def _known_markers(name: str, recording: Recording) -> tuple[str, ...]:
     """The markers of a rigid body that the recording holds, if it tells and they suffice for a pose."""
     markers = tuple(marker for marker in recording.about.bodies.get(name, ()) if marker in recording.points)
     return markers if len(markers) >= MARKERS else ()
-
-
-def _position(name: str, recording: Recording, earlier: Mapping[str, Point]) -> Array:
-    """Positions of a point that is there already."""
-    positions = _one(name, recording, earlier).positions
-    if positions is None:
-        message = f"{recording.source}: '{name}' has an orientation, but no position"
-        raise TaskError(message, value=name, allowed=list(recording.points))
-    return positions
 
 
 def _stack(markers: tuple[str, ...], recording: Recording) -> Array:
@@ -147,17 +130,12 @@ def _mean_of_markers(expression: Expression, markers: tuple[str, ...], recording
         return Point(expression, mean, None, markers)
     filled = np.where(some[:, None], fit.markers.mean(axis=1), mean)
     count = int(np.count_nonzero(some & fit.known))
-    steps = (_hidden_step(expression.name, count, fit, recording),) if count else ()
-    return Point(expression, filled, None, markers, steps)
-
-
-def _hidden_step(name: str, count: int, fit: RigidFit, recording: Recording) -> Step:
-    """What was done about hidden markers."""
     sentence = (
-        f"In {count} of {recording.frames} frames some markers of '{name}' are hidden; there they were placed by a "
-        f"rigid fit to the others (residual {1e3 * fit.rms:.1f} mm rms)."
+        f"In {count} of {recording.frames} frames some markers of '{expression.name}' are hidden; there they were "
+        f"placed by a rigid fit to the others (residual {1e3 * fit.rms:.1f} mm rms)."
     )
-    return Step("hidden-markers", sentence, {"point": name, "frames": count, "rms_mm": 1e3 * fit.rms})
+    step = Step("hidden-markers", sentence, {"point": expression.name, "frames": count, "rms_mm": 1e3 * fit.rms})
+    return Point(expression, filled, None, markers, (step,) if count else ())
 
 
 def _fit_step(name: str, markers: tuple[str, ...], fit: RigidFit, recording: Recording) -> Step:
@@ -288,7 +266,7 @@ def _completed(
         return base or quoted(next(iter(recording.points), "")), points, None, ()
     known, source = _known(recording, {}), recording.source
     part = None if base is None else parse(base, known, source, " for the base").terms[0].name
-    guess = guess_arm(recording.points, side="left" if is_mirrored(recording) else "right", base=part)
+    guess = guess_of(recording, part)
     if guess.arm is None:
         listed = ", ".join(quoted(name) for name in nearest("", known))
         flags = "--points elbow=A+B,wrist=C,hand=D" if base else "--base SHOULDER --points elbow=A+B,wrist=C,hand=D"
@@ -297,6 +275,28 @@ def _completed(
     step = Step("guess", guess.sentence, {"base": guess.arm.base, "points": list(guess.arm.points)})
     own = None if points else guess.arm.orientation(recording.orientations)
     return base or guess.arm.base, points or guess.arm.points, own, (step,)
+
+
+def guess_of(recording: Recording, base: str | None = None) -> Guess:
+    """The arm that a recording's names tell of: the right one, after mirroring the left one, if both are there.
+
+    Args:
+        recording: In metres with z up.
+        base: A point that has to be (part of) the shoulder; None for any.
+    """
+    return guess_arm(recording.points, side="left" if is_mirrored(recording) else "right", base=base)
+
+
+def arm_paths(arm: Arm, recording: Recording) -> dict[str, Array]:
+    """Name to positions of the points of an arm, from the shoulder on, each of shape (T, 3) [m].
+
+    Args:
+        arm: From ``guess_of``.
+        recording: Whose names it is made of.
+    """
+    known = list(recording.points)
+    found = [define(parse(text, known, recording.source), recording, {}) for text in (arm.base, *arm.points)]
+    return {point.expression.name: point.positions for point in found if point.positions is not None}
 
 
 def _known(recording: Recording, defined: Mapping[str, Point]) -> list[str]:

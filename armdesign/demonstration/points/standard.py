@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -71,14 +72,12 @@ def _check_places(take: Take) -> None:
 
 def mirrored(recording: Recording) -> Recording:
     """Left and right exchanged at the plane of x and z: p' = S p and R' = S R S with S = diag(1, -1, 1)."""
+    # S (x, y, z) = (x, -y, z); S R S turns by the same angle about the mirrored axis, the other way round.
     result = recording.changed(
         recording.time, lambda p: p * [1.0, -1.0, 1.0], lambda q: q * np.array([-1.0, 1.0, -1.0, 1.0])
     )
-    sentence = "Mirrored left and right (y to -y), so that a left arm becomes a right one."
-    about = recording.about
-    steps = (*about.steps, Step("mirror", sentence))
-    about = About(about.format, about.captured, about.rate, about.bodies, steps)
-    return Recording(result.time, result.points, result.orientations, result.source, about)
+    step = Step("mirror", "Mirrored left and right (y to -y), so that a left arm becomes a right one.")
+    return replace(result, about=replace(result.about, steps=(*result.about.steps, step)))
 
 
 def is_mirrored(recording: Recording) -> bool:
@@ -122,11 +121,8 @@ def _factor(take: Take, units: str | None) -> tuple[float, list[Step]]:
 def _unit_step(factor: float, why: str, unit: str) -> Step:
     """What was made of the unit."""
     done = "taken as they are" if factor == 1.0 else f"multiplied by {factor:.6g}"
-    details: dict[str, object] = {
-        "unit": unit if unit in UNITS else f"{factor:.9g}",
-        "metres_per_unit": factor,
-        "from": why,
-    }
+    name = unit if unit in UNITS else f"{factor:.9g}"
+    details = {"unit": name, "metres_per_unit": factor, "from": why}
     named = _NAMED.get(unit, f"units of {factor:.6g} m")
     return Step("units", f"Lengths are in {named}, {why}; {done}.", details)
 

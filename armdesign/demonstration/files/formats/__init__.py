@@ -20,7 +20,7 @@ class Format(NamedTuple):
     Attributes:
         name: What the format is called in messages.
         matches: Whether a file beginning with these bytes (``sniff.HEAD_SIZE`` of them at most) has the format.
-        read: Reads such a file as it stands.
+        read: Reads such a file as it stands. What is wrong in it is a RecordingError that says what and where.
     """
 
     name: str

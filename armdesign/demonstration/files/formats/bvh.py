@@ -50,7 +50,7 @@ from armdesign.errors import RecordingError
 _START = re.compile(r"\s*HIERARCHY\b", re.IGNORECASE)
 _FRAMES = re.compile(r"\s*Frames\s*:?\s*(\S*)\s*$", re.IGNORECASE)
 _FRAME_TIME = re.compile(r"\s*Frame\s*Time\s*:?\s*(\S*)\s*$", re.IGNORECASE)
-_STEPS = (1e-5, 100.0)  # [s]
+_STEPS = (1e-5, 100.0)  # [s] from frame to frame
 _STILL = 0.01  # [deg] angles of a T-pose
 _JUMP = 5.0  # [deg] from there to the first frame of the motion
 _NEAR = 0.25  # of the offset's length
@@ -58,17 +58,11 @@ _FIX = "Export the motion again"
 
 
 class _Motion(NamedTuple):
-    """What stands above the numbers of the frames.
+    """What stands above the numbers of the frames."""
 
-    Attributes:
-        frames: Number of frames announced; None where none is.
-        step: From frame to frame [s].
-        decimal: Stands between whole and broken part of a number.
-    """
-
-    frames: int | None
-    step: float
-    decimal: str
+    frames: int | None  # announced
+    step: float  # from frame to frame [s]
+    decimal: str  # point or comma
 
 
 def matches(head: bytes) -> bool:
@@ -88,13 +82,16 @@ def read(path: Path) -> Take:
         motion = _read_motion(lines)
         lines.change = _squeezed
         rows = read_rows(lines, skeleton.columns, lines.place, Dialect(" ", MISSING, motion.decimal, may_be_cut=True))
-    _check_size(rows, skeleton)
+    check_frames(rows, "'Frame Time'")
+    if 7 * len(skeleton.joints) * len(rows.values) > MAX_NUMBERS:  # a place and a quaternion each
+        message = f"{rows.source} holds {len(rows.values):,} frames of {len(skeleton.joints):,} joints"
+        allowed = f"at most {MAX_NUMBERS // 7:,} of both together"
+        raise RecordingError(message, allowed=allowed, fix="Export a shorter stretch, or fewer joints")
     table = rows.values
     first = 1 if _starts_in_t_pose(table, skeleton) else 0
     points, orientations, replaced = _poses(table[first:], skeleton)
-    time = np.arange(first, len(table), dtype=float) * motion.step
     return Take(
-        time=time,
+        time=np.arange(first, len(table), dtype=float) * motion.step,
         points=points,
         orientations=orientations,
         source=str(path),
@@ -143,17 +140,9 @@ def _step(text: str, place: Place) -> float:
     return step
 
 
-def _check_size(rows: Rows, skeleton: Skeleton) -> None:
-    """Turn away what has no frames, or so many joints that their places would not fit into memory."""
-    check_frames(rows, "'Frame Time'")
-    if 7 * len(skeleton.joints) * len(rows.values) > MAX_NUMBERS:
-        message = f"{rows.source} holds {len(rows.values):,} frames of {len(skeleton.joints):,} joints"
-        allowed = f"at most {MAX_NUMBERS // 7:,} of both together"
-        raise RecordingError(message, allowed=allowed, fix="Export a shorter stretch, or fewer joints")
-
-
 def _starts_in_t_pose(table: Array, skeleton: Skeleton) -> bool:
     """Whether the first frame is no part of the motion: all angles zero, and the next frame far from it."""
+    # The BVH conversions of the CMU library begin so, as MotionBuilder needs a T-pose to know a skeleton.
     columns = [column for joint in skeleton.joints for _, column in joint.rotations]
     if len(table) < 2 or not columns:
         return False
@@ -200,8 +189,8 @@ def _turned(quaternions: Array, joint: Joint, table: Array) -> Array:
 def _local(joint: Joint, table: Array) -> tuple[Array, bool]:
     """A joint's place in its parent's axes, shape (3, 1) or (3, T), and whether its position channels hold the offset.
 
-    By its origin, the format adds the channels to the offset. Some programs write the whole place instead, so that a
-    bone's channels stay near the offset; adding would make the bone twice as long.
+    The format adds the channels to the offset. Some programs write the whole place instead, so that a bone's channels
+    stay near the offset; adding would make the bone twice as long.
     """
     offset = np.array(joint.offset)[:, None]
     if not joint.positions:
@@ -230,9 +219,8 @@ def _steps(rows: Rows, motion: _Motion, first: int, replaced: list[str]) -> list
         sentence = "The first frame is the T-pose, all angles being zero, far from the second frame: it was left out."
         steps.append(Step("t-pose", sentence))
     if replaced:
-        shown = listed(replaced)
-        sentence = f"Position channels near the OFFSET were taken in its place instead of being added to it: {shown}."
-        steps.append(Step("offsets", sentence, {"joints": replaced}))
+        sentence = "Position channels near the OFFSET were taken in its place instead of being added to it"
+        steps.append(Step("offsets", f"{sentence}: {listed(replaced)}.", {"joints": replaced}))
     return steps
 
 
@@ -243,40 +231,27 @@ _FIX = "Export the motion again"
 
 @dataclass
 class Joint:
-    """A joint, or the end of the last bone of a chain.
+    """A joint, or the end of the last bone of a chain."""
 
-    Attributes:
-        name: Each once in a skeleton.
-        parent: Index of the joint it hangs on; None for a root.
-        offset: From the parent's origin, in the parent's axes; empty while it was not told.
-        is_end: Whether it is an end without axes of its own.
-        positions: Axis, 0 to 2, to column of the numbers.
-        rotations: Axis and column of each turn, in the order in which they are made.
-    """
-
-    name: str
-    parent: int | None
-    is_end: bool = False
-    offset: tuple[float, ...] = ()
-    positions: dict[int, int] = field(default_factory=dict)
+    name: str  # each once in a skeleton
+    parent: int | None  # index of the joint it hangs on; None for a root
+    is_end: bool = False  # whether it is an end without axes of its own
+    offset: tuple[float, ...] = ()  # from the parent's origin, in the parent's axes; empty while it was not told
+    positions: dict[int, int] = field(default_factory=dict)  # axis, 0 to 2, to column of the numbers
+    # axis and column of each turn, in the order in which they are made
     rotations: list[tuple[int, int]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
 class Skeleton:
-    """All joints, each after the one it hangs on.
-
-    Attributes:
-        joints: The joints.
-        columns: A name for each number of a frame.
-    """
+    """All joints, each after the one it hangs on."""
 
     joints: list[Joint]
-    columns: list[str]
+    columns: list[str]  # a name for each number of a frame
 
 
 def read_skeleton(lines: LinesAhead) -> Skeleton:
-    """Read up to the line ``MOTION``."""
+    """The joints, up to the line ``MOTION``."""
     reader = _Reader(lines.place)
     while text := lines.readline():
         words = text.replace("{", " { ").replace("}", " } ").split()
@@ -347,7 +322,11 @@ class _Reader:
             if words:
                 self._statement(words)
         elif keyword in {"ROOT", "JOINT"}:
-            self._joint(keyword, " ".join(words[1:]))
+            name = " ".join(words[1:])
+            if (keyword == "ROOT") == bool(self._open):
+                where = "inside" if self._open else "outside"
+                raise self._error(f"{keyword} '{name[:40]}' stands {where} another joint")
+            self._add(name, False)
         elif keyword == "END":
             if not self._open:
                 raise self._error("an End Site stands outside a joint")
@@ -359,11 +338,6 @@ class _Reader:
         else:
             allowed = "ROOT, JOINT, End Site, OFFSET, CHANNELS, braces and then MOTION"
             raise self._error(f"'{words[0][:40]}' is unknown", allowed)
-
-    def _joint(self, keyword: str, name: str) -> None:
-        if (keyword == "ROOT") == bool(self._open):
-            raise self._error(f"{keyword} '{name[:40]}' stands {'inside' if self._open else 'outside'} another joint")
-        self._add(name or f"joint {len(self._joints) + 1}", False)
 
     def _add(self, name: str, is_end: bool) -> None:
         if self._open and self._joints[self._open[-1]].is_end:

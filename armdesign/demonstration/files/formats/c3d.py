@@ -25,15 +25,14 @@ from armdesign.demonstration.files.formats.c3d_layout import (
     read_layout,
 )
 from armdesign.demonstration.files.formats.marker_tables import UNITS, listed, once_each
-from armdesign.demonstration.files.quaternions import from_matrices
+from armdesign.demonstration.files.quaternions import are_rotations, from_matrices
 from armdesign.demonstration.files.text_files import unreadable
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 
 _MODEL_OUTPUTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
 _UP = {"X": "x", "+X": "x", "Y": "y", "+Y": "y", "Z": "z", "+Z": "z"}
-_POSE_ENDING = "_4X4"
-_SKEW = 1e-2  # a rotation's columns are unit and orthogonal to this much
+_POSE_ENDING = "_4X4"  # of segments, as Theia3D writes them
 
 _PIECE = 1 << 24  # [bytes] read at a time, so that no copy of the whole file stands beside the result
 
@@ -88,7 +87,8 @@ def _points(path: Path, layout: C3DLayout, positions: Array, steps: list[Step]) 
     if left_out:
         sentence = f"Left out {len(left_out)} model outputs, which are not positions: {listed(left_out)}."
         steps.append(Step("model outputs", sentence, {"names": left_out}))
-    zero = (positions == 0).all(axis=2)  # how a marker that was not seen stands in files that do not say so
+    # A negative residual marks what was not seen. Some programs write zeros and no residual; no marker is at exactly 0.
+    zero = (positions == 0).all(axis=2)
     if zero.any():
         positions[zero] = np.nan
         count = int(zero.sum())
@@ -138,9 +138,7 @@ def _poses(
 def _whole(pose: Array, name: str, steps: list[Step]) -> Array:
     """A segment's poses with those missing altogether whose matrix is not a rotation, shape (T, 4, 4)."""
     turn = pose[:, :3, :3]
-    with np.errstate(all="ignore"):
-        skew = np.abs(turn.transpose(0, 2, 1) @ turn - np.eye(3)).max(axis=(1, 2))
-        good = (skew < _SKEW) & (np.linalg.det(turn) > 0) & np.isfinite(pose[:, :3, 3]).all(axis=1)
+    good = are_rotations(turn) & np.isfinite(pose[:, :3, 3]).all(axis=1)
     seen = ~np.isnan(pose[:, :3]).any(axis=(1, 2)) & (turn != 0).any(axis=(1, 2))
     if (seen & ~good).any():
         count = int((seen & ~good).sum())

@@ -38,35 +38,20 @@ _MAX_DIMENSIONS = 7
 
 @dataclass(frozen=True)
 class C3DLayout:
-    """Counts and places, all within the file.
+    """Counts and places, all within the file."""
 
-    Attributes:
-        processor: 84 Intel, 85 DEC, 86 MIPS.
-        rate: Frames per second [1/s].
-        scale: Factor of integer data; negative where the data are floats.
-        points: Number of points in each frame.
-        frames: Number of frames.
-        analog: Number of analog samples in each frame, which stand behind its points.
-        start: Where the data begin [bytes].
-        rotations: Number of 4 x 4 matrices in each set.
-        ratio: Sets of matrices per frame.
-        rotation_start: Where the matrices begin [bytes].
-        parameters: What the file says of its content.
-        notes: What was contradictory and what was believed.
-    """
-
-    processor: int
-    rate: float
-    scale: float
-    points: int
+    processor: int  # 84 Intel, 85 DEC, 86 MIPS
+    rate: float  # frames per second [1/s]
+    scale: float  # factor of integer data; negative where the data are floats
+    points: int  # number of points in each frame
     frames: int
-    analog: int
-    start: int
-    rotations: int
-    ratio: int
-    rotation_start: int
-    parameters: C3DParameters
-    notes: tuple[str, ...] = ()
+    analog: int  # number of analog samples in each frame, which stand behind its points
+    start: int  # where the data begin [bytes]
+    rotations: int  # number of 4 x 4 matrices in each set
+    ratio: int  # sets of matrices per frame
+    rotation_start: int  # where the matrices begin [bytes]
+    parameters: C3DParameters  # what the file says of its content
+    notes: tuple[str, ...] = ()  # what was contradictory and what was believed
 
 
 class _Header(NamedTuple):
@@ -203,6 +188,8 @@ def _fit(
 
 def _frame_counts(header: _Header, parameters: C3DParameters) -> list[int]:
     """What the file says about its number of frames, the most trustworthy first, each once."""
+    # The header and POINT:FRAMES have 16 bits. Longer takes are counted in POINT:LONG_FRAMES, a float, or by Vicon in
+    # TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD; POINT:FRAMES is a float then, or says 65535.
     start, end = (parameters.long("TRIAL", f"ACTUAL_{which}_FIELD") for which in ("START", "END"))
     counts = [parameters.number("POINT", "FRAMES"), parameters.number("POINT", "LONG_FRAMES")]
     counts += [end - start + 1 if end else 0, header.last - header.first + 1 if header.last else 0]
@@ -232,29 +219,15 @@ class C3DDamage(Exception):  # noqa: N818 (never leaves the reader of C3D files)
 
 
 class C3DParameter(NamedTuple):
-    """One parameter as it stands in the file.
+    """One parameter as it stands in the file."""
 
-    Attributes:
-        kind: -1 text, 1 byte, 2 16 bit integer, 4 float.
-        width: Length of each string of a text.
-        raw: The bytes of its values.
-    """
-
-    kind: int
-    width: int
-    raw: bytes
+    kind: int  # -1 text, 1 byte, 2 16 bit integer, 4 float
+    width: int  # length of each string of a text
+    raw: bytes  # of its values
 
 
 class C3DParameters:
-    """All parameters of a file, by group and name in capitals.
-
-    Args:
-        raw: The section.
-        processor: 84 Intel, 85 DEC, 86 MIPS.
-
-    Raises:
-        C3DDamage: A record reaches beyond the section or is of no known type.
-    """
+    """All parameters of a file, by group and name in capitals, such as ``POINT`` and ``RATE``."""
 
     def __init__(self, raw: bytes, processor: int) -> None:
         self._processor = processor
@@ -270,33 +243,18 @@ class C3DParameters:
             self._groups[group] = {**self._groups.get(group, {}), **members.get(number, {})}
 
     def number(self, group: str, name: str, otherwise: float = 0.0) -> float:
-        """The first value of a parameter.
-
-        Args:
-            group: The group, such as ``POINT``.
-            name: The parameter, such as ``RATE``.
-            otherwise: What it is where it is absent, empty, a text or not finite.
-        """
+        """The first value of a parameter; ``otherwise`` where it is absent, empty, a text or not finite."""
         values = self._numbers(group, name)
         return float(values[0]) if len(values) and np.isfinite(values[0]) else otherwise
 
     def long(self, group: str, name: str) -> float:
-        """A number of 32 bits stored as two of 16, the low one first; 0 where it is absent.
-
-        Args:
-            group: The group, such as ``TRIAL``.
-            name: The parameter, such as ``ACTUAL_END_FIELD``.
-        """
+        """A number of 32 bits stored as two of 16, the low one first; 0 where it is absent."""
         parts = self._numbers(group, name)
         return float(parts[0] + 65536.0 * parts[1]) if len(parts) == 2 else float(parts[0]) if len(parts) else 0.0
 
     def texts(self, group: str, name: str) -> list[str]:
-        """The strings of a parameter and of its continuations (``LABELS``, ``LABELS2``, ...); none if it is absent.
-
-        Args:
-            group: The group, such as ``POINT``.
-            name: The parameter, such as ``LABELS``.
-        """
+        """The strings of a parameter and of its continuations (``LABELS``, ``LABELS2``, ...); none if it is absent."""
+        # An extent is one byte, so that a parameter holds 255 strings at most and further ones stand in the next.
         parameters = self._groups.get(group, {})
         found: list[str] = []
         part, number = name, 1
@@ -377,15 +335,10 @@ def _text(raw: bytes) -> str:
 
 
 def floats_of(raw: bytes, processor: int) -> NDArray[np.float32]:
-    """Floats of 32 bits out of any number of bytes divisible by four.
-
-    Args:
-        raw: The bytes.
-        processor: ``INTEL``, ``DEC`` or ``MIPS``.
-    """
+    """Floats of 32 bits out of any number of bytes divisible by four, as ``processor`` stores them."""
     if processor != DEC:
         return np.frombuffer(raw, f"{ORDERS[processor]}f4").astype("<f4")
-    # a VAX swaps the halves, and its exponent is two higher for the same number
+    # F_floating of the VAX (DEC): the halves are swapped, and the exponent is two higher for the same number.
     swapped = np.frombuffer(raw, "<u2").reshape(-1, 2)[:, ::-1].copy().view("<f4")[:, 0]
     with np.errstate(all="ignore"):
         quarter: NDArray[np.float32] = np.ldexp(swapped, -2)

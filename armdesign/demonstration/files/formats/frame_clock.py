@@ -16,23 +16,17 @@ from armdesign.errors import RecordingError
 MIN_RATE, MAX_RATE = 0.01, 100_000.0  # [1/s]
 _LARGEST = 1e9  # frame number or time [s]
 _EVEN = 1e-3  # printed times this near to even ones, in frames, are not rounded
-_SAME_RATE = 0.01
+_SAME_RATE = 0.01  # rates printed as 60 and meant as 59.94 agree
 _LEFT_OUT = "Frames are left out in {places} places, most of them from {span}."
 _FIX = "Export the recording again"
 
 
 class Clock(NamedTuple):
-    """Times of all frames.
+    """Times of all frames."""
 
-    Attributes:
-        time: Shape (T,) [s].
-        rate: Frames per second [1/s]; None where nothing tells.
-        steps: What did not agree and what was made of it.
-    """
-
-    time: Array
-    rate: float | None
-    steps: tuple[Step, ...]
+    time: Array  # (T,) [s]
+    rate: float | None  # [1/s]; None where nothing tells
+    steps: tuple[Step, ...]  # what did not agree and what was made of it
 
 
 def read_rate(text: str) -> float | None:
@@ -150,6 +144,7 @@ def _printed(rows: Rows, numbers: Array, printed: Array, rate: float | None) -> 
             continue
         even = (numbers - numbers[first]) / even_rate + printed[first]
         misfit = float(np.abs(even - printed)[seen].max())
+        # Times that are exact need no mending; those rounded or cut off lie within one and a half of the last digit.
         if misfit <= _EVEN / even_rate and seen.all() and _first_wrong(printed) is None:
             return Clock(printed.copy(), even_rate, _rate_steps(printed, rate))
         if misfit <= 1.5 * grain + 1e-6:

@@ -8,8 +8,8 @@ from collections.abc import Container, Mapping, Sequence
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import Rows
-from armdesign.demonstration.files.text_files import Place, shown
+from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Rows, read_rows
+from armdesign.demonstration.files.text_files import LinesAhead, Place, shown
 from armdesign.demonstration.recording import Step
 from armdesign.errors import RecordingError
 
@@ -129,14 +129,20 @@ def hide_zeros(series: Mapping[str, Array]) -> list[Step]:
     return [Step("zeros", sentence, {"positions": hidden})]
 
 
-def decimal_mark(line: str, delimiter: str) -> str:
-    """What stands in the numbers of a table: a comma only where it is not between the cells.
+def read_table(lines: LinesAhead, delimiter: str, columns: list[str], keep_empty: bool = False) -> Rows:
+    """The rows below a header. They may stop early, and the last one may be cut off.
 
     Args:
-        line: The first row.
+        lines: The file, at the first row.
         delimiter: Stands between the cells.
+        columns: Column names.
+        keep_empty: Whether a line of nothing but delimiters is a row.
     """
-    return "," if delimiter != "," and "," in line and "." not in line else "."
+    line = lines.peek()
+    # Programs follow the decimal mark of the system's language; where commas stand between the cells, it is a point.
+    decimal = "," if delimiter != "," and "," in line and "." not in line else "."
+    dialect = Dialect(delimiter, MISSING, decimal, ragged=True, may_be_cut=True, keep_empty=keep_empty)
+    return read_rows(lines, columns, lines.place, dialect)
 
 
 def row_steps(rows: Rows, announced: int | None = None) -> list[Step]:

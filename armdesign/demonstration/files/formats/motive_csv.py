@@ -61,7 +61,8 @@ _KNOWN = ("1.2", "1.20", "1.21", "1.22", "1.23", "1.24", "1.25")
 
 def matches(head: bytes) -> bool:
     """Whether a file beginning with these bytes is a Motive CSV, be it without its header."""
-    return is_motive(text_head(head))
+    text = text_head(head).lstrip()
+    return bool(_START.match(text) or _BARE.match(text))
 
 
 def read(path: Path) -> Take:
@@ -182,21 +183,13 @@ _FIX = "Export the take from Motive again"
 
 @dataclass
 class Item:
-    """A rigid body, bone or marker.
+    """A rigid body, bone or marker."""
 
-    Attributes:
-        type: ``Rigid Body``, ``Bone``, ``Marker``, ``Rigid Body Marker`` and so on.
-        name: As it stands in the file, without blanks around it.
-        key: What tells it from its neighbours.
-        position: Axis, ``X`` to ``Z``, to column.
-        rotation: Axis, ``X`` to ``W``, to column; empty for a marker.
-    """
-
-    type: str
+    type: str  # Rigid Body, Bone, Marker, Rigid Body Marker and so on
     name: str
-    key: tuple[str, ...]
-    position: dict[str, int] = field(default_factory=dict)
-    rotation: dict[str, int] = field(default_factory=dict)
+    key: tuple[str, ...]  # what tells it from its neighbours
+    position: dict[str, int] = field(default_factory=dict)  # axis, X to Z, to column
+    rotation: dict[str, int] = field(default_factory=dict)  # axis, X to W, to column; empty for a marker
 
     @property
     def is_marker(self) -> bool:
@@ -211,25 +204,12 @@ class Item:
 
 @dataclass(frozen=True)
 class Header:
-    """What stands above the numbers.
+    """What stands above the numbers."""
 
-    Attributes:
-        facts: Line 1, name to value.
-        items: What was exported, in the order of the columns.
-        columns: A name for each column of numbers, for messages.
-        delimiter: Stands between the cells.
-    """
-
-    facts: Mapping[str, str]
-    items: tuple[Item, ...]
-    columns: list[str]
+    facts: Mapping[str, str]  # line 1, name in small letters to value
+    items: tuple[Item, ...]  # in the order of the columns
+    columns: list[str]  # a name for each column of numbers, for messages
     delimiter: str
-
-
-def is_motive(text: str) -> bool:
-    """Whether a text begins as a Motive CSV does, with line 1 or without it."""
-    text = text.lstrip()
-    return bool(_START.match(text) or _BARE.match(text))
 
 
 def read_header(lines: LinesAhead) -> Header:
@@ -326,13 +306,11 @@ def _named_rows(rows: list[list[str]]) -> list[list[str]]:
 
 def _check(item: Item, place: Place) -> None:
     """Turn away what has part of a position or rotation only."""
-    where = f"{place}: {item.type.lower()[:40] or 'the column'} '{item.name[:40]}'"
-    missing = [axis for axis in "XYZ" if axis not in item.position] if item.position else []
-    if missing:
-        raise RecordingError(f"{where} has no position along {' and '.join(missing)}", fix=_FIX)
-    missing = [axis for axis in "XYZ" if axis not in item.rotation] if item.rotation else []
-    if missing:
-        raise RecordingError(f"{where} has a rotation without {' and '.join(missing)}", fix=_FIX)
+    for columns, what in ((item.position, "no position along"), (item.rotation, "a rotation without")):
+        missing = [axis for axis in "XYZ" if axis not in columns]
+        if columns and missing:
+            where = f"{place}: {item.type.lower()[:40] or 'the column'} '{item.name[:40]}'"
+            raise RecordingError(f"{where} has {what} {' and '.join(missing)}", fix=_FIX)
 
 
 def _labels(rows: list[list[str]], items: tuple[Item, ...]) -> list[str]:

@@ -25,24 +25,23 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.csv_cells import MISSING, Dialect, Rows, is_number, read_cells, read_rows
+from armdesign.demonstration.files.csv_cells import MISSING, Rows, is_number, read_cells
 from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
 from armdesign.demonstration.files.formats.marker_tables import (
     clean_name,
     column_names,
     count,
     count_steps,
-    decimal_mark,
     hide_zeros,
     once_each,
     positions,
+    read_table,
     row_steps,
 )
-from armdesign.demonstration.files.quaternions import from_matrices
+from armdesign.demonstration.files.quaternions import are_rotations, from_matrices
 from armdesign.demonstration.files.text_files import (
     LinesAhead,
     Place,
-    check_columns,
     check_names,
     open_text,
     shown,
@@ -59,7 +58,6 @@ _KEYS = (
 _POSITION = ("X", "Y", "Z")
 _POSE = (*_POSITION, "Roll", "Pitch", "Yaw", "Residual", *(f"Rot[{i}]" for i in range(9)))
 _ROTATION = 7  # column of Rot[0] among those of a body
-_SKEW = 0.01  # a rotation matrix is orthonormal to this much; five decimals are usual
 _FIX = "Export the measurement from Qualisys Track Manager again"
 
 
@@ -89,9 +87,8 @@ def read(path: Path) -> Take:
         while (key := _key(lines.skip_blank())) is not None:
             facts[key] = [cell.strip() for cell in read_cells(lines.readline(), "\t")][1:]
         layout = _read_layout(lines, facts)
-        decimal = decimal_mark(lines.peek(), "\t")
-        dialect = Dialect("\t", MISSING, decimal, ragged=True, may_be_cut=True, keep_empty=not layout.leading)
-        rows = read_rows(lines, column_names(layout.leading, layout.names, layout.parts), lines.place, dialect)
+        names = column_names(layout.leading, layout.names, layout.parts)
+        rows = read_table(lines, "\t", names, keep_empty=not layout.leading)  # without numbers, each line counts
     columns = {name: i for i, name in enumerate(layout.leading)}
     clock = frame_clock(rows, columns.get("frame"), columns.get("time"), read_rate(_first(facts, "FREQUENCY")))
     names, name_steps = once_each(layout.names)
@@ -138,8 +135,7 @@ def _read_layout(lines: LinesAhead, facts: Mapping[str, list[str]]) -> _Layout:
     else:
         lines.readline()
         layout = _labelled(cells, names, parts, place)
-    check_names(layout.names, place)
-    check_columns(len(layout.leading) + len(layout.names) * len(parts), place)
+    check_names(layout.names, len(layout.leading) + len(layout.names) * len(parts), place)
     return layout._replace(names=[name or f"unnamed {i + 1}" for i, name in enumerate(layout.names)])
 
 
@@ -196,9 +192,7 @@ def _turns(pose: Array, name: str, rows: Rows) -> Array:
     matrices = pose[:, _ROTATION:].reshape(-1, 3, 3).transpose(0, 2, 1)  # column by column
     hidden = np.isnan(matrices).any(axis=(1, 2))
     pose[hidden, :3] = np.nan
-    with np.errstate(all="ignore"):
-        skew = np.abs(matrices.transpose(0, 2, 1) @ matrices - np.eye(3)).max(axis=(1, 2))
-        bad = ~((skew <= _SKEW) & (np.linalg.det(matrices) > 0)) & ~hidden
+    bad = ~are_rotations(matrices) & ~hidden
     if bad.any():
         row = int(np.argmax(bad))
         message = f"{rows.place(row)}, body '{shown(name)}': Rot[0] to Rot[8] are no rotation matrix"

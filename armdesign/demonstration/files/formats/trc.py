@@ -21,23 +21,22 @@ from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
-from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_cells, read_rows
+from armdesign.demonstration.files.csv_cells import read_cells
 from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
 from armdesign.demonstration.files.formats.marker_tables import (
     clean_name,
     column_names,
     count,
     count_steps,
-    decimal_mark,
     once_each,
     positions,
+    read_table,
     read_units,
     row_steps,
 )
 from armdesign.demonstration.files.text_files import (
     LinesAhead,
     Place,
-    check_columns,
     check_names,
     open_text,
     shown,
@@ -73,12 +72,12 @@ def read(path: Path) -> Take:
         header = _read_header(lines)
         if _LABELS.match(lines.skip_blank()):
             lines.readline()
-        decimal = decimal_mark(lines.skip_blank(), header.delimiter)
-        dialect = Dialect(header.delimiter, MISSING, decimal, ragged=True, may_be_cut=True)
-        rows = read_rows(lines, column_names(("Frame#", "Time"), header.names, "XYZ"), lines.place, dialect)
+        lines.skip_blank()
+        rows = read_table(lines, header.delimiter, column_names(("Frame#", "Time"), header.names, "XYZ"))
     clock = frame_clock(rows, 0, 1, read_rate(header.facts.get("datarate", "")))
     names, name_steps = once_each(header.names)
     odd_rows = row_steps(rows, count(header.facts.get("numframes", "")))
+    odd_names = count_steps("markers", count(header.facts.get("nummarkers", "")), len(header.names))
     return Take(
         time=clock.time,
         points=positions(rows.values, 2, names),
@@ -87,12 +86,7 @@ def read(path: Path) -> Take:
         format="TRC",
         units=read_units(header.facts.get("units", ""), header.values),
         rate=clock.rate,
-        steps=(
-            *odd_rows,
-            *count_steps("markers", count(header.facts.get("nummarkers", "")), len(header.names)),
-            *name_steps,
-            *clock.steps,
-        ),
+        steps=(*odd_rows, *odd_names, *name_steps, *clock.steps),
     )
 
 
@@ -117,13 +111,11 @@ def _check_names(cells: list[str], names: list[str], place: Place) -> None:
     """The row of names begins with Frame# and Time and has names."""
     if len(cells) < 2 or cells[1].lower() != "time":
         second = shown(cells[1]) if len(cells) > 1 else ""
-        raise RecordingError(
-            f"{place}: '{second}' follows 'Frame#', not 'Time'", allowed="Frame#, Time, names", fix=_FIX
-        )
+        message = f"{place}: '{second}' follows 'Frame#', not 'Time'"
+        raise RecordingError(message, allowed="Frame#, Time, names", fix=_FIX)
     if not names:
         raise RecordingError(f"{place}: there are no names of markers", fix=_FIX)
-    check_columns(2 + 3 * len(names), place)
-    check_names(names, place)
+    check_names(names, 2 + 3 * len(names), place)
 
 
 def _facts(above: list[str], delimiter: str) -> tuple[dict[str, str], int]:

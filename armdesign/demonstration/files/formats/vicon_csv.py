@@ -16,22 +16,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_cells, read_rows
+from armdesign.demonstration.files.csv_cells import read_cells
 from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
 from armdesign.demonstration.files.formats.marker_tables import (
     clean_name,
     column_names,
-    decimal_mark,
     listed,
     once_each,
     positions,
+    read_table,
     read_units,
     row_steps,
 )
 from armdesign.demonstration.files.text_files import (
     LinesAhead,
     Place,
-    check_columns,
     check_names,
     open_text,
     shown,
@@ -70,18 +69,15 @@ def read(path: Path) -> Take:
         skipped = _skip_to_block(lines)
         header = _read_header(lines)
         units = _read_units(lines, header)
-        decimal = decimal_mark(lines.skip_blank(), header.delimiter)
-        dialect = Dialect(header.delimiter, MISSING, decimal, ragged=True, may_be_cut=True)
+        lines.skip_blank()
         lines.is_end = lambda text: _title(text) is not None
-        rows = read_rows(lines, column_names(header.leading, header.names, "XYZ"), lines.place, dialect)
+        rows = read_table(lines, header.delimiter, column_names(header.leading, header.names, "XYZ"))
         lines.is_end = None
         while text := lines.readline():
             title = _title(text)
             skipped += [] if title is None or title in skipped else [title]
-    blocks = []
-    if skipped:
-        sentence = f"Besides the trajectories the file holds {listed(skipped)}; this was not read."
-        blocks = [Step("blocks", sentence, {"blocks": skipped})]
+    sentence = f"Besides the trajectories the file holds {listed(skipped)}; this was not read."
+    blocks = [Step("blocks", sentence, {"blocks": skipped})] if skipped else []
     clock = frame_clock(rows, 0, None, header.rate)
     names, name_steps = once_each(header.names)
     return Take(
@@ -154,8 +150,7 @@ def _names(labels: list[str], names: list[str], first: int, place: Place) -> lis
             raise RecordingError(message, allowed="X, Y, Z", fix=_FIX)
         name = clean_name(names[column]) if column < len(names) else ""
         found.append(name or f"unnamed {len(found) + 1}")
-    check_columns(count, place)
-    check_names(found, place)
+    check_names(found, count, place)
     return found
 
 

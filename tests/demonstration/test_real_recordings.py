@@ -1,4 +1,4 @@
-"""Real recordings in the laboratories' own formats, where they are at hand."""
+"""Real recordings, in the laboratories' own formats and converted to plain CSV, where they are at hand."""
 
 from pathlib import Path
 
@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from tasks import task_of
 
-from armdesign.demonstration import read_recording, read_recordings, resolve
+from armdesign.demonstration import (
+    read_recording,
+    read_recordings,
+    resolve,
+    task_from_recording,
+    task_recording,
+    write_plain_csv,
+)
 from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.demonstration.picture import draw_recording
 from armdesign.demonstration.summary import summarise, summary_text
@@ -95,3 +102,39 @@ def test_walking_without_an_arm_lists_the_names():
 @pytest.mark.parametrize("file", [*SEGMENTS, "opensim/std_walking2_markers.trc", "converted/box_lift.csv"])
 def test_every_file_can_be_drawn(file):
     assert draw_recording(read_recording(FOLDER / file)).startswith(b"\x89PNG")
+
+
+@pytest.fixture(params=["box_lift.csv", "handover_giver.csv"])
+def recording(request):
+    return read_recording(FOLDER / "converted" / request.param)
+
+
+@pytest.mark.parametrize("orientation", [None, "hand"])
+@pytest.mark.parametrize("mode", ["shoulder", "fixed"])
+def test_every_frame_becomes_part_of_the_task(recording, tmp_path, orientation, mode):
+    task = task_of(recording, orientation=orientation, base_mode=mode)
+    np.testing.assert_array_equal(task.time, recording.time)
+    assert task.P.shape == (recording.frames, 3, 3)
+    assert any("moves up to" in note for note in task.notes)
+    assert orientation is None or np.linalg.det(task.R) == pytest.approx(np.ones(recording.frames))
+    write_plain_csv(tmp_path / "task.csv", task_recording(task))
+    again = task_from_recording(read_recording(tmp_path / "task.csv"))
+    assert again.P.tobytes() == task.P.tobytes()
+    assert orientation is None or again.R.tobytes() == task.R.tobytes()
+
+
+def test_gaps_of_the_box_lift_are_bridged_smoothly():
+    recording = read_recording(FOLDER / "converted" / "box_lift.csv")
+    task = task_of(recording, orientation="hand")
+    assert any("Filled 11 gaps" in note and "0.15 s, point 'wrist'" in note for note in task.notes)
+    steps = np.linalg.norm(np.diff(task.P, axis=0), axis=2)
+    assert steps[:, 1:].max() < 0.05  # 5 m/s at 100 Hz
+
+
+def test_cleaning_stays_near_the_recording(recording):
+    plain = task_of(recording, orientation="hand")
+    smooth = task_of(recording, orientation="hand", low_pass=6.0)
+    assert np.linalg.norm(smooth.P - plain.P, axis=2).mean() < 0.005
+    half = task_of(recording, rate=50.0)
+    assert half.dt == pytest.approx(0.02)
+    assert np.linalg.norm(half.P[0] - plain.P[0]) == pytest.approx(0.0, abs=1e-12)
