@@ -6,7 +6,7 @@ axis, then no longer its z, is turned with it. Here every joint's frame is turne
 piece behind the joint. The piece from the base to the first joint starts off the task's origin, which the kernels
 know only of pieces behind a joint; it hangs on a mount, a joint at the base that is held at 0.
 
-The demonstration stays where it is: p_0 of the area E is the demonstrator's shoulder wherever the base stands.
+The demonstration stays where it is: p_0 of the area E is the demonstrator's shoulder wherever the base is.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ class PolylineEvaluator(BlockEvaluator):
             slots.arms = AxisBlock(len(slots), self.arm_chain.axes)
 
     def on(self, problem: Problem) -> PolylineEvaluator:
-        """The same arm on another problem; the two share their block and must not run at the same time."""
+        """This arm on another problem; the two share their block and must not run at the same time."""
         other = copy(self)
         other.problem = problem
         return other

@@ -29,7 +29,7 @@ SHORTEST = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class SerialArm:
-    """A ready-made arm; its base stands where its first joint is mounted, with the root's axes.
+    """A ready-made arm; its base is where its first joint is mounted, with the root's axes.
 
     Attributes:
         name: What to call it.

@@ -54,7 +54,7 @@ class UrdfTree:
     Attributes:
         source: The file, for messages.
         name: The robot's name.
-        root: Name of the link all others hang on.
+        root: Name of the link that carries all others.
         bodies: Inertia of every link in its own frame; of mass 0 where the file has none.
         joints: The joints by the link they carry.
     """

@@ -101,7 +101,7 @@ class FrameSolvers:
 def by_slsqp(fitness: FrameFitness, start: Array) -> FrameSolution:
     """SLSQP with exact sigma and exact gradients, from one start pose.
 
-    Its linear algebra is that of SciPy's BLAS, whose last bits hang on the number of its threads.
+    Its linear algebra is that of SciPy's BLAS, whose last bits depend on the number of its threads.
     """
     from scipy.optimize import minimize  # noqa: PLC0415 (slow to load)
 

@@ -1,4 +1,4 @@
-"""The machine and the versions that the figures of a study hang on."""
+"""The machine and the versions that the figures of a study depend on."""
 
 from __future__ import annotations
 

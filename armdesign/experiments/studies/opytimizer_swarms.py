@@ -5,7 +5,7 @@ What had to be done for a version of each that works (opytimizer 3.1; later ones
 * All: `Opytimizer.start` logs every iteration to a file in the working folder and draws a progress bar; its loop is
   written out here instead. A run ends when an objective of our own has counted the budget, since the generations of
   ABC differ in size. Random numbers come from NumPy's global generator, the only one opytimizer draws from: it is
-  seeded for the run and put back as it was, and one run at a time is at it in a process.
+  seeded for the run and put back as it was, and a process carries out one run at a time.
 * GA, ES, ABC, SA evaluate within their update, and `start` evaluates every agent once more behind it, half of the
   budget and more for values that are known. That second evaluation is left out.
 * SA starts at the temperature 100 and ends at 82 after 200 iterations, whatever the objective's scale: at lengths in
@@ -102,7 +102,7 @@ def check_opytimizer() -> None:
     """See that there is an opytimizer that works.
 
     Raises:
-        MissingExtraError: There is none, or one whose iteration counter stands still.
+        MissingExtraError: There is none, or one whose iteration counter does not count.
     """
     fix = "Run: pip install 'armdesign[bench]'"
     try:
@@ -182,7 +182,7 @@ def minimise(
 
 def loop(
     name: str,
-    optimizer: Any,  # noqa: ANN401 (opytimizer tells no types)
+    optimizer: Any,  # noqa: ANN401 (opytimizer has no types)
     space: Any,  # noqa: ANN401
     counted: CountedObjective,
     iterations: int,
@@ -218,7 +218,7 @@ def fetch(counted: CountedObjective, prefetch: Prefetch | None, positions: Seque
 
 
 def rehearsed(optimizer: Any, space: Any) -> list[Array]:  # noqa: ANN401
-    """The positions an update is going to evaluate, as far as they do not hang on the values found on the way."""
+    """The positions an update is going to evaluate, as far as they do not depend on the values found on the way."""
     positions: list[Array] = []
 
     def note(position: Array) -> float:

@@ -183,7 +183,7 @@ def claim_effort(effort: Change, intervals: Sequence[int]) -> str:
     shown = ", ".join(f"{interval(effort, k)} at D = {D}" for k, D in enumerate(intervals))
     claim = "Paper: RA-PSO's computational effort is much lower at every D (-66.5 to -76.0 % on average)."
     if np.isnan(effort.low).any():
-        return f"{claim} Here: {shown}; a single pair tells nothing sure."
+        return f"{claim} Here: {shown}; a single pair proves nothing."
     if (effort.high < MUCH).all():
         return f"{claim} Here it holds: {shown}."
     if (effort.high < 0.0).all():
@@ -198,7 +198,7 @@ def claim_fitness(fitness: Change, k: int) -> str:
     claim = "Paper: at D = 2 the fitness is not compromised (-0.17 % on average)."
     shown = interval(fitness, k)
     if np.isnan(fitness.low[k]):
-        return f"{claim} Here: {shown}; a single pair tells nothing sure."
+        return f"{claim} Here: {shown}; a single pair proves nothing."
     if fitness.low[k] > 0.0:
         return f"{claim} Here it does not hold: {shown}, surely worse."
     if fitness.high[k] < 0.0:

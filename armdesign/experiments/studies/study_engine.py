@@ -1,4 +1,4 @@
-"""The study engine: a study's units as a sweep, then its tables, its figure and what they hang on."""
+"""The study engine: a study's units as a sweep, then its tables, its figure and what they depend on."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def content_of(place: Path, unit: Unit) -> Mapping[str, Any]:
 
 
 def marked(tables: Sequence[Table], records: Sequence[Record]) -> list[Table]:
-    """The tables, with a note below the first where they do not stand on all runs."""
+    """The tables, with a note below the first where they do not hold all runs."""
     left = sum(record.state in ("waiting", "interrupted") for record in records)
     failed = sum(record.state == "failed" for record in records)
     notes = [f"Not finished: {left} of {len(records)} runs have yet to end."] if left else []

@@ -113,7 +113,7 @@ def search_unit(key: str, problem: DesignProblem, label: str, **search: Any) -> 
     Args:
         key: Key of the task.
         problem: The task, prepared.
-        label: What tells the search from others with the same joints and seed.
+        label: What distinguishes the search from others with the same joints and seed.
         **search: Changes to the [search] settings, such as algorithm and seed.
 
     Raises:

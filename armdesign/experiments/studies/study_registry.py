@@ -58,7 +58,7 @@ class StudyModule(Protocol):
         ...
 
     def figure(self, request: StudyRequest, records: Sequence[Record]) -> Figure:
-        """The same as a picture."""
+        """The results as a picture."""
         ...
 
     def perform(self, problem: DesignProblem, work: Mapping[str, Any], reporter: Reporter) -> dict[str, Any]:

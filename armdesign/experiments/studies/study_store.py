@@ -59,7 +59,7 @@ def read_request(folder: Path) -> StudyRequest:
         entries["tasks"], entries["dof"] = tuple(entries["tasks"]), tuple(entries["dof"])
         entries["options"] = {name: frozen(value) for name, value in entries["options"].items()}
     except FileNotFoundError as error:
-        fix = "Name the folder that the study told at its end, such as runs/study-temporal"
+        fix = "Name the folder that the study named at its end, such as runs/study-temporal"
         raise RunFolderError(f"{folder} holds no study: {STUDY} is missing", value=str(folder), fix=fix) from error
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise RunFolderError(f"{folder / STUDY} cannot be read: {error!r}", value=str(folder)) from error

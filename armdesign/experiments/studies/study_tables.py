@@ -115,7 +115,7 @@ def shown(cell: Cell, digits: int, sign: str = "±") -> str:
     if cell is None:
         return "-"
     if isinstance(cell, Spread):
-        spread = f"{sign}{cell.spread:.{digits}f}" if cell.count > 1 else ""  # a single value tells of none
+        spread = f"{sign}{cell.spread:.{digits}f}" if cell.count > 1 else ""  # a single value has none
         return f"{cell.mean:.{digits}f}{spread}"
     if isinstance(cell, float):
         return f"{cell:.{digits}f}" if math.isfinite(cell) else "-"
