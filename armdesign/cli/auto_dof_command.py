@@ -8,6 +8,7 @@ from pathlib import Path
 
 import typer
 
+from armdesign import views
 from armdesign.cli.command_errors import INTERRUPTED
 from armdesign.cli.screen import SearchBar, announce_compiling, clock, say, say_in_handler, show_table, show_text
 from armdesign.cli.tables import show_evaluation
@@ -30,7 +31,6 @@ from armdesign.search.backends.backend import Backend
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.search.search import Progress
-from armdesign.views import writing as views
 
 
 def search_auto(
@@ -106,7 +106,7 @@ def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: 
         typer.echo(f"Interrupted. {go_on}", err=True)
         raise typer.Exit(INTERRUPTED)
     result = read_result(folder)
-    more = views.write_views(folder, result) if report else ()
+    more = views.writing.write_views(folder, result) if report else ()
     if not quiet:
         show_choice(choice, result, more)
 

@@ -7,13 +7,12 @@ from typing import Annotated
 
 import typer
 
+from armdesign import views
 from armdesign.cli.command_errors import one_sentence_errors, refuse_without
 from armdesign.cli.screen import announce_compiling
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.files import write_whole
 from armdesign.runs.reading import read_result
-from armdesign.views.preview import PageServer, preview_html
-from armdesign.views.preview.preview_page import check_speed
 
 
 @one_sentence_errors
@@ -34,14 +33,14 @@ def preview(
     The demonstrator is shown beside them, in MeshCat. Without --html the page is served on 127.0.0.1, for this machine
     only, until Ctrl-C.
     """
-    check_speed(speed)
+    views.preview.check_speed(speed)
     if html is not None:
         if port is not None:
             raise SettingsError("--port is of no use with --html: a file needs no server", fix="Leave one of them out")
         write_page(runs, speed, html, overwrite=overwrite)
         return
     refuse_without("--html", {"--overwrite": overwrite})
-    with PageServer(port) as server:
+    with views.preview.PageServer(port) as server:
         server.show(draw(runs, speed), browse=browse, say=typer.echo)
 
 
@@ -49,7 +48,7 @@ def draw(runs: list[Path], speed: float) -> str:
     """The page of run folders."""
     with announce_compiling(quiet=False):
         finished = [read_result(folder) for folder in runs]
-    return preview_html(finished, speed)
+    return views.preview.preview_html(finished, speed)
 
 
 def write_page(runs: list[Path], speed: float, target: Path, *, overwrite: bool) -> None:

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
+from armdesign import views
 from armdesign.cli.command_errors import one_sentence_errors, refuse_existing
 from armdesign.cli.screen import announce_compiling
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions
 from armdesign.runs.reading import read_result
-from armdesign.views import writing as views
 
 DEFAULT_NAME = "report.html"
 SUFFIXES = (".html", ".htm")
@@ -50,7 +50,7 @@ def report(
     )
     with announce_compiling(quiet):
         finished = read_result(run)
-    written = views.report(finished, targets[0], options=options, simulate=simulate, pdf=pdf, overwrite=True)
+    written = views.writing.report(finished, targets[0], options=options, simulate=simulate, pdf=pdf, overwrite=True)
     if not quiet:
         for target in written:
             typer.echo(f"Written: {target}")

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from armdesign import views
 from armdesign.cli.auto_dof_command import resume_auto, search_auto
 from armdesign.cli.command_errors import (
     INTERRUPTED,
@@ -38,7 +39,6 @@ from armdesign.runs.resumable import EXTENSIBLE, carry_out, extend_run, finished
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.settings.sections import ARM, RECORDING, Design, Fitness, Search, Task
-from armdesign.views import writing as views
 
 AUTO = "auto"
 OTHER_KINDS = {"auto.json": "a search for the number of joints", "sweep.toml": "a sweep", "study.json": "a study"}
@@ -280,7 +280,7 @@ def carry_on(
         )
     names = [SETTINGS, TASK, TASK_JSON, *files]
     if report:
-        names += views.write_views(folder, result, files[URDF])
+        names += views.writing.write_views(folder, result, files[URDF])
     if not quiet:
         show_result(result, [folder / name for name in names])
     if result.facts is not None and result.facts.interrupted:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+import scipy
 from numpy.typing import ArrayLike
-from scipy.signal import savgol_filter
 
 from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
@@ -111,9 +111,9 @@ def smooth_motion(time: ArrayLike, q: ArrayLike, window: float = PEAK_WINDOW) ->
     length = _window_frames(window / dt, len(times))
     order = min(3, length - 1)
     return SmoothMotion(
-        q=savgol_filter(angles, length, order, axis=0),
-        v=savgol_filter(angles, length, order, deriv=1, delta=dt, axis=0),
-        a=savgol_filter(angles, length, 2, deriv=2, delta=dt, axis=0),
+        q=scipy.signal.savgol_filter(angles, length, order, axis=0),
+        v=scipy.signal.savgol_filter(angles, length, order, deriv=1, delta=dt, axis=0),
+        a=scipy.signal.savgol_filter(angles, length, 2, deriv=2, delta=dt, axis=0),
     )
 
 

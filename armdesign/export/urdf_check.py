@@ -10,7 +10,6 @@ import io
 import xml.etree.ElementTree as ET
 
 import numpy as np
-import yourdfpy
 
 from armdesign.errors import DesignError
 from armdesign.export.parts import BASE_LINK, TOOL_LINK
@@ -30,6 +29,8 @@ def check_urdf(text: str, robot: Robot) -> None:
     Raises:
         DesignError: It cannot be read, or reads as another arm.
     """
+    import yourdfpy  # noqa: PLC0415 (with trimesh and networkx 0.4 s)
+
     fix = "Restore the templates of armdesign, or check what was changed in them"
     try:
         ET.fromstring(text)  # yourdfpy goes on where the XML is cut short

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from armdesign._types import Array
@@ -129,9 +130,7 @@ def cubic(time: Array, positions: Array, at: Array) -> Array:
     Returns:
         Shape (N, 3) [m].
     """
-    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  (slow to import)
-
-    return np.asarray(PchipInterpolator(time, positions)(at))
+    return np.asarray(scipy.interpolate.PchipInterpolator(time, positions)(at))
 
 
 def seconds(time: float) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import cubic, seconds
@@ -111,10 +112,8 @@ def _sample(recording: Recording, at: Array) -> Recording:
 
 def _filtfilt(values: Array, cutoff: float, rate: float) -> Array:
     """Both passes over values of shape (T, k), continued by point reflection at the ends."""
-    from scipy.signal import butter, sosfiltfilt  # noqa: PLC0415  (slow to import)
-
     single = rate / math.pi * math.atan(math.tan(math.pi * cutoff / rate) / _TWO_PASSES)
-    sections = butter(2, single, fs=rate, output="sos")
+    sections = scipy.signal.butter(2, single, fs=rate, output="sos")
     padding = math.ceil(4.0 * rate / cutoff)  # four periods outlast the filter's memory
     extended = np.pad(values, ((padding, padding), (0, 0)), mode="reflect", reflect_type="odd")
-    return np.asarray(sosfiltfilt(sections, extended, axis=0, padlen=0)[padding:-padding])
+    return np.asarray(scipy.signal.sosfiltfilt(sections, extended, axis=0, padlen=0)[padding:-padding])

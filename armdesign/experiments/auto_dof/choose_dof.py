@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError, counted
-from armdesign.experiments.auto_dof.dof_figure import pareto_png
 from armdesign.experiments.auto_dof.dof_records import (
     PICTURE,
     TABLE,
@@ -223,6 +222,8 @@ def carry_out_auto(
                 calls.end(result)
         explanation = explain(verdict, fitness_of(results), state.joints, state.rule)
         write_whole(folder / TABLE, auto_csv(results, verdict))
+        from armdesign.experiments.auto_dof.dof_figure import pareto_png  # noqa: PLC0415 (Matplotlib)
+
         write_whole(folder / PICTURE, pareto_png(tuple(results.values()), verdict.dof, state.rule))
         publish(folder / run_name(verdict.dof), folder)
         write_auto(folder, state.joints, state.rule, results, verdict, explanation)

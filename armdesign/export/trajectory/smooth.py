@@ -14,10 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline
-from scipy.sparse import csc_array, diags_array, eye_array
-from scipy.sparse.linalg import splu
 
 from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
@@ -46,7 +44,7 @@ class SmoothPath:
     """
 
     time: Array
-    spline: BSpline
+    spline: scipy.interpolate.BSpline
     deviation: Array
     bounded: tuple[int, ...]
     cutoff: float
@@ -102,17 +100,17 @@ def fit_path(time: ArrayLike, q: ArrayLike, limits: ArrayLike | None = None, *, 
         raise SettingsError(f"the cutoff is {cutoff} Hz", value=cutoff, allowed=f"{low:g} to {high:g} Hz")
     cutoff = min(float(cutoff), (len(times) - 1) / float(times[-1] - times[0]) / 2.0)
     knots = _knots(times, cutoff)
-    basis = BSpline.design_matrix(times, knots, DEGREE)
+    basis = scipy.interpolate.BSpline.design_matrix(times, knots, DEGREE)
     system, right = basis.T @ basis + _roughness(times, knots, cutoff), basis.T @ angles
     points = _solve(system, right)
     bounded: tuple[int, ...] = ()
     if limits is not None:
         bounds = _checked_limits(limits, angles.shape[1])
-        bounded = _outside(BSpline(knots, points, DEGREE), bounds)
+        bounded = _outside(scipy.interpolate.BSpline(knots, points, DEGREE), bounds)
         for joint in bounded:
             points[:, joint] = bounded_minimum(system, right[:, joint], *bounds[joint])
     deviation = np.abs(basis @ points - angles).max(axis=0)
-    return SmoothPath(times, BSpline(knots, points, DEGREE), deviation, bounded, cutoff)
+    return SmoothPath(times, scipy.interpolate.BSpline(knots, points, DEGREE), deviation, bounded, cutoff)
 
 
 def peak_times(path: SmoothPath) -> Array:
@@ -133,7 +131,7 @@ def _knots(times: Array, cutoff: float) -> Array:
     return np.concatenate([np.full(DEGREE, first), inner, np.full(DEGREE, last)])
 
 
-def _roughness(times: Array, knots: Array, cutoff: float) -> csc_array:
+def _roughness(times: Array, knots: Array, cutoff: float) -> scipy.sparse.csc_array:
     """Matrix W with c^T W c = lambda * integral of f'''^2 for control points c, shape (K, K).
 
     f''' is of degree 2 from knot to knot, so three Gauss points integrate its square exactly.
@@ -142,28 +140,30 @@ def _roughness(times: Array, knots: Array, cutoff: float) -> csc_array:
     inner = knots[DEGREE:-DEGREE]
     half = np.diff(inner)[:, None] / 2.0
     at = inner[:-1, None] + half * (1.0 + nodes)
-    values = BSpline.design_matrix(at.ravel(), knots[3:-3], DEGREE - 3) @ _third_derivative(knots)
+    values = scipy.interpolate.BSpline.design_matrix(at.ravel(), knots[3:-3], DEGREE - 3) @ _third_derivative(knots)
     step = (times[-1] - times[0]) / (len(times) - 1)
     strength = 1.0 / (step * (2.0 * np.pi * cutoff) ** 6)
-    return csc_array(strength * (values.T @ diags_array((half * weights).ravel()) @ values))
+    return scipy.sparse.csc_array(strength * (values.T @ scipy.sparse.diags_array((half * weights).ravel()) @ values))
 
 
-def _third_derivative(knots: Array) -> csc_array:
+def _third_derivative(knots: Array) -> scipy.sparse.csc_array:
     """Matrix from the control points of a spline to those of its third derivative, shape (K - 3, K)."""
-    matrix = eye_array(len(knots) - DEGREE - 1)
+    matrix = scipy.sparse.eye_array(len(knots) - DEGREE - 1)
     for degree in range(DEGREE, DEGREE - 3, -1):
         factor = degree / (knots[degree + 1 : -1] - knots[1 : -degree - 1])
-        matrix = diags_array([-factor, factor], offsets=[0, 1], shape=(len(factor), len(factor) + 1)) @ matrix
+        matrix = (
+            scipy.sparse.diags_array([-factor, factor], offsets=[0, 1], shape=(len(factor), len(factor) + 1)) @ matrix
+        )
         knots = knots[1:-1]
-    return csc_array(matrix)
+    return scipy.sparse.csc_array(matrix)
 
 
-def _solve(system: csc_array, right: Array) -> Array:
+def _solve(system: scipy.sparse.csc_array, right: Array) -> Array:
     """Solution of a sparse system for every column."""
-    return np.asarray(splu(system.tocsc()).solve(right))
+    return np.asarray(scipy.sparse.linalg.splu(system.tocsc()).solve(right))
 
 
-def _outside(spline: BSpline, limits: Array) -> tuple[int, ...]:
+def _outside(spline: scipy.interpolate.BSpline, limits: Array) -> tuple[int, ...]:
     """Joints whose path leaves its limits somewhere."""
     q = spline(_between(spline.t))
     leaves = (q.min(axis=0) < limits[:, 0] + _NEAR) | (q.max(axis=0) > limits[:, 1] - _NEAR)
@@ -171,7 +171,7 @@ def _outside(spline: BSpline, limits: Array) -> tuple[int, ...]:
     return tuple(int(joint) for joint in np.flatnonzero(leaves & beyond))
 
 
-def bounded_minimum(system: csc_array, right: Array, low: float, high: float) -> Array:
+def bounded_minimum(system: scipy.sparse.csc_array, right: Array, low: float, high: float) -> Array:
     """Control points c of one joint in [low, high] that minimise c^T A c / 2 - b^T c, shape (K,).
 
     Primal-dual active sets: solve with the points fixed that left the range, free those whose force points inwards.

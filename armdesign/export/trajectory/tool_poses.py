@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from armdesign._types import Array
 from armdesign.export.trajectory.smooth import SmoothPath
@@ -58,5 +58,5 @@ def tool_deviation(table: DHTable, q: ArrayLike, path: SmoothPath) -> ToolDeviat
     """
     solved, fitted = tool_poses(table, q), tool_poses(table, path.at(path.time))
     distance = np.linalg.norm(fitted[:, :3, 3] - solved[:, :3, 3], axis=1)
-    turn = Rotation.from_matrix(solved[:, :3, :3].transpose(0, 2, 1) @ fitted[:, :3, :3])
+    turn = scipy.spatial.transform.Rotation.from_matrix(solved[:, :3, :3].transpose(0, 2, 1) @ fitted[:, :3, :3])
     return ToolDeviation(distance, np.asarray(turn.magnitude()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdesign.views.preview.preview_page import preview_html
+from armdesign.views.preview.preview_page import check_speed, preview_html
 from armdesign.views.preview.server import PageServer
 
-__all__ = ["PageServer", "preview_html"]
+__all__ = ["PageServer", "check_speed", "preview_html"]
