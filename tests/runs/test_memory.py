@@ -23,6 +23,7 @@ def resident(pid="self", entry="VmRSS"):
 
 
 def test_memory_stays_flat_over_the_iterations(task, tmp_path):
+    task = task.with_settings({"search": {"iterations": 1000}})
     run = Search(task, InProcess(task))
     writer = checkpoint.StateWriter(tmp_path, "key")
 
@@ -40,6 +41,7 @@ def test_memory_stays_flat_over_the_iterations(task, tmp_path):
 
 @pytest.mark.slow
 def test_memory_of_workers_stays_flat(task):
+    task = task.with_settings({"search": {"iterations": 1000}})
     with WorkerPool(task, 2) as pool:
         run = Search(task, pool)
         for _ in range(30):
