@@ -20,10 +20,10 @@ DIFFERENT = 0.3
 
 
 def length_slab(space: DesignSpace) -> Slab:
-    """L_min < L < L_max as bounds of a sum over the free lengths."""
+    """L_min < L < L_max as bounds of a weighted sum of Phi; lengths are not negative, so L is linear in them."""
     lower, _ = space.bounds
     weights = np.where(space.angular, 0.0, 1.0)
-    fixed = float(space.lengths(lower)[0]) - float(weights @ lower)
+    fixed = float(space.lengths(lower)[0]) - float(weights @ lower)  # what entries outside Phi add to L
     return Slab(weights, space.length[0] - fixed, space.length[1] - fixed)
 
 
@@ -39,7 +39,7 @@ def canonical_form(space: DesignSpace) -> Callable[[Array], Array]:
     """
 
     def canonical(Phi: Array) -> Array:
-        entries = space.full(Phi)
+        entries = space.full(Phi)  # fixed entries included; the last is the base yaw
         rows = entries[:, :-1].reshape(len(entries), space.dof + 1, 3)
         meeting = rows[:, 1:, 1] < FLAT
         rows[:, 1:, 0] = np.where(meeting, np.abs(rows[:, 1:, 0]), rows[:, 1:, 0])
@@ -69,17 +69,20 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
     entries = space.full(np.vstack([design, others]))
     one, rows = entries[0, :-1].reshape(n + 1, 3), entries[1:, :-1].reshape(-1, n + 1, 3)
     width = (space.upper - space.lower)[:-1].reshape(n + 1, 3)
+    # an entry that is fixed counts in terms of the widest of its kind, if any is free
     unit = np.where(width > 0.0, width, width.max(axis=0))
     unit = np.where(unit > 0.0, unit, 1.0)
     yaw = (entries[1:, -1] - entries[0, -1]) / max(float(space.upper[-1] - space.lower[-1]), 1.0)
+    # squared distances; every row may choose its own side, since the half turns go into the joints beside it
     best = np.full(len(others), np.inf)
-    for turns in product((0, 1), repeat=n):
+    for turns in product((0, 1), repeat=n):  # every choice of axes to turn round: 2^n ways to write the arm
         turned = np.array([*turns, 0])  # of axis i; the tool is not turned
         alpha = rows[:, :, 0] + np.pi * (turned + np.r_[0, turned[:-1]])
         d = rows[:, :, 2] * np.where(turned == 1, -1.0, 1.0)
         across = ((d - one[:, 2]) / unit[:, 2]) ** 2
         ways = []
-        for side in (1.0, -1.0):
+        for side in (1.0, -1.0):  # each row as it is, and from behind
+            # angles differ by at most half a turn
             twist = (side * alpha - one[:, 0] + np.pi) % (2.0 * np.pi) - np.pi
             ways.append((twist / unit[:, 0]) ** 2 + ((side * rows[:, :, 1] - one[:, 1]) / unit[:, 1]) ** 2)
         ways[1][:, 0] = np.inf  # row 0 hangs on the base
@@ -88,7 +91,7 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
 
 
 def different_arms(Phi: Array, space: DesignSpace, distance: float, most: int) -> list[int]:
-    """Indices of designs that differ from each other, going down the list.
+    """Indices of designs that differ from each other: going down the list, each that differs from all kept so far.
 
     Args:
         Phi: Designs, best first, shape (A, D).

@@ -126,7 +126,7 @@ class DesignProblem:
         return (*self.demonstrations, *self.holdouts)
 
     def check(self) -> None:
-        """See that a search can begin.
+        """Check that a search can begin, before anything of it is written.
 
         Raises:
             SettingsError: The bounds leave no arm, or the weights do not fit the points.
@@ -148,7 +148,7 @@ class DesignProblem:
         return Demonstrations(problems, self.space, block, worst=self.settings.fitness.demonstrations == "worst")
 
     def with_settings(self, changes: Mapping[str, Mapping[str, Any]]) -> DesignProblem:
-        """The same demonstrations under other settings of design, fitness, solver or search.
+        """These demonstrations under other settings of design, fitness, solver or search.
 
         Args:
             changes: {section: {entry: value}}; what a recording settles, such as weights, is not settled anew.

@@ -79,7 +79,7 @@ def combined_evaluation(
     """
     one = demonstrations[0]
     r, f, E = one.fitness, one.path_fitness, one.area
-    if len(demonstrations) > 1:
+    if len(demonstrations) > 1:  # by the very function that combines them in a search, to the last bit
         names = ("fitness", "path_fitness", "area")
         values = (np.array([[getattr(each, name)] for each in demonstrations]) for name in names)
         r, f, E = (float(value[0]) for value in combined(*values, worst=how == "worst"))
@@ -104,6 +104,7 @@ def evaluate_design(table: DHTable, problem: DesignProblem) -> Evaluation:
     if table.dof != dof:
         raise DesignError(f"the arm has {counted(table.dof, 'joint')}, the settings are for {dof}", allowed=dof)
     first = evaluate_on(table, problem.path_problem)
+    # with one tool in all: an arm that does not reach a demonstration is an error, on a holdout it is a finding
     others = [evaluate_on(table, each.path_problem, first.path, each.name) for each in problem.demonstrations[1:]]
     holdouts = [path_evaluation(table, each.path_problem, first.path) for each in problem.holdouts]
     return combined_evaluation(table, (first, *others), problem.settings.fitness.demonstrations, holdouts)
@@ -135,13 +136,19 @@ def evaluate_on(table: DHTable, problem: Problem, first: PathResult | None = Non
 
 
 def path_evaluation(table: DHTable, problem: Problem, first: PathResult | None = None) -> PathEvaluation:
-    """One arm on one demonstration, valid there or not; for the arguments see ``evaluate_on``."""
+    """Follow one demonstration with one arm, which may not reach it.
+
+    Args:
+        table: The arm.
+        problem: The demonstration.
+        first: The arm's path on the first of several demonstrations, of which this is another.
+    """
     evaluator = BlockEvaluator(problem, block=1)
     if first is None or not settles_mount(problem):
         scores, path = evaluator.follow(table)
     else:  # the pose of the first demonstration is tried before start poses are searched, as in a search
         scores, path = evaluator.follow(table, first.q[0], first.mount)
-        if not scores.valid[0]:
+        if not scores.valid[0]:  # the pose does not lead there: search one
             scores, path = evaluator.follow(table, mount=first.mount)
     r, f, E = (float(values[0]) for values in (scores.fitness, scores.path_fitness, scores.area))
     missed = None if scores.valid[0] else (int(scores.miss_frame[0]), float(scores.miss[0]))
@@ -149,13 +156,21 @@ def path_evaluation(table: DHTable, problem: Problem, first: PathResult | None =
 
 
 def motions(evaluation: Evaluation, problem: DesignProblem) -> list[tuple[Array, Array]]:
-    """Frame times (T,) [s] and joint angles (T, n) [rad] on every demonstration that the search sees."""
+    """Frame times and joint angles of an arm on every demonstration that the search sees.
+
+    Args:
+        evaluation: The arm.
+        problem: The demonstrations.
+
+    Returns:
+        Pairs of times, shape (T,) [s], and angles, shape (T, n) [rad].
+    """
     pairs = zip(problem.demonstrations, evaluation.demonstrations, strict=True)
     return [(each.task.time, scored.path.q) for each, scored in pairs]
 
 
 def check_design(table: DHTable) -> None:
-    """Refuse arms the evaluator cannot handle.
+    """Refuse an arm that the compiled solver cannot handle.
 
     Raises:
         DesignError: Too many joints, or no length at all.

@@ -11,11 +11,8 @@ from armdesign.demonstration import Recording, Step
 from armdesign.demonstration.findings import warning
 from armdesign.errors import ArmDesignError, TaskError, counted, short_names
 from armdesign.search.design_problem import Demonstration, DesignProblem
-from armdesign.search.prepare_demonstration import prepare_demonstration, select
+from armdesign.search.prepare_demonstration import SAME_RATE, prepare_demonstration, select
 from armdesign.settings.sections import Settings
-
-SAME_RATE = 1e-3
-"""Relative difference of frame rates that is none."""
 
 
 def prepare(
@@ -42,6 +39,7 @@ def prepare(
         SettingsError: The weights do not fit the points.
         RecordingError: The data cannot be used.
     """
+    # the first is prepared as if it were alone: what it settles holds for all
     seen = [recordings] if isinstance(recordings, Recording) else list(recordings)
     first = prepare_demonstration(seen[0], for_one(settings), longest=longest)
     if len(seen) == 1 and not holdouts:
@@ -55,7 +53,7 @@ def prepare(
     changes: dict[str, dict[str, Any]] = {"task": {"more_recordings": known(paths), "holdouts": known(unseen)}}
     if others:
         changes["fitness"] = {"demonstrations": settings.fitness.demonstrations or "mean"}
-    steps = (*first.steps, *joint_steps(first, seen[0].source, others, kept))
+    steps = (*first.steps, *shared_steps(first, seen[0].source, others, kept))
     first = replace(first, settings=first.settings.replace(changes), steps=steps)
     return DesignProblem(first.settings, (first, *others), tuple(kept))
 
@@ -77,7 +75,12 @@ def for_one(settings: Settings) -> Settings:
 
 
 def shared_settings(settings: Settings, first: Demonstration) -> Settings:
-    """The settings for the other demonstrations: those asked for, with what the first has settled for all."""
+    """The settings for the other demonstrations: those asked for, with what the first has settled for all.
+
+    Args:
+        settings: The settings as asked for.
+        first: The first demonstration.
+    """
     fitness, task = first.settings.fitness, first.settings.task
     return for_one(settings).replace(
         {
@@ -88,10 +91,16 @@ def shared_settings(settings: Settings, first: Demonstration) -> Settings:
 
 
 def prepare_other(recording: Recording, path: str | None, shared: Settings, longest: float | None) -> Demonstration:
-    """One of the other demonstrations.
+    """Prepare one of the demonstrations behind the first.
+
+    Args:
+        recording: Its recording.
+        path: The file it was read from, where there is one.
+        shared: The settings for all of them.
+        longest: Length of the longest arm in question [m]; None for L_max of the search.
 
     Raises:
-        ArmDesignError: See ``prepare_demonstration``; the message names the file.
+        ArmDesignError: The recording cannot be used, or a setting does not fit; the message names the file.
     """
     try:
         return prepare_demonstration(recording, shared.replace({"task": {"recording": path}}), longest=longest)
@@ -103,6 +112,10 @@ def prepare_other(recording: Recording, path: str | None, shared: Settings, long
 
 def check_points(recordings: Sequence[Recording], settings: Settings) -> None:
     """Refuse demonstrations whose points have not the same names, from the base to the hand.
+
+    Args:
+        recordings: All of them, those held out included.
+        settings: Base and points.
 
     Raises:
         TaskError: They have not; the message says which file has which.
@@ -125,38 +138,55 @@ def check_points(recordings: Sequence[Recording], settings: Settings) -> None:
         )
 
 
-def joint_steps(
+def shared_steps(
     first: Demonstration, source: str, others: Sequence[Demonstration], holdouts: Sequence[Demonstration]
 ) -> tuple[Step, ...]:
-    """What to know about the demonstrations together."""
+    """Notes on the demonstrations together.
+
+    Args:
+        first: The first demonstration.
+        source: Where its recording was read from.
+        others: The others that the arm is searched for.
+        holdouts: Those that the search does not see.
+    """
     every = [first, *others, *holdouts]
     named = list(zip(short_names([source, *(each.name for each in every[1:])]), every, strict=True))
     seen, unseen = named[: 1 + len(others)], named[1 + len(others) :]
     steps = []
     if others:
         steps.append(listed("demonstrations", f"One arm for {len(seen)} demonstrations", seen))
-        steps += [bolted_once(first)] if first.settings.fitness.orientation_weight else []
+        if first.settings.fitness.orientation_weight:
+            how = "The tool is bolted on once: as the first demonstration's first frame asks for."
+            if first.settings.fitness.mount != "start":
+                how = "The tool is bolted on as the hand's frame stands, in all demonstrations."
+            steps.append(Step("mount", how))
     if holdouts:
         steps.append(listed("holdouts", "Held out, not seen by the search", unseen))
-    return (*steps, *pace_differs(named))
+    return (*steps, *speeds_differ(named))
 
 
 def listed(kind: str, what: str, every: Sequence[tuple[str, Demonstration]]) -> Step:
-    """The demonstrations with their numbers of frames, as a sentence."""
+    """A note that lists demonstrations with their numbers of frames.
+
+    Args:
+        kind: Kind of the note.
+        what: What they are, in words.
+        every: The demonstrations, each with its name.
+    """
     shown = ", ".join(f"{path} ({counted(len(each.task.time), 'frame')})" for path, each in every)
     return Step(kind, f"{what}: {shown}.", {"files": [path for path, _ in every]})
 
 
-def bolted_once(first: Demonstration) -> Step:
-    """How the tool is mounted for all demonstrations."""
-    if first.settings.fitness.mount == "start":
-        return Step("mount", "The tool is bolted on once: as the first demonstration's first frame asks for.")
-    return Step("mount", "The tool is bolted on as the hand's frame stands, in all demonstrations.")
+def speeds_differ(every: Sequence[tuple[str, Demonstration]]) -> tuple[Step, ...]:
+    """A warning where one bound eps per frame means other joint speeds in other demonstrations.
 
-
-def pace_differs(every: Sequence[tuple[str, Demonstration]]) -> tuple[Step, ...]:
-    """A warning where one bound per frame means other speeds in other demonstrations."""
-    speeds = {path: degrees_per_second(each) for path, each in every}
+    Args:
+        every: The demonstrations, each with its name.
+    """
+    speeds = {}  # [deg/s]
+    for name, each in every:
+        fitness, dt = each.settings.fitness, each.task.dt
+        speeds[name] = fitness.continuity / dt if fitness.continuity_speed is None else fitness.continuity_speed
     if max(speeds.values()) <= (1.0 + SAME_RATE) * min(speeds.values()):
         return ()
     alike: dict[str, list[str]] = {}
@@ -165,9 +195,3 @@ def pace_differs(every: Sequence[tuple[str, Demonstration]]) -> tuple[Step, ...]
     shown = "; ".join(f"{speed} in {', '.join(paths)}" for speed, paths in alike.items())
     what = "eps, the bound on the joints' steps from frame to frame, is not the same speed in all demonstrations"
     return (warning(f"{what}: {shown}. Set fitness.continuity_speed for one speed in all", {"speeds": speeds}),)
-
-
-def degrees_per_second(demonstration: Demonstration) -> float:
-    """The speed that eps means on a task [deg/s]."""
-    fitness = demonstration.settings.fitness
-    return fitness.continuity / demonstration.task.dt if fitness.continuity_speed is None else fitness.continuity_speed

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.demonstration import Recording, Selection, Step, Task, resolve, task_from_recording
 from armdesign.demonstration.cleaning.cleaning import CLEANING_ENTRIES, settled_cleaning
+from armdesign.demonstration.cleaning.gaps import seconds
+from armdesign.demonstration.findings import warning
 from armdesign.demonstration.points.expressions import unquoted
 from armdesign.demonstration.points.selection import with_orientation
 from armdesign.demonstration.provenance import provenance_of
 from armdesign.demonstration.task import task_of_selection
 from armdesign.errors import SettingsError, TaskError, counted
 from armdesign.fitness.problem import SCENARIOS, resolve_weights, start_effort
-from armdesign.search.continuity import pace_steps, settled_continuity
 from armdesign.search.design_problem import Demonstration
 from armdesign.settings.sections import Settings
 from armdesign.settings.sections import Task as TaskSettings
 
 ORIGIN = "origin"
 """Name of the base where the points of a recording already count from it, as in a run's task.csv."""
+SAME_RATE = 1e-3
+"""Relative difference of frame rates that is none."""
+ROUNDED = 0.3
+"""Relative distance of the steps in time from the declared rate, up to which they are that rate, rounded."""
 
 
 def prepare_demonstration(recording: Recording, settings: Settings, *, longest: float | None = None) -> Demonstration:
@@ -36,6 +43,7 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
         SettingsError: The weights do not fit the points.
         RecordingError: The data cannot be used.
     """
+    # first the points, then their weights: these say whether an orientation has to be found, too
     chosen = select(recording, settings)
     w_0, weights = weights_for(settings, len(chosen.points))
     if w_0 > 0.0:
@@ -56,7 +64,7 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
     steps += more
     reach = settings.design.length[1] if longest is None else longest
     steps += check_reach(task, reach, searched=longest is None)
-    steps += pace_steps(task, settings, reach)
+    steps += continuity_warnings(task, settings, reach)
     return Demonstration(settings, task, tuple(steps), provenance)
 
 
@@ -65,6 +73,10 @@ def select(recording: Recording, settings: Settings) -> Selection:
 
     Where the points of the recording count from the base already, the name of an expression counts, as in the settings
     of a run on the recording that its task was made of.
+
+    Args:
+        recording: The demonstration.
+        settings: Base and points; by default the first point is the base, and all others are tracked.
 
     Raises:
         TaskError: There is no such point.
@@ -77,7 +89,11 @@ def select(recording: Recording, settings: Settings) -> Selection:
         if name not in recording.points:
             raise TaskError(f"unknown point '{name}'", value=name, allowed=list(recording.points))
     used = {name: recording.points[name] for name in names}
-    unused = unused_settings(settings)
+    # what would change the points once more has no effect: they have been converted and cleaned before
+    entries = ("units", "up", "mirror", "base_mode", *CLEANING_ENTRIES)
+    given = {name: getattr(task, name) for name in entries}
+    default = TaskSettings()
+    unused = [name for name, x in given.items() if x not in (False, "off") and x != getattr(default, name)]
     sentence = f"The points count from the base already; not used: {', '.join(unused)}."
     steps = (Step("unused", sentence, {"settings": unused}),) if unused else ()
     kept = Recording(recording.time, used, {}, recording.source, recording.about)
@@ -125,19 +141,18 @@ def named(text: str, recording: Recording) -> str:
     return text if text in recording.points else unquoted(text.partition("=")[0])
 
 
-def unused_settings(settings: Settings) -> list[str]:
-    """Task settings that are set but do nothing where points count from the base already."""
-    default = TaskSettings()
-    names = ("units", "up", "mirror", "base_mode", *CLEANING_ENTRIES)
-    nothing = (False, "off")
-    values = {name: getattr(settings.task, name) for name in names}
-    return [name for name, value in values.items() if value not in nothing and value != getattr(default, name)]
-
-
 def settled(
     settings: Settings, chosen: Selection, how: TaskSettings, w_0: float, weights: tuple[float, ...]
 ) -> Settings:
-    """The settings with everything entered that was left to the recording, so that it prepares the same again."""
+    """The settings with everything entered that was left to the recording, so that they prepare the same task again.
+
+    Args:
+        settings: The settings as asked for.
+        chosen: Points and orientation.
+        how: How the data are cleaned.
+        w_0: Weight of the orientation.
+        weights: w_1..w_m of the points.
+    """
     meant = chosen.expressions
     turn = chosen.orientation
     task = {
@@ -157,15 +172,20 @@ def settled(
 
 
 def recorded_step(recording: Recording) -> float:
-    """Time between frames [s]: what the file declares where its times agree, rounded as they may be."""
+    """Time between frames [s]: what the file declares where its times agree with it."""
     declared = recording.about.rate
-    return 1.0 / declared if declared and abs(declared * recording.step - 1.0) < 0.3 else recording.step
+    # times written with few decimals have a wrong median step, the declared rate is exact
+    return 1.0 / declared if declared and abs(declared * recording.step - 1.0) < ROUNDED else recording.step
 
 
 def weights_for(settings: Settings, m: int) -> tuple[float, tuple[float, ...]]:
     """The weights (w_0, (w_1..w_m)) for m points: those given, else the scenario's.
 
     One weight more than points means that the first is w_0.
+
+    Args:
+        settings: The weights, or the scenario that has some.
+        m: Number of points.
 
     Raises:
         SettingsError: They do not fit the points or do not sum to 1; the message says what to write.
@@ -197,6 +217,14 @@ def weights_for(settings: Settings, m: int) -> tuple[float, tuple[float, ...]]:
 def check_reach(task: Task, longest: float, *, searched: bool) -> tuple[Step, ...]:
     """Compare the hand's distance from the base with the longest arm allowed.
 
+    Args:
+        task: The task.
+        longest: Length of the longest arm [m].
+        searched: Whether an arm is searched for, so that it can be no longer; else there is one of that length.
+
+    Returns:
+        A note on the frames that are out of reach; none if there are none.
+
     Raises:
         TaskError: The first hand point lies out of reach of any arm.
     """
@@ -216,3 +244,86 @@ def check_reach(task: Task, longest: float, *, searched: bool) -> tuple[Step, ..
         f"{'the longest arm reaches, L_max =' if searched else 'the arm is long,'} {longest:g} m."
     )
     return (Step("reach", sentence, {"frames": beyond, "farthest": float(distance.max())}),)
+
+
+def settled_continuity(settings: Settings, recorded: float, dt: float) -> tuple[Settings, tuple[Step, ...]]:
+    """Keep the speed that eps per frame means at the recorded rate, where the task has another rate.
+
+    Resampled at half the rate, the same joint speed needs steps of twice the size; eps as it is would forbid motions
+    that were allowed.
+
+    Args:
+        settings: The settings.
+        recorded: Time between frames of the recording [s].
+        dt: Time between frames of the task [s].
+
+    Returns:
+        The settings, and a note where they have changed.
+    """
+    fitness, task = settings.fitness, settings.task
+    asked = task.rate is not None or task.cut
+    if fitness.continuity_speed is not None or not asked or abs(dt / recorded - 1.0) < SAME_RATE:
+        return settings, ()
+    speed = fitness.continuity / recorded
+    sentence = (
+        f"eps = {fitness.continuity:g} deg per frame at the recorded {1 / recorded:.4g} frames/s is {speed:.4g} deg/s; "
+        f"that speed is kept, which makes {speed * dt:.4g} deg per frame at {1 / dt:.4g} frames/s."
+    )
+    details = {"continuity": fitness.continuity, "recorded_rate": 1.0 / recorded, "continuity_speed": speed}
+    return settings.replace({"fitness": {"continuity_speed": speed}}), (Step("continuity", sentence, details),)
+
+
+def continuity_warnings(task: Task, settings: Settings, longest: float) -> tuple[Step, ...]:
+    """Warnings where no arm can follow within the bound on the joints' steps.
+
+    A joint moves the hand by at most its angle times the arm's length, and |dq_1| + ... + |dq_n| <= sqrt(n) |dq|. So
+    from frame to frame the hand moves by at most eps sqrt(n) L_max, and turns by at most eps sqrt(n).
+
+    Args:
+        task: The task.
+        settings: Its settings.
+        longest: Length L_max of the longest arm [m].
+    """
+    fitness, n = settings.fitness, settings.design.dof
+    speed = fitness.continuity_speed
+    eps = math.radians(fitness.continuity if speed is None else speed * task.dt)
+    bound, arms = eps * math.sqrt(n), f"any arm of {counted(n, 'joint')}"
+    path = np.linalg.norm(np.diff(task.P[:, -1], axis=0), axis=1)
+    moves = f"'{task.points[-1]}' moves faster than {arms} and {longest:g} m"
+    steps = [_too_fast(task, path, bound * longest, moves, ("m/s", 1.0))]
+    if task.R is not None and fitness.orientation_weight:
+        turns = f"'{task.orientation}' turns faster than {arms}"
+        steps.append(_too_fast(task, turn_angles(task.R), bound, turns, ("deg/s", 180.0 / math.pi)))
+    return tuple(step for step in steps if step is not None)
+
+
+def turn_angles(R: Array) -> Array:
+    """Angle of R_t^T R_{t+1} for rotations of shape (T, 3, 3), shape (T - 1,) [rad]."""
+    relative = np.einsum("tij,tik->tjk", R[:-1], R[1:])
+    x, y, z = (relative[:, i, j] - relative[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0)))
+    sine = np.sqrt(x * x + y * y + z * z)  # 2 sin of the angle, beside 2 cos from the trace
+    return np.asarray(np.arctan2(sine, np.trace(relative, axis1=1, axis2=2) - 1.0))
+
+
+def _too_fast(task: Task, path: Array, bound: float, what: str, unit: tuple[str, float]) -> Step | None:
+    """The warning for steps beyond a bound; None if there are none.
+
+    Args:
+        task: The task.
+        path: Length of the steps from frame to frame, shape (T - 1,) [m] or [rad].
+        bound: The longest step that an arm can follow, likewise.
+        what: What is faster than which arms, in words.
+        unit: Unit of speed in the sentence, and its size per m/s or rad/s.
+    """
+    beyond = np.flatnonzero(path > bound * (1.0 + 1e-9))
+    if len(beyond) == 0:
+        return None
+    k, (name, size) = int(np.argmax(path)), unit
+    fastest, most = path[k] / task.dt * size, bound / task.dt * size
+    times = f"first at {seconds(task.time[beyond[0]])}, most at {seconds(task.time[k])}"
+    sentence = (
+        f"in {counted(len(beyond), 'frame')} of {len(path) + 1} {what} can follow with eps (at most {most:.3g} "
+        f"{name}), {times} ({fastest:.3g} {name}); raise fitness.continuity, or look for jumps there"
+    )
+    details: dict[str, object] = {"frames": len(beyond), "bound": most, "fastest": float(fastest), "unit": name}
+    return warning(sentence, details | {"times": [float(t) for t in task.time[beyond]]})

@@ -1,4 +1,4 @@
-"""The glue: a task and settings in, the best arm out. The only place that knows both the swarm and the robot."""
+"""The search for the best arm: an algorithm asks for designs, a backend evaluates them, stop rules end it."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ from armdesign.swarm import (
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a search stands after a batch of candidates.
+    """How far a search is after a batch of candidates.
 
     Attributes:
         iteration: Iterations done, 1..M, or candidates, whichever the algorithm counts.
         iterations: How many are planned.
         fitness: Best robot fitness r so far [m]; infinite while no candidate was valid.
-        path_fitness: Its f [m].
-        area: Its E [m].
+        path_fitness: f of that arm [m].
+        area: E of that arm [m].
         valid: Valid candidates of the batch.
         particles: Candidates of the batch.
         elapsed: Time since the search began [s].
@@ -65,13 +65,22 @@ class NothingFoundError(SearchError):
 
 
 class Search:
-    """A search that goes one iteration at a time and can be put down and taken up between any two of them."""
+    """A search, one batch of candidates at a time; between any two its state can be saved, and restored later.
+
+    Attributes:
+        problem: The demonstrations and the settings.
+        backend: Who evaluates the candidates.
+        swarm: The search algorithm, asked for designs and told their fitness.
+        rejections: How many candidates each test has removed so far.
+        leader: r, f and E of the best arm so far [m].
+        nearest: Smallest distance between a first frame's end-effector and the hand so far [m].
+    """
 
     def __init__(self, problem: DesignProblem, backend: Backend) -> None:
-        """Draw the first generation.
+        """Begin; the first generation is drawn at once.
 
         Args:
-            problem: Task and settings, from :func:`armdesign.search.prepare.prepare`.
+            problem: The demonstrations and the settings, see ``prepare``.
             backend: Who evaluates the candidates.
 
         Raises:
@@ -93,7 +102,7 @@ class Search:
         return self.earlier + time.monotonic() - self.began
 
     def advance(self) -> Progress:
-        """Evaluate one generation."""
+        """Evaluate the next batch of candidates; returns how far the search is then."""
         swarm = self.swarm
         X = swarm.ask()
         cutoff = swarm.cutoff if self.settings.prune else np.full(len(X), np.inf)
@@ -109,7 +118,7 @@ class Search:
         return Progress(*swarm.progress, *self.leader, valid, len(X), self.elapsed, unit=swarm.unit)
 
     def ended_by(self) -> str | None:
-        """The stop rule that holds now, or None."""
+        """The stop rule that holds now, by the name of its setting; None to go on."""
         settings, best = self.settings, self.swarm.history.best
         if self.swarm.done:
             return self.swarm.length
@@ -122,7 +131,10 @@ class Search:
         return None
 
     def steps(self) -> NDArray[np.intp]:
-        """Rows of the history at the ends of whole generations, counted back from the last row."""
+        """Rows of the history at the ends of whole generations, counted back from the last row, shape (G,).
+
+        Patience counts generations: the batches of an algorithm may be of any size.
+        """
         evaluations, size = self.swarm.history.evaluations, self.swarm.generation
         if not len(evaluations):
             return np.arange(0)
@@ -131,10 +143,13 @@ class Search:
         return np.asarray(rows[rows >= 0])
 
     def result(self, stopped_by: str) -> Result:
-        """The best arm so far.
+        """The best arm so far, followed along every demonstration once more.
+
+        Args:
+            stopped_by: What ended the search: a stop rule, or ``interrupted``.
 
         Raises:
-            SearchError: No candidate has reached the first frame.
+            NothingFoundError: No candidate has reached the first frame.
         """
         if not np.isfinite(self.swarm.best_fitness):
             raise nothing_found(self.problem, self.nearest)
@@ -155,8 +170,8 @@ class Search:
         return Result(self.problem, best, history, facts, self.swarm.basins)
 
     def state(self) -> State:
-        """Everything a later process needs to go on, as arrays and JSON values."""
-        search = {
+        """Everything that another process needs to go on, as arrays and values that JSON can hold."""
+        search = {  # text keeps infinity, which JSON does not
             "rejections": asdict(self.rejections),
             "leader": [repr(x) for x in self.leader],
             "nearest": repr(self.nearest),
@@ -165,10 +180,17 @@ class Search:
         return self.swarm.state() | {"search": search}
 
     def restore(self, state: State) -> None:
-        """Go on where a state was taken."""
+        """Go on where a state was taken; the length in the settings counts, so that a search can be extended.
+
+        Args:
+            state: What `state` returned, for the same problem.
+
+        Raises:
+            SearchError: The state is damaged, or that of another problem.
+        """
         search = dict(state["search"])
         swarm = {name: value for name, value in state.items() if name != "search"}
-        length = getattr(self.settings, self.swarm.length)  # may be more than it was, to extend the search
+        length = getattr(self.settings, self.swarm.length)
         self.swarm = algorithm_from_state(swarm, search_space(self.settings, self.space), length)
         self.rejections = Rejections(**search["rejections"])
         r, f, E = search["leader"]
@@ -184,16 +206,16 @@ def search(
     block: int | None = None,
     backend: Backend | None = None,
 ) -> Result:
-    """Search the arm that follows a demonstration best.
+    """Search for the arm that follows the demonstrations best.
 
     Args:
-        problem: Task and settings, from :func:`armdesign.search.prepare.prepare`.
-        on_progress: Called after every iteration.
-        block: Arms evaluated side by side; any value gives the same result.
+        problem: The demonstrations and the settings, see ``prepare``.
+        on_progress: Called after every batch of candidates.
+        block: Arms evaluated side by side in this process; any value gives the same result.
         backend: Who evaluates; by default this process.
 
     Raises:
-        SearchError: No candidate reached the first frame.
+        NothingFoundError: No candidate reached the first frame.
         SettingsError: The bounds leave no arm.
     """
     run = Search(problem, InProcess(problem, block) if backend is None else backend)
@@ -205,7 +227,13 @@ def search(
 
 
 def stalled(best: Array, patience: int, gain: float = 1e-3) -> bool:
-    """Whether the last ``patience`` iterations have brought less than a relative gain of 0.1 %."""
+    """Whether the last iterations have brought too little.
+
+    Args:
+        best: The best fitness after every iteration, shape (M,).
+        patience: Number of iterations that count.
+        gain: What they have to bring, relative.
+    """
     if len(best) <= patience or not np.isfinite(best[-1 - patience]):
         return False
     return bool(best[-1] > (1.0 - gain) * best[-1 - patience])
@@ -223,7 +251,7 @@ def new_swarm(settings: SearchSettings, space: DesignSpace) -> Algorithm:
 
 
 def search_space(settings: SearchSettings, space: DesignSpace) -> SearchSpace:
-    """What a search algorithm may know of designs.
+    """What a search algorithm may know of designs: bounds, the arm's length, equal arms, and how to draw valid ones.
 
     Args:
         settings: Designs to begin with.
@@ -238,7 +266,7 @@ def search_space(settings: SearchSettings, space: DesignSpace) -> SearchSpace:
 def first_generation(settings: SearchSettings, space: DesignSpace) -> Sampler:
     """Where a search begins: the designs of ``search.first``, the others drawn from Omega_l.
 
-    As much is drawn as without them, so that the random numbers of the search stay the same.
+    As much is drawn as without them, so that the random numbers of the search stay what they are without.
 
     Args:
         settings: Designs to begin with.
@@ -279,7 +307,15 @@ def first_generation(settings: SearchSettings, space: DesignSpace) -> Sampler:
 def better(
     leader: tuple[float, float, float], scores: Scores, hints: Array | None = None
 ) -> tuple[float, float, float]:
-    """The better of the leader's (r, f, E) and the best candidate's; those evaluated with a hint do not count."""
+    """The better of the best arm so far and the best of a batch.
+
+    Candidates evaluated with a hint do not count: from a start pose searched anew they may do worse.
+
+    Args:
+        leader: r, f and E of the best arm so far [m].
+        scores: Scores of the batch.
+        hints: Start poses that the batch was evaluated with, shape (N, n); a row that is not finite stands for none.
+    """
     pure = scores.fitness if hints is None else np.where(np.isfinite(hints).all(axis=1), np.inf, scores.fitness)
     k = int(np.argmin(pure))
     if pure[k] < leader[0]:
@@ -288,7 +324,12 @@ def better(
 
 
 def nothing_found(problem: DesignProblem, nearest: float) -> NothingFoundError:
-    """The error of a search in which no arm was valid."""
+    """The error of a search in which no arm was valid.
+
+    Args:
+        problem: The demonstrations and the settings.
+        nearest: Smallest distance between a first frame's end-effector and the hand [m].
+    """
     tolerance = problem.settings.fitness.reach_tolerance
     if problem.settings.fitness.reach_frames == "all" and nearest <= tolerance:
         return NothingFoundError(

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration import About, Recording, Task
-from armdesign.search.continuity import pace_steps, settled_continuity, turned
 from armdesign.search.prepare import prepare
-from armdesign.search.prepare_demonstration import recorded_step
+from armdesign.search.prepare_demonstration import continuity_warnings, recorded_step, settled_continuity, turn_angles
 from armdesign.settings.sections import Settings
 
 
@@ -77,7 +76,7 @@ def test_the_hand_s_bound_is_eps_times_root_n_times_the_longest_arm(n, longest):
     for share, warned in ((0.999, False), (1.001, True)):
         P = np.zeros((10, 3))
         P[5:, 0] = share * bound
-        steps = pace_steps(task_of(P), settings, longest)
+        steps = continuity_warnings(task_of(P), settings, longest)
         assert bool(steps) == warned
     (step,) = steps
     assert step.sentence.startswith(f"Warning: in 1 frame of 10 'hand' moves faster than any arm of {n} joint")
@@ -104,10 +103,10 @@ def test_turns_that_are_too_fast_are_told_where_they_count():
     turns = np.stack([np.sin(angle / 2), 0 * angle, 0 * angle, np.cos(angle / 2)], axis=1)
     task = task_of(np.zeros((20, 3)), turns)
     counting = Settings().replace({"fitness": {"orientation_weight": 0.2}})
-    (step,) = pace_steps(task, counting, 1.2)
+    (step,) = continuity_warnings(task, counting, 1.2)
     assert "'hand' turns faster than any arm of 3 joints can follow with eps (at most 1.73e+03 deg/s)" in step.sentence
     assert step.details["fastest"] == pytest.approx(2500.0)
-    assert pace_steps(task, Settings().replace({"fitness": {"orientation_weight": 0.0}}), 1.2) == ()
+    assert continuity_warnings(task, Settings().replace({"fitness": {"orientation_weight": 0.0}}), 1.2) == ()
 
 
 def test_the_angle_between_frames(recording):
@@ -119,4 +118,4 @@ def test_the_angle_between_frames(recording):
     for a, x in zip(angles, axis, strict=True):
         K = np.cross(np.eye(3), -x)
         turns.append(turns[-1] @ (np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K))
-    np.testing.assert_allclose(turned(np.array(turns)), angles, atol=1e-7)
+    np.testing.assert_allclose(turn_angles(np.array(turns)), angles, atol=1e-7)
