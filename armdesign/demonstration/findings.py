@@ -31,14 +31,7 @@ def recording_step(recording: Recording) -> Step:
 
 
 def points_step(base: str, points: Sequence[str], orientation: str | None, expressions: Mapping[str, str]) -> Step:
-    """What is used of the recording.
-
-    Args:
-        base: Name of the base.
-        points: Names of the points.
-        orientation: Name of the orientation, or None.
-        expressions: Name to what is behind it.
-    """
+    """Which points of the recording are used, under the expressions behind their names."""
     shown = {name: expressions.get(name, name) for name in (base, *points)}
     turns = "no orientation" if orientation is None else f"orientation of {orientation}"
     path = ", ".join(shown[name] for name in points)
@@ -48,13 +41,7 @@ def points_step(base: str, points: Sequence[str], orientation: str | None, expre
 
 
 def base_steps(path: Array, base: str, base_mode: str) -> tuple[Step, ...]:
-    """A step where the base moves by more than 10 mm, saying what that means.
-
-    Args:
-        path: The base in the recording, shape (T, 3) [m].
-        base: Its name.
-        base_mode: ``shoulder`` or ``fixed``.
-    """
+    """A step where the base, path of shape (T, 3) [m], moves by more than 10 mm: what that means in this mode."""
     reach = float(np.linalg.norm(path - path.mean(axis=0), axis=1).max())
     if reach <= _STILL:
         return ()
@@ -69,12 +56,7 @@ def base_steps(path: Array, base: str, base_mode: str) -> tuple[Step, ...]:
 
 
 def task_step(recording: Recording, length: float) -> Step:
-    """The task that came out.
-
-    Args:
-        recording: The cleaned points.
-        length: Of the demonstrator's arm [m].
-    """
+    """How long the task is, and the demonstrator's arm [m]."""
     duration = float(recording.time[-1] - recording.time[0])
     frames = f"The task has {recording.frames} frames over {seconds(duration)}"
     sentence = f"{frames}; the demonstrator's arm measures {1e3 * length:.0f} mm."
@@ -166,12 +148,7 @@ def sanity_steps(recording: Recording, base: str, points: Sequence[str]) -> tupl
 
 
 def side_steps(expressions: Iterable[str], mirrored: bool) -> tuple[Step, ...]:
-    """What the names tell about left and right, where it goes against what is done.
-
-    Args:
-        expressions: What the points are made of.
-        mirrored: Whether left and right were exchanged.
-    """
+    """What the names of the points say about left and right, where it goes against what is done."""
     text = ", ".join(expressions)
     left, right = _LEFT.search(text), _RIGHT.search(text)
     if left and not right and not mirrored:
@@ -183,12 +160,7 @@ def side_steps(expressions: Iterable[str], mirrored: bool) -> tuple[Step, ...]:
 
 
 def warning(what: str, details: dict[str, object]) -> Step:
-    """A doubt.
-
-    Args:
-        what: In words, without the full stop.
-        details: The figures behind it.
-    """
+    """A doubt in words, without the full stop, and the figures behind it."""
     return Step("warning", f"Warning: {what}.", details)
 
 
@@ -223,23 +195,16 @@ def _length_warnings(time: Array, chain: Sequence[str], lengths: Array) -> list[
             told = f"'{a}' to '{b}', the {what}, measures {1e3 * mean:.0f} mm; people's measure"
             steps.append(warning(f"{told} {1e3 * least:.0f} to {1e3 * most:.0f} mm", {"of": [a, b], "mean": mean}))
         if sd > max(_STEADY * mean, _LEAST_SPREAD):
-            steps.append(_sliding(time, a, b, values))
+            k = int(np.argmax(np.abs(values - np.median(values))))
+            lengths_are = f"{1e3 * mean:.0f} +- {_spread(sd)} mm and {1e3 * values[k]:.0f} mm at {seconds(time[k])}"
+            told = f"the distance from '{a}' to '{b}' is not steady, {lengths_are}: one of the two slides on the arm"
+            details = {"of": [a, b], "mean": mean, "sd": sd, "worst": float(values[k]), "time": float(time[k])}
+            steps.append(warning(told, details))
     total = float(np.median(lengths.sum(axis=0)))
     if total > LONGEST:
         told = f"from '{chain[0]}' over all points the arm measures {1e3 * total:.0f} mm, longer than people's"
         steps.append(warning(told, {"length": total}))
     return steps
-
-
-def _sliding(time: Array, a: str, b: str, values: Array) -> Step:
-    """The warning for a bone that changes its length."""
-    k = int(np.argmax(np.abs(values - np.median(values))))
-    mean, sd = float(values.mean()), float(values.std())
-    told = (
-        f"the distance from '{a}' to '{b}' is not steady, {1e3 * mean:.0f} +- {_spread(sd)} mm and "
-        f"{1e3 * values[k]:.0f} mm at {seconds(time[k])}: one of the two slides on the arm"
-    )
-    return warning(told, {"of": [a, b], "mean": mean, "sd": sd, "worst": float(values[k]), "time": float(time[k])})
 
 
 def _speed_warnings(time: Array, chain: Sequence[str], speed: Array) -> list[Step]:

@@ -142,7 +142,7 @@ def _view(axis: Axes, recording: Recording, shown: Mapping[str, Array], plane: t
 
 
 def _every(recording: Recording) -> int:
-    """Which frames are drawn."""
+    """Every how many frames one is drawn."""
     return max(1, recording.frames // _DRAWN)
 
 

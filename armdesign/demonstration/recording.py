@@ -173,12 +173,7 @@ def first_bad_step(time: Array) -> int | None:
 
 
 def describe_bad_step(time: Array, index: int) -> str:
-    """What is wrong with a time.
-
-    Args:
-        time: Frame times, shape (T,) [s].
-        index: Of the bad one, from ``first_bad_step``.
-    """
+    """What is wrong with the time at an index from ``first_bad_step``, for times of shape (T,) [s]."""
     if not np.isfinite(time[index]):
         return "the time is missing" if np.isnan(time[index]) else "the time is infinite"
     return f"the time does not increase, {time[index]:.12g} s comes after {time[index - 1]:.12g} s"

@@ -198,15 +198,10 @@ def _series_text(what: str, series: tuple[Coverage, ...]) -> str:
         lines.append(f"  {'with gaps':<{width}}       seen   gaps  longest [s]  from [s]")
         for each in broken:
             at = 0.0 if each.at is None else each.at
-            share = f"{_percent(each.share):>7} %"
-            lines.append(f"  {each.name:<{width}}  {share}  {each.gaps:5d}  {each.longest:11.3f}  {at:8.3f}")
+            share = f"{100 * each.share:.1f}"  # 100.0 or 0.0 only where it is all or nothing
+            share = {"100.0": "> 99.9", "0.0": "< 0.1"}.get(share, share) if 0 < each.share < 1 else share
+            lines.append(f"  {each.name:<{width}}  {share:>7} %  {each.gaps:5d}  {each.longest:11.3f}  {at:8.3f}")
     return "\n".join(lines)
-
-
-def _percent(share: float) -> str:
-    """A share in percent, which is 100.0 or 0.0 only where it is all or nothing."""
-    shown = f"{100 * share:.1f}"
-    return {"100.0": "> 99.9", "0.0": "< 0.1"}.get(shown, shown) if 0 < share < 1 else shown
 
 
 def _arms_text(summary: Summary) -> str:

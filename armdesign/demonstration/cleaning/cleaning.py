@@ -202,13 +202,7 @@ def cut_out(recording: Recording, stretches: Sequence[Stretch]) -> tuple[Recordi
 
 
 def moved_up(recording: Recording, stretches: Sequence[Stretch], time: float | None) -> float | None:
-    """Where a time of the recording lies after the cuts [s]; within a stretch, at the joint.
-
-    Args:
-        recording: The recording before the cuts.
-        stretches: Pairs of times in the recording [s].
-        time: The time; None for none.
-    """
+    """Where a time of the recording lies after the cuts [s]; within a stretch, at the joint."""
     if time is None:
         return None
     moved = time
@@ -222,12 +216,7 @@ def moved_up(recording: Recording, stretches: Sequence[Stretch], time: float | N
 
 
 def plan_cuts(recording: Recording, stretches: Sequence[Stretch]) -> list[Cut]:
-    """The cuts in order of time.
-
-    Args:
-        recording: Any recording.
-        stretches: Pairs of times in the recording [s].
-    """
+    """The cuts for pairs of times [s], in order of time."""
     time = recording.time
     cuts: list[Cut] = []
     for a, b in sorted(stretches):

@@ -100,7 +100,7 @@ def fill_gaps(
     after, before = -np.inf if start is None else start, np.inf if stop is None else stop
     within = [gap for gap in short if first < gap.stop and gap.first < end]
     told = [gap for gap in within if gap.ends > after and gap.begins < before]  # those of the part that is wanted
-    return filled, (*_filled_step(told), *_end_steps(heads, tails))
+    return filled, tuple(_gap_steps(told, heads, tails))
 
 
 def find_gaps(name: str, series: Array, time: Array) -> list[Gap]:
@@ -202,22 +202,17 @@ def _fill(time: Array, values: Array, longest: float, interpolate: Interpolation
     return result
 
 
-def _filled_step(gaps: list[Gap]) -> list[Step]:
-    """What was filled."""
-    if not gaps:
-        return []
-    counts = Counter(gap.name for gap in gaps)
-    listed = in_words([f"{number} of {name}" for name, number in counts.items()])
-    worst = max(gaps, key=lambda gap: round(gap.length, 9))  # the first of equals, whatever the rounding
-    where = f"{seconds(worst.length)}, {worst.name} from {seconds(worst.begins)} to {seconds(worst.ends)}"
-    sentence = f"Filled {counted(len(gaps), 'gap')} by interpolation ({listed}); the longest: {where}."
-    spans = [{"of": gap.name, "from": gap.begins, "to": gap.ends, "frames": gap.stop - gap.first} for gap in gaps]
-    return [Step("gaps", sentence, {"counts": dict(counts), "longest": worst.length, "gaps": spans})]
-
-
-def _end_steps(heads: list[Gap], tails: list[Gap]) -> list[Step]:
-    """Which ends were cut off."""
+def _gap_steps(filled: list[Gap], heads: list[Gap], tails: list[Gap]) -> list[Step]:
+    """Which gaps were filled, and which ends were cut off."""
     steps = []
+    if filled:
+        counts = Counter(gap.name for gap in filled)
+        listed = in_words([f"{number} of {name}" for name, number in counts.items()])
+        worst = _longest(filled)
+        where = f"{seconds(worst.length)}, {worst.name} from {seconds(worst.begins)} to {seconds(worst.ends)}"
+        sentence = f"Filled {counted(len(filled), 'gap')} by interpolation ({listed}); the longest: {where}."
+        spans = [{"of": gap.name, **span} for gap, span in zip(filled, _spans(filled), strict=True)]
+        steps.append(Step("gaps", sentence, {"counts": dict(counts), "longest": worst.length, "gaps": spans}))
     if heads:
         gap = max(heads, key=lambda gap: gap.stop)
         sentence = f"Left out the frames before {seconds(gap.ends)}, because {gap}."

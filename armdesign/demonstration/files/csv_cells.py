@@ -108,12 +108,7 @@ def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, b
 
 
 def read_cells(text: str, delimiter: str = ",") -> list[str]:
-    """Cells of one line; those in quotation marks may hold delimiters.
-
-    Args:
-        text: The line, with its end or without.
-        delimiter: Stands between the cells.
-    """
+    """Cells of one line; those in quotation marks may hold delimiters."""
     text = text.strip("\r\n")
     if '"' not in text or text.count('"') % 2:
         return text.split(delimiter)

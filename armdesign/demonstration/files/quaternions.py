@@ -110,12 +110,7 @@ def are_rotations(matrices: Array) -> NDArray[np.bool_]:
 
 
 def product(left: Array, right: Array) -> Array:
-    """Quaternions of the rotations ``right`` and then ``left``: R(product(a, b)) = R(a) R(b).
-
-    Args:
-        left: Shape (..., 4).
-        right: Shape (..., 4).
-    """
+    """Quaternions of the rotations ``right`` and then ``left``, shape (..., 4): R(product(a, b)) = R(a) R(b)."""
     a, b = np.asarray(left), np.asarray(right)
     u, v, p, q = a[..., :3], b[..., :3], a[..., 3:], b[..., 3:]
     scalar = p * q - np.sum(u * v, axis=-1, keepdims=True)

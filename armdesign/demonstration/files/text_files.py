@@ -61,12 +61,7 @@ def read_head(path: Path) -> bytes:
 
 
 def unreadable(path: Path, error: Exception) -> RecordingError:
-    """The error for a file that the system refuses to read.
-
-    Args:
-        path: The file.
-        error: What the system says.
-    """
+    """The error for a file that the system refuses to read, and why it does."""
     why = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return RecordingError(f"cannot read {path}: {why}", value=str(path), fix="Check the path and its permissions")
 
@@ -142,13 +137,7 @@ class Place:
 
 
 def read_lines(stream: Lines, place: Place, size: int = _LINES) -> list[str]:
-    """The next lines with their ends, so many characters or a few more; an empty list at the end of the file.
-
-    Args:
-        stream: The file.
-        place: Where the next line stands.
-        size: Number of characters.
-    """
+    """The next lines with their ends, ``size`` characters or a few more; an empty list at the end of the file."""
     lines: list[str] = []
     total = 0
     while total < size and (text := read_line(stream, place, len(lines))):
@@ -158,13 +147,7 @@ def read_lines(stream: Lines, place: Place, size: int = _LINES) -> list[str]:
 
 
 def read_line(stream: Lines, place: Place, below: int = 0) -> str:
-    """The next line with its end; empty at the end of the file.
-
-    Args:
-        stream: The file.
-        place: A line of it, for messages.
-        below: How many lines further down the next one stands.
-    """
+    """The next line with its end, so many lines ``below`` a place; empty at the end of the file."""
     text = stream.readline(MAX_LINE)
     if len(text) >= MAX_LINE:
         message = f"{place.below(below)}: the line is longer than {MAX_LINE:,} characters"
@@ -173,24 +156,14 @@ def read_line(stream: Lines, place: Place, below: int = 0) -> str:
 
 
 def check_columns(count: int, place: Place) -> None:
-    """Turn away a table with more columns than any recording has.
-
-    Args:
-        count: Number of columns.
-        place: Its header.
-    """
+    """Turn away a table with more columns than any recording has."""
     if count > MAX_COLUMNS:
         message, fix = f"{place}: the table has {count:,} columns", "Export only the points that are needed"
         raise RecordingError(message, value=count, allowed=f"at most {MAX_COLUMNS:,}", fix=fix)
 
 
 def check_size(numbers: int, place: Place) -> None:
-    """Turn away what would not fit into memory.
-
-    Args:
-        numbers: How many numbers there are so far.
-        place: The last line so far.
-    """
+    """Turn away a table of which so many numbers, down to this place, would not fit into memory."""
     if numbers > MAX_NUMBERS or place.line > MAX_LINES:
         what = f"{MAX_NUMBERS:,} numbers" if numbers > MAX_NUMBERS else f"{MAX_LINES:,} lines"
         fix = "Export a shorter stretch, or only the points that are needed"
@@ -198,13 +171,7 @@ def check_size(numbers: int, place: Place) -> None:
 
 
 def check_names(names: Sequence[str], columns: int, place: Place) -> None:
-    """Turn away a header with more columns, or a longer name, than any recording has.
-
-    Args:
-        names: The names.
-        columns: Number of columns.
-        place: Where they stand.
-    """
+    """Turn away a header with more columns, or a longer name, than any recording has."""
     check_columns(columns, place)
     for name in names:
         if len(name) > MAX_NAME:
@@ -213,12 +180,7 @@ def check_names(names: Sequence[str], columns: int, place: Place) -> None:
 
 
 def shown(text: str, most: int = 40) -> str:
-    """The beginning of a text for a message, with a question mark for each letter that cannot be seen.
-
-    Args:
-        text: Any text.
-        most: Number of letters.
-    """
+    """The beginning of a text for a message, with a question mark for each letter that cannot be seen."""
     seen = "".join(letter if letter.isprintable() else "?" for letter in text[:most])
     return seen if len(text) <= most else seen + "..."
 

@@ -98,17 +98,7 @@ def unquoted(text: str) -> str:
 
 
 def find_name(text: str, known: Collection[str], source: str, purpose: str = "") -> str:
-    """The full name of a point; its subject prefix may have been left off.
-
-    Args:
-        text: The name, perhaps in quotation marks.
-        known: Names of the points there are.
-        source: The recording, for messages.
-        purpose: What the point is for, for messages.
-
-    Raises:
-        TaskError: There is no such point, or several.
-    """
+    """The full name of a point; its subject prefix may have been left off, and quotation marks may be around it."""
     name = unquoted(text)
     found = _find(text.strip(), known, source) or _find(name, known, source)
     if found is None:
@@ -118,12 +108,7 @@ def find_name(text: str, known: Collection[str], source: str, purpose: str = "")
 
 
 def nearest(name: str, known: Iterable[str]) -> list[str]:
-    """Names for a message: those like the one that was asked for first, no more than fit into a sentence.
-
-    Args:
-        name: What was asked for.
-        known: The names there are.
-    """
+    """Names for a message: those like the one that was asked for first, no more than fit into a sentence."""
     known = list(known)
     if len(known) > 3:
         by_local: dict[str, list[str]] = {}

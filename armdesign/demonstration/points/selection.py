@@ -61,18 +61,7 @@ def define(expression: Expression, recording: Recording, earlier: Mapping[str, P
 
 
 def orientation_of(point: Point, recording: Recording) -> tuple[Array, tuple[Step, ...]]:
-    """The orientation of a point: that of the body it is, or of the markers it is the mean of.
-
-    Args:
-        point: The point.
-        recording: Where it comes from.
-
-    Returns:
-        Quaternions of shape (T, 4), NaN where unknown, and what was done.
-
-    Raises:
-        TaskError: It has none, or its markers do not tell one.
-    """
+    """The orientation of a point, that of the body it is or of its markers, shape (T, 4), and what was done."""
     name = point.expression.name
     if point.quaternions is not None:
         return point.quaternions, ()
@@ -288,12 +277,7 @@ def guess_of(recording: Recording, base: str | None = None) -> Guess:
 
 
 def arm_paths(arm: Arm, recording: Recording) -> dict[str, Array]:
-    """Name to positions of the points of an arm, from the shoulder on, each of shape (T, 3) [m].
-
-    Args:
-        arm: From ``guess_of``.
-        recording: Whose names it is made of.
-    """
+    """Name to positions of an arm's points, from the shoulder on, each of shape (T, 3) [m]."""
     known = list(recording.points)
     found = [define(parse(text, known, recording.source), recording, {}) for text in (arm.base, *arm.points)]
     return {point.expression.name: point.positions for point in found if point.positions is not None}
@@ -305,7 +289,7 @@ def _known(recording: Recording, defined: Mapping[str, Point]) -> list[str]:
 
 
 def _add(defined: dict[str, Point], text: str, recording: Recording, purpose: str = "") -> str:
-    """Define one more point, and give its name."""
+    """Define one more point; its name."""
     expression = parse(text, _known(recording, defined), recording.source, purpose)
     name = expression.name
     if name in defined:
@@ -318,7 +302,7 @@ def _add(defined: dict[str, Point], text: str, recording: Recording, purpose: st
 
 
 def _seen(values: Array | None, what: str, recording: Recording) -> Array:
-    """Values that there are in some frame."""
+    """The values, unless there are none in any frame."""
     if values is None:
         message = f"{recording.source}: {what} has an orientation, but no position"
         raise TaskError(message, value=what, allowed=list(recording.points))

@@ -20,7 +20,7 @@ UNITS: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 _NAMED = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "in": "inches"}
 AXES = ("x", "y", "z")
 _Y_UP = ("TRC", "Motive", "BVH")  # formats whose files mostly have y up
-_FARTHEST = 1e9  # in any unit; nothing is recorded beyond, and its square is far from overflow
+_FARTHEST = 1e9  # in any unit; damaged files hold larger numbers, and the square of these is far from overflow
 _HALF = math.sqrt(0.5)
 _ORDER = {"x": (1, 2, 0), "y": (0, 2, 1), "z": (0, 1, 2)}  # columns that become x, y, z
 _SIGN = {"x": (1.0, 1.0, 1.0), "y": (1.0, -1.0, 1.0), "z": (1.0, 1.0, 1.0)}
@@ -45,7 +45,13 @@ def to_recording(take: Take, *, units: str | None = None, up: str | None = None,
         RecordingError: The unit is neither given nor to be seen from the data, the take has no sound times, or a point
             lies where none can be.
     """
-    _check_places(take)
+    for name, values in take.points.items():
+        far = np.abs(values) > _FARTHEST
+        if far.any():
+            frame = int(np.argmax(far.any(axis=1)))
+            message = f"{take.source}: point '{name}' lies at {values[frame][far[frame]][0]:.3g} in frame {frame + 1}"
+            allowed = f"{-_FARTHEST:g} to {_FARTHEST:g}"
+            raise RecordingError(message, value=frame, allowed=allowed, fix="Export the recording again")
     factor, unit_steps = _factor(take, units)
     axis, up_steps = _up(take, up, factor)
     about = About(take.format, take.captured, take.rate, dict(take.bodies), (*take.steps, *unit_steps, *up_steps))
@@ -57,17 +63,6 @@ def to_recording(take: Take, *, units: str | None = None, up: str | None = None,
         about,
     )
     return mirrored(recording) if mirror else recording
-
-
-def _check_places(take: Take) -> None:
-    """Turn away numbers that no capture system gives; damaged files hold such."""
-    for name, values in take.points.items():
-        far = np.abs(values) > _FARTHEST
-        if far.any():
-            frame = int(np.argmax(far.any(axis=1)))
-            message = f"{take.source}: point '{name}' lies at {values[frame][far[frame]][0]:.3g} in frame {frame + 1}"
-            allowed = f"{-_FARTHEST:g} to {_FARTHEST:g}"
-            raise RecordingError(message, value=frame, allowed=allowed, fix="Export the recording again")
 
 
 def mirrored(recording: Recording) -> Recording:

@@ -51,12 +51,7 @@ class Unit:
 
 
 def measure(take: Take, arms: Sequence[Arm]) -> Size:
-    """The length that tells most: shoulder to wrist of an arm, else the height of a body, else the points' extent.
-
-    Args:
-        take: Any take.
-        arms: The arms that its names tell of.
-    """
+    """The length that tells most: shoulder to wrist of an arm, else the height of a body, else the points' extent."""
     frames = np.unique(np.linspace(0, len(take.time) - 1, _FRAMES).astype(int)) if len(take.time) else np.empty(0, int)
     points = {name: values[frames] for name, values in take.points.items()}
     for arm in arms:

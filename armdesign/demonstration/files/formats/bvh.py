@@ -80,7 +80,7 @@ def read(path: Path) -> Take:
         lines = LinesAhead(stream, path)
         skeleton = read_skeleton(lines)
         motion = _read_motion(lines)
-        lines.change = _squeezed
+        lines.change = lambda text: " ".join(text.split()) + "\n" * text.endswith("\n")  # one blank between numbers
         rows = read_rows(lines, skeleton.columns, lines.place, Dialect(" ", MISSING, motion.decimal, may_be_cut=True))
     check_frames(rows, "'Frame Time'")
     if 7 * len(skeleton.joints) * len(rows.values) > MAX_NUMBERS:  # a place and a quaternion each
@@ -99,15 +99,6 @@ def read(path: Path) -> Take:
         rate=1.0 / motion.step,
         steps=tuple(_steps(rows, motion, first, replaced)),
     )
-
-
-def _squeezed(text: str) -> str:
-    """A line with one blank between its numbers and none around them."""
-    end = "\n" if text.endswith("\n") else ""
-    text = text.replace("\t", " ").strip()
-    while "  " in text:
-        text = text.replace("  ", " ")
-    return text + end
 
 
 def _read_motion(lines: LinesAhead) -> _Motion:
@@ -279,12 +270,18 @@ class _Reader:
         """Take a line's words; a brace may stand behind other words."""
         while words:
             brace = next((i for i, word in enumerate(words) if word in "{}"), len(words))
-            if brace == 0:
-                self._brace(words[0])
-                words = words[1:]
-            else:
+            if brace > 0:
                 self._statement(words[:brace])
-                words = words[brace:]
+            elif words[0] == "{":
+                if self._named is None:
+                    raise self._error("a brace opens that belongs to no joint")
+                self._open.append(self._named)
+                self._named = None
+            elif not self._open or self._named is not None:
+                raise self._error("a brace closes that was not opened")
+            else:
+                self._open.pop()
+            words = words[max(brace, 1) :]
 
     def finished(self) -> Skeleton:
         """The skeleton, once its part is over."""
@@ -299,17 +296,6 @@ class _Reader:
         if not self._columns:
             raise self._error("no joint has CHANNELS, nothing moves")
         return Skeleton(self._joints, self._columns)
-
-    def _brace(self, brace: str) -> None:
-        if brace == "{":
-            if self._named is None:
-                raise self._error("a brace opens that belongs to no joint")
-            self._open.append(self._named)
-            self._named = None
-        elif not self._open or self._named is not None:
-            raise self._error("a brace closes that was not opened")
-        else:
-            self._open.pop()
 
     def _statement(self, words: list[str]) -> None:
         keyword = words[0].upper()

@@ -45,7 +45,17 @@ def matches(head: bytes) -> bool:
 def read(path: Path) -> Take:
     """Read a C3D file."""
     layout = read_layout(path)
-    positions, poses = _numbers(path, layout)
+    shape = (layout.frames, layout.points, layout.analog)
+    sets = (layout.frames, layout.rotations, layout.ratio)
+    try:
+        with path.open("rb") as stream:
+            positions = read_positions(stream, layout.start, shape, layout.processor, layout.scale)
+            poses = read_poses(stream, layout.rotation_start, sets, layout.processor)
+    except (OSError, EOFError) as error:
+        raise unreadable(path, error) from error
+    except MemoryError as error:
+        fix = "Export a shorter stretch, or only the points that are needed"
+        raise RecordingError(f"{path} takes more memory than there is", fix=fix) from error
     steps = [Step("header", note) for note in layout.notes]
     points = _points(path, layout, positions, steps)
     orientations = _poses(path, layout, poses, points, steps)
@@ -62,21 +72,6 @@ def read(path: Path) -> Take:
         rate=layout.rate,
         steps=tuple(steps),
     )
-
-
-def _numbers(path: Path, layout: C3DLayout) -> tuple[Array, Array]:
-    """Positions, shape (T, n, 3), and matrices, shape (T, k, 4, 4)."""
-    shape = (layout.frames, layout.points, layout.analog)
-    sets = (layout.frames, layout.rotations, layout.ratio)
-    try:
-        with path.open("rb") as stream:
-            positions = read_positions(stream, layout.start, shape, layout.processor, layout.scale)
-            return positions, read_poses(stream, layout.rotation_start, sets, layout.processor)
-    except (OSError, EOFError) as error:
-        raise unreadable(path, error) from error
-    except MemoryError as error:
-        fix = "Export a shorter stretch, or only the points that are needed"
-        raise RecordingError(f"{path} takes more memory than there is", fix=fix) from error
 
 
 def _points(path: Path, layout: C3DLayout, positions: Array, steps: list[Step]) -> dict[str, Array]:

@@ -168,7 +168,11 @@ def _fit(
     Where header and parameters contradict each other, the first combination that fills the last block is believed.
     There are ``room`` bytes of data, ``width`` in each number.
     """
-    frames, analogs = _frame_counts(header, parameters), _analog_counts(header, parameters)
+    frames = _frame_counts(header, parameters)
+    channels = int(parameters.number("ANALOG", "USED"))
+    ratio = parameters.number("ANALOG", "RATE") / (parameters.number("POINT", "RATE") or np.inf)
+    by_rate = round(ratio) if 0 <= ratio <= 65535 else 0
+    analogs = list(dict.fromkeys([header.analog, channels * header.samples, channels * by_rate]))  # the surest first
     if not frames:
         raise C3DDamage("it holds no frames")
     needs = {(analog, count): (4 * points + analog) * count * width for analog, count in product(analogs, frames)}
@@ -195,14 +199,6 @@ def _frame_counts(header: _Header, parameters: C3DParameters) -> list[int]:
     counts += [end - start + 1 if end else 0, header.last - header.first + 1 if header.last else 0]
     known = list(dict.fromkeys(int(count) for count in counts if 0 < count < 2**31))
     return sorted(known, key=lambda count: count == _UNKNOWN)
-
-
-def _analog_counts(header: _Header, parameters: C3DParameters) -> list[int]:
-    """What the file says about its number of analog samples in a frame, the most trustworthy first, each once."""
-    channels = int(parameters.number("ANALOG", "USED"))
-    ratio = parameters.number("ANALOG", "RATE") / (parameters.number("POINT", "RATE") or np.inf)
-    by_rate = round(ratio) if 0 <= ratio <= 65535 else 0
-    return list(dict.fromkeys([header.analog, channels * header.samples, channels * by_rate]))
 
 
 class C3DDamage(Exception):  # noqa: N818 (never leaves the reader of C3D files)

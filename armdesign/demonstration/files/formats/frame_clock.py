@@ -72,7 +72,7 @@ def frame_clock(rows: Rows, frames: int | None, times: int | None, rate: float |
 
 
 def hole_steps(time: Array, steps: Array, sentence: str) -> list[Step]:
-    """A word about frames that are left out.
+    """A step where frames are left out.
 
     Args:
         time: Frame times, shape (T,) [s].
@@ -89,24 +89,13 @@ def hole_steps(time: Array, steps: Array, sentence: str) -> list[Step]:
 
 
 def check_frames(rows: Rows, header: str = "the header") -> None:
-    """Turn away a table without rows.
-
-    Args:
-        rows: The table.
-        header: What stands above it, for the message.
-    """
+    """Turn away a table without rows."""
     if not len(rows.values):
         raise RecordingError(f"{rows.source} holds no frame below {header}", value=0, fix=_FIX)
 
 
 def check_increase(rows: Rows, values: Array, what: str) -> None:
-    """Name the line where a frame number or time is missing, beyond all measure, or does not increase.
-
-    Args:
-        rows: The table.
-        values: Frame numbers or times, shape (T,).
-        what: Which of both, for the message.
-    """
+    """Turn away frame numbers or times, shape (T,), of which one is missing, huge or not larger than the one before."""
     bad = _first_wrong(values)
     if bad is None:
         return
@@ -169,7 +158,7 @@ def _grain(printed: Array) -> float:
 
 
 def _rate_steps(time: Array, declared: float | None) -> tuple[Step, ...]:
-    """A word where the header declares another rate than the times have."""
+    """A step where the header declares another rate than the times have."""
     if declared is None or len(time) < 2:
         return ()
     found = 1.0 / median_step(time)
@@ -237,7 +226,7 @@ def _tolerance(rate: float) -> float:
 
 
 def _misfit_steps(frames: Array, printed: Array, rate: float, declared: float) -> list[Step]:
-    """A word where the printed times mean something else, or the capture frame rate fits better."""
+    """A step where the printed times mean something else, or the capture frame rate fits better."""
     misfit = _misfit(frames, printed, rate)
     if misfit > _tolerance(rate):
         sentence = (

@@ -24,12 +24,7 @@ _LISTED = 5  # names in a sentence
 
 
 def read_units(word: str, place: Place) -> str | None:
-    """The unit of length that a header names; None where it names none.
-
-    Args:
-        word: What stands in the header.
-        place: Where, for the message.
-    """
+    """The unit of length that a header names, at ``place`` in the file; None where it names none."""
     word = word.strip()
     if word and word.lower() not in UNITS:
         fix = "Correct it in the file, or export positions in one of these"
@@ -44,7 +39,7 @@ def clean_name(text: str) -> str:
 
 
 def once_each(names: Sequence[str]) -> tuple[list[str], list[Step]]:
-    """Names used once each, the second ``ELB`` becoming ``ELB#2``, and a word on that."""
+    """Names used once each, the second ``ELB`` becoming ``ELB#2``, and a step that says so."""
     taken, result = set(names), []
     used: dict[str, int] = {}
     for name in names:
@@ -75,12 +70,7 @@ def unused_name(name: str, used: Container[str], given: Counter[str]) -> str:
 
 
 def names_steps(changed: Sequence[str], details: object = None) -> list[Step]:
-    """A word on names that were changed so that each stands once.
-
-    Args:
-        changed: The new names.
-        details: What to keep of it; by default the names.
-    """
+    """A step that lists names changed so that each is there once; ``details`` are kept in place of them."""
     if not changed:
         return []
     sentence = f"Names that stand in the file more than once were told apart: {listed(changed)}."
@@ -94,13 +84,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 def column_names(leading: Sequence[str], names: Sequence[str], parts: Sequence[str]) -> list[str]:
-    """Column names for messages: those in front, then each point with each of its parts.
-
-    Args:
-        leading: Columns in front of the first point.
-        names: The points.
-        parts: What stands of each of them, such as X, Y, Z.
-    """
+    """Column names for messages: those in front of the points, then each point with each of its parts, such as X."""
     return [*leading, *(f"{name} {part}" for name in names for part in parts)]
 
 
@@ -110,14 +94,14 @@ def positions(values: Array, first: int, names: Sequence[str], width: int = 3) -
     Args:
         values: A table, shape (T, columns).
         first: Column of the first name.
-        names: The names, in the order of the columns.
+        names: In the order of the columns.
         width: Number of columns of each name.
     """
     return {name: values[:, first + width * i : first + width * (i + 1)] for i, name in enumerate(names)}
 
 
 def hide_zeros(series: Mapping[str, Array]) -> list[Step]:
-    """Make "not seen" of rows of zeros, in place, and a word on that."""
+    """Make "not seen" of rows of zeros, in place, and a step that says so."""
     hidden = 0
     for values in series.values():
         zero = ~values.any(axis=1)
@@ -146,12 +130,7 @@ def read_table(lines: LinesAhead, delimiter: str, columns: list[str], keep_empty
 
 
 def row_steps(rows: Rows, announced: int | None = None) -> list[Step]:
-    """An incomplete last row, short ones, another number of rows than the header says.
-
-    Args:
-        rows: The rows.
-        announced: Number of frames that the header announces; None where it does not.
-    """
+    """Steps where the last row is incomplete, others are short, or the header announces another number of frames."""
     steps = []
     if rows.cut is not None:
         sentence = f"The file ends in the middle of line {rows.cut}, which was left out: it may have been cut off."
@@ -163,13 +142,7 @@ def row_steps(rows: Rows, announced: int | None = None) -> list[Step]:
 
 
 def count_steps(what: str, announced: int | None, found: int) -> list[Step]:
-    """Another number than the header says.
-
-    Args:
-        what: What is counted.
-        announced: Their number in the header; None where it tells none.
-        found: Their number in the file, which is taken.
-    """
+    """A step where the header announces another number of ``what`` than the file holds."""
     if announced in (None, found):
         return []
     sentence = f"The header announces {announced} {what}, the file holds {found}."

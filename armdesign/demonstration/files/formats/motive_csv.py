@@ -290,7 +290,11 @@ def _items(rows: list[list[str]], place: Place) -> tuple[Item, ...]:
             items.append(Item(types[column], clean_name(names[column]) or f"column {column + 1}", key))
         getattr(items[-1], kind)[axis] = column
     for item in items:
-        _check(item, place)
+        for columns, what in ((item.position, "no position along"), (item.rotation, "a rotation without")):
+            missing = [axis for axis in "XYZ" if axis not in columns]
+            if columns and missing:
+                where = f"{place}: {item.type.lower()[:40] or 'the column'} '{item.name[:40]}'"
+                raise RecordingError(f"{where} has {what} {' and '.join(missing)}", fix=_FIX)
     if not items:
         raise RecordingError(f"{place}: the file holds no rigid body, bone or marker", fix=f"{_FIX}, with some of them")
     return tuple(items)
@@ -302,15 +306,6 @@ def _named_rows(rows: list[list[str]]) -> list[list[str]]:
     if "type" in words and "name" in words:
         return [words[word] for word in _ROWS if word in words]
     return rows[:-2][:3]
-
-
-def _check(item: Item, place: Place) -> None:
-    """Turn away what has part of a position or rotation only."""
-    for columns, what in ((item.position, "no position along"), (item.rotation, "a rotation without")):
-        missing = [axis for axis in "XYZ" if axis not in columns]
-        if columns and missing:
-            where = f"{place}: {item.type.lower()[:40] or 'the column'} '{item.name[:40]}'"
-            raise RecordingError(f"{where} has {what} {' and '.join(missing)}", fix=_FIX)
 
 
 def _labels(rows: list[list[str]], items: tuple[Item, ...]) -> list[str]:

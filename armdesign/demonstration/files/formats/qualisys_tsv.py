@@ -131,23 +131,18 @@ def _read_layout(lines: LinesAhead, facts: Mapping[str, list[str]]) -> _Layout:
     cells = [cell.strip() for cell in read_cells(lines.peek().rstrip("\t\r\n"), "\t")]
     place = lines.place
     if all(not cell or cell.lower() in MISSING or is_number(cell) for cell in cells):  # no row of column names
-        layout = _Layout(_guessed_leading(len(cells), names, parts, place), names, parts)
+        if not names:
+            raise RecordingError(f"{place}: the header names no marker or body", fix=_FIX)
+        surplus = len(cells) - len(names) * len(parts)
+        if surplus == 1:
+            message = f"{place}: there is one column more than the {len(cells) - 1} of the names"
+            raise RecordingError(f"{message}, and no row of column names", value=len(cells), fix=_FIX)
+        layout = _Layout(("frame", "time") if surplus > 0 else (), names, parts)
     else:
         lines.readline()
         layout = _labelled(cells, names, parts, place)
     check_names(layout.names, len(layout.leading) + len(layout.names) * len(parts), place)
     return layout._replace(names=[name or f"unnamed {i + 1}" for i, name in enumerate(layout.names)])
-
-
-def _guessed_leading(cells: int, names: list[str], parts: tuple[str, ...], place: Place) -> tuple[str, ...]:
-    """Columns in front, in a file without column names."""
-    wanted = len(names) * len(parts)
-    if not names:
-        raise RecordingError(f"{place}: the header names no marker or body", fix=_FIX)
-    if cells == wanted + 1:
-        message = f"{place}: there is one column more than the {wanted} of the names, and no row of column names"
-        raise RecordingError(message, value=cells, fix=_FIX)
-    return ("frame", "time") if cells >= wanted + 2 else ()
 
 
 def _labelled(cells: list[str], names: list[str], parts: tuple[str, ...], place: Place) -> _Layout:
@@ -158,25 +153,17 @@ def _labelled(cells: list[str], names: list[str], parts: tuple[str, ...], place:
         raise RecordingError(f"{place}: the column '{leading[0]}' stands twice", fix=_FIX)
     groups, rest = divmod(len(cells) - len(leading), len(parts))
     found = [clean_name(cell.rpartition(" ")[0]) for cell in cells[len(leading) :: len(parts)]]
-    if rest or not groups or not _are_parts(cells[len(leading) :], parts):
+    fixed = [part.upper() if part in _POSITION or part.startswith("Rot") else "" for part in parts]
+    wanted = zip(cells[len(leading) :], fixed * groups, strict=False)  # the angles go by other names in other settings
+    if rest or not groups or not all(cell.upper().endswith(part) for cell, part in wanted):
         first = shown(", ".join(cells[len(leading) : len(leading) + len(parts)]), 80)
         message = f"{place}: the columns '{first}' are none of this format"
         raise RecordingError(message, allowed=f"for each name {', '.join(parts)}", fix=_FIX)
     return _Layout(leading, names if len(names) == groups else found, parts)
 
 
-def _are_parts(cells: list[str], parts: tuple[str, ...]) -> bool:
-    """Whether column names end as they should: X Y Z, and Rot[0] to Rot[8] where there are more."""
-    fixed = [i for i, part in enumerate(parts) if part in _POSITION or part.startswith("Rot")]
-    return all(
-        cells[first + i].upper().endswith(parts[i].upper())
-        for first in range(0, len(cells) - len(parts) + 1, len(parts))
-        for i in fixed
-    )
-
-
 def _series(rows: Rows, layout: _Layout, names: list[str]) -> tuple[dict[str, Array], dict[str, Array], list[Step]]:
-    """Positions and orientations by name, and a word on those that were not seen."""
+    """Positions and orientations by name, and a step where some were not seen."""
     first, width = len(layout.leading), len(layout.parts)
     if layout.parts is _POSITION:
         points = positions(rows.values, first, names)

@@ -97,7 +97,14 @@ def _read_header(lines: LinesAhead) -> _Header:
         if found := _NAME_ROW.match(text):
             cells = [clean_name(cell) for cell in read_cells(text, found["delimiter"])]
             names = [name for name in cells[2:] if name]
-            _check_names(cells, names, lines.place)
+            place = lines.place
+            if len(cells) < 2 or cells[1].lower() != "time":
+                second = shown(cells[1]) if len(cells) > 1 else ""
+                message = f"{place}: '{second}' follows 'Frame#', not 'Time'"
+                raise RecordingError(message, allowed="Frame#, Time, names", fix=_FIX)
+            if not names:
+                raise RecordingError(f"{place}: there are no names of markers", fix=_FIX)
+            check_names(names, 2 + 3 * len(names), place)
             lines.readline()
             facts, line = _facts(above, found["delimiter"])
             return _Header(facts, Place(lines.place.source, line), names, found["delimiter"])
@@ -105,17 +112,6 @@ def _read_header(lines: LinesAhead) -> _Header:
     source = lines.place.source
     message = f"{source}: none of the first {_HEADER_LINES} lines is the row of names, which begins with 'Frame#'"
     raise RecordingError(message, fix=_FIX)
-
-
-def _check_names(cells: list[str], names: list[str], place: Place) -> None:
-    """The row of names begins with Frame# and Time and has names."""
-    if len(cells) < 2 or cells[1].lower() != "time":
-        second = shown(cells[1]) if len(cells) > 1 else ""
-        message = f"{place}: '{second}' follows 'Frame#', not 'Time'"
-        raise RecordingError(message, allowed="Frame#, Time, names", fix=_FIX)
-    if not names:
-        raise RecordingError(f"{place}: there are no names of markers", fix=_FIX)
-    check_names(names, 2 + 3 * len(names), place)
 
 
 def _facts(above: list[str], delimiter: str) -> tuple[dict[str, str], int]:
