@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from armdesign.cli.command_errors import one_sentence_errors
-from armdesign.cli.screen import announce_compiling, show_table, written_text
+from armdesign.cli.screen import compiling, show_table, written_text
 from armdesign.fitness.block import compile_kernels
 from armdesign.runs.alternatives import Alternative, check_options, read_designs, write_alternatives
 from armdesign.runs.reading import read_problem
@@ -35,7 +35,7 @@ def alternatives(
     check_options(count, distance)
     problem = read_problem(run)
     read_designs(run, problem.space)
-    with announce_compiling(quiet):
+    with compiling(quiet=quiet):
         compile_kernels(problem.path_problem)
     found = write_alternatives(run, problem, count=count, distance=distance)
     if quiet:

@@ -10,7 +10,7 @@ import typer
 
 from armdesign import views
 from armdesign.cli.command_errors import INTERRUPTED
-from armdesign.cli.screen import SearchBar, announce_compiling, clock, say, say_in_handler, show_table, show_text
+from armdesign.cli.screen import SearchBar, clock, compiling, say, say_in_handler, show_table, show_text
 from armdesign.cli.tables import show_evaluation
 from armdesign.cli.worker_options import check_workers, open_backend
 from armdesign.errors import counted, resume_command
@@ -31,6 +31,7 @@ from armdesign.search.backends.backend import Backend
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.search.search import Progress
+from armdesign.swarm import ALGORITHMS
 
 
 def search_auto(
@@ -147,8 +148,9 @@ class Screen:
             )
             say(f"{counted(n, 'joint')} ({search.algorithm}, {search.size}{from_smaller}):")
         self.noted = True
-        with announce_compiling(self.quiet):
-            compile_kernels(problem.path_problem, slopes=problem.settings.search.algorithm == "multibasin")
+        slopes = ALGORITHMS[search.algorithm].takes_slopes
+        with compiling(quiet=self.quiet, slopes=slopes):
+            compile_kernels(problem.path_problem, slopes=slopes)
 
     def progress(self, progress: Progress) -> None:
         """An iteration is done."""

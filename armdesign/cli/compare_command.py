@@ -12,7 +12,7 @@ import typer
 from armdesign.cli.command_errors import one_sentence_errors, refuse_existing, refuse_without
 from armdesign.cli.command_options import ConfigOption, QuietOption, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
-from armdesign.cli.screen import StatusBar, announce_compiling, clock, say, show_table, show_text
+from armdesign.cli.screen import StatusBar, clock, compiling, say, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.experiments.compare.arms import Arm, carried_settings, open_arms
@@ -107,7 +107,7 @@ def compare(
     if not quiet:
         for note in problem.notes if folder is None else ():
             say(note)
-    with announce_compiling(quiet):
+    with compiling(quiet=quiet):
         compile_kernels(some_problem(problem))
     with BaseBar(quiet=quiet) as bar:
         comparison = compare_arms(opened, problem, base_search, payload=payload, on_progress=bar)

@@ -11,7 +11,7 @@ import typer
 from armdesign.cli.command_errors import one_sentence_errors, refuse_without
 from armdesign.cli.command_options import OUTPUT, ConfigOption, OverwriteOption, QuietOption, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_demonstrations
-from armdesign.cli.screen import announce_compiling, say, written_text
+from armdesign.cli.screen import compiling, say, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.tables import show_evaluation
 from armdesign.errors import SettingsError
@@ -80,7 +80,7 @@ def evaluate(
         settings = from_run_folder(settings, source if source.is_dir() else source.parent)
     opened = open_demonstrations(recordings, settings, scenario, weights, "evaluate DESIGN")
     problem = opened.problem(longest=table.length)
-    with announce_compiling(quiet):
+    with compiling(quiet=quiet):
         compile_kernels(problem.path_problem)
     evaluation = evaluate_design(table, problem)
     if out is not None:

@@ -9,7 +9,7 @@ import typer
 
 from armdesign.cli.command_errors import one_sentence_errors
 from armdesign.cli.command_options import QuietOption
-from armdesign.cli.screen import announce_compiling, say, written_text
+from armdesign.cli.screen import compiling, say, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.export.dh_text import check_convention
 from armdesign.export.export_files import export as write_export
@@ -106,7 +106,7 @@ def export(
         SimulationOptions(**given["simulation"]),
         TagOptions(**given["tags"]),
     )
-    with announce_compiling(quiet):
+    with compiling(quiet=quiet):
         finished = read_result(run)
     done = write_export(
         finished, out if out is not None else run / FOLDER, kinds, motions, options=options, convention=convention,

@@ -9,7 +9,7 @@ import typer
 
 from armdesign import views
 from armdesign.cli.command_errors import one_sentence_errors, refuse_without
-from armdesign.cli.screen import announce_compiling
+from armdesign.cli.screen import compiling
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.files import write_whole
 from armdesign.runs.reading import read_result
@@ -46,7 +46,7 @@ def preview(
 
 def draw(runs: list[Path], speed: float) -> str:
     """The page of run folders."""
-    with announce_compiling(quiet=False):
+    with compiling(quiet=False):
         finished = [read_result(folder) for folder in runs]
     return views.preview.preview_html(finished, speed)
 

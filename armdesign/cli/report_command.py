@@ -9,7 +9,7 @@ import typer
 
 from armdesign import views
 from armdesign.cli.command_errors import one_sentence_errors, refuse_existing
-from armdesign.cli.screen import announce_compiling
+from armdesign.cli.screen import compiling
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions
@@ -48,7 +48,7 @@ def report(
     options = RobotOptions(
         BodyOptions(**given["body"]), LimitOptions(**given["limits"]), SimulationOptions(**given["simulation"])
     )
-    with announce_compiling(quiet):
+    with compiling(quiet=quiet):
         finished = read_result(run)
     written = views.writing.report(finished, targets[0], options=options, simulate=simulate, pdf=pdf, overwrite=True)
     if not quiet:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 import textwrap
-import threading
 import time
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
@@ -17,12 +16,15 @@ from rich.progress import BarColumn, TaskID, TextColumn
 from rich.progress import Progress as RichProgress
 from rich.table import Table
 
+from armdesign.fitness.block import compilation_progress
 from armdesign.search.search import Progress
 
 WIDTH = 80
 """Columns of what is written to a file or a pipe."""
 EVERY = 0.1
 """Shortest time between two changes of a bar [s]."""
+PATIENCE = 1.5
+"""Time that compiling may take unseen [s]."""
 Bar = TypeVar("Bar", bound="StatusBar")
 
 
@@ -169,18 +171,43 @@ def progress_text(progress: Progress) -> str:
     return f"{progress.iteration:{digits}d}/{progress.iterations}  {best}  valid {progress.valid}  {clock(left)} left"
 
 
+class CompilationBar(StatusBar):
+    """Progress of compiling the kernels where that takes a while: a bar in a terminal, one line elsewhere."""
+
+    text = "Compiling the kernels, once on this machine ..."
+
+    def __init__(self) -> None:
+        """Begin to wait."""
+        super().__init__()
+        self.begun, self.said = time.monotonic(), False
+
+    def __call__(self, done: int, total: int) -> None:
+        """Show a kernel that is compiled, if it is time to; kernels that come from the disk cache pass unseen.
+
+        Args:
+            done: How much is compiled.
+            total: How much there is.
+        """
+        if self.terminal and (self.drawn or done < total) and time.monotonic() - self.begun > PATIENCE:
+            self.draw(done, total, self.text)
+        elif not self.said and done < total and time.monotonic() - self.begun > PATIENCE:
+            self.said = True
+            say(self.text)
+
+
 @contextmanager
-def announce_compiling(quiet: bool) -> Iterator[None]:
-    """Say so when the kernels have to be compiled, which happens once per machine and version."""
-    message = "Compiling the kernels, once on this machine; this takes about half a minute ..."
-    timer = threading.Timer(1.5, say, [message])
-    timer.daemon = True
-    if not quiet:
-        timer.start()
-    try:
+def compiling(*, quiet: bool, slopes: bool = False) -> Iterator[None]:
+    """Show how far compiling is in a context in which kernels are called for the first time.
+
+    Args:
+        quiet: Show nothing.
+        slopes: Whether the kernels of the gradients are called, too.
+    """
+    if quiet:
         yield
-    finally:
-        timer.cancel()
+        return
+    with CompilationBar() as bar, compilation_progress(bar, slopes=slopes):
+        yield
 
 
 def written_text(paths: Sequence[Any]) -> str:

@@ -27,7 +27,7 @@ from armdesign.cli.command_options import (
     with_weights,
 )
 from armdesign.cli.input_recordings import Demonstrations, from_run_folder, open_demonstrations
-from armdesign.cli.screen import SearchBar, announce_compiling, clock, say, say_in_handler, written_text
+from armdesign.cli.screen import SearchBar, clock, compiling, say, say_in_handler, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.tables import show_evaluation
 from armdesign.cli.worker_options import ClusterOption, WorkersOption, check_workers, open_backend
@@ -39,6 +39,7 @@ from armdesign.runs.resumable import EXTENSIBLE, carry_out, extend_run, finished
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.settings.sections import ARM, RECORDING, Design, Fitness, Search, Task
+from armdesign.swarm import ALGORITHMS
 
 AUTO = "auto"
 OTHER_KINDS = {"auto.json": "a search for the number of joints", "sweep.toml": "a sweep", "study.json": "a study"}
@@ -262,8 +263,9 @@ def carry_on(
     if not quiet:
         for sentence in opening(problem):
             say(sentence)
-    with announce_compiling(quiet):
-        compile_kernels(problem.path_problem, slopes=problem.settings.search.algorithm == "multibasin")
+    slopes = ALGORITHMS[problem.settings.search.algorithm].takes_slopes
+    with compiling(quiet=quiet, slopes=slopes):
+        compile_kernels(problem.path_problem, slopes=slopes)
 
     def on_interrupt() -> None:
         say_in_handler("Stopping after this iteration; once more stops at once.")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -11,22 +14,10 @@ from armdesign.cli import PanelCommand
 from armdesign.cli.command_errors import one_sentence_errors, refuse_beside_resume
 from armdesign.cli.command_options import ConfigOption, QuietOption
 from armdesign.cli.setting_flags import Given, takes_settings
-from armdesign.cli.study_flags import (
-    DofOption,
-    Flags,
-    QuickOption,
-    RepsOption,
-    SearchesOption,
-    SeedOption,
-    StudyOutOption,
-    StudyResumeOption,
-    TasksArgument,
-    request_from_flags,
-    words,
-)
-from armdesign.cli.sweep_command import SHOWN_FAILURES, leave, say_stopping, unit_workers
+from armdesign.cli.study_request import StudyFlags, request_from_flags, words
+from armdesign.cli.sweep_command import leave, lines_of_failures, say_stopping, unit_workers
 from armdesign.cli.sweep_progress import SweepBar
-from armdesign.cli.worker_options import ClusterOption, check_workers
+from armdesign.cli.worker_options import COMPUTING, ClusterOption, check_workers
 from armdesign.errors import resume_command
 from armdesign.experiments.studies import StudyRequest, StudyResult
 from armdesign.experiments.studies.study_engine import planned, run_study
@@ -36,6 +27,9 @@ from armdesign.experiments.sweep.ranges import whole_numbers
 from armdesign.experiments.sweep.sweep_plan import Tasks
 from armdesign.search.backends.processes import available_cores
 from armdesign.settings.sections import Fitness, Search
+
+OwnOptions = Callable[..., dict[str, Any]]
+"""A command's function: from the options that only this study has to what they ask for, None where not given."""
 
 app = typer.Typer(
     name="study",
@@ -48,210 +42,221 @@ app = typer.Typer(
 )
 
 
-@app.command(cls=PanelCommand)
-@one_sentence_errors
-@takes_settings(Fitness, Search, only=("scenario",))
-def temporal(
-    context: typer.Context,
-    tasks: TasksArgument = None,
-    quick: QuickOption = False,
-    reps: Annotated[int | None, typer.Option("--reps", help="Random valid designs per n (default 10).")] = None,
-    seed: SeedOption = None,
-    dof: DofOption = None,
-    budget: Annotated[
-        int | None, typer.Option("--budget", help="Evaluations of every metaheuristic per frame (default 20000).")
-    ] = None,
-    algorithm: Annotated[
-        str | None, typer.Option("--algorithm", help="Solvers: ga,pso,woa,es,abc,sa,slsqp,dls-16 ...; default: all.")
-    ] = None,
-    config: ConfigOption = None,
-    *,
-    given: Given,
-    workers: SearchesOption = None,
-    cluster: ClusterOption = None,
-    out: StudyOutOption = None,
-    resume: StudyResumeOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """Compare solvers of a single frame.
+def study_command(name: str, *settings: str) -> Callable[[OwnOptions], OwnOptions]:
+    """Make a function a study's command, with the options that all studies have beside its own.
 
-    Mean temporal fitness G, time, and how often the best known is found.
+    Args:
+        name: The study's name.
+        settings: The settings that have a flag.
     """
-    options = {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
-    flags = Flags(tasks, quick, reps, seed, dof, given, config, options)
-    study("temporal", context, flags, workers, cluster, out, resume, quiet=quiet)
 
+    def decorate(own_options: OwnOptions) -> OwnOptions:
+        own = inspect.signature(own_options, eval_str=True).parameters
+        common = list(inspect.signature(study, eval_str=True).parameters.values())[2:]
+        position = [parameter.name for parameter in common].index("config")
 
-@app.command(cls=PanelCommand)
-@one_sentence_errors
-@takes_settings(Fitness, Search, only=("scenario", "particles", "iterations"))
-def robot(
-    context: typer.Context,
-    tasks: TasksArgument = None,
-    quick: QuickOption = False,
-    reps: RepsOption = None,
-    seed: SeedOption = None,
-    dof: DofOption = None,
-    algorithm: Annotated[
-        str | None, typer.Option("--algorithm", help="Searches: abc,ga,pso-opytimizer,sa,pso,rapso; default: all.")
-    ] = None,
-    config: ConfigOption = None,
-    *,
-    given: Given,
-    workers: SearchesOption = None,
-    cluster: ClusterOption = None,
-    out: StudyOutOption = None,
-    resume: StudyResumeOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """Compare the searches of the paper for the whole robot.
+        @functools.wraps(own_options)
+        def command(**values: Any) -> None:  # noqa: ANN401 (whatever the options hold)
+            options = own_options(**{key: values.pop(key) for key in own})
+            study(name, options, **values)
 
-    Mean robot fitness r and time at the same number of evaluations.
-    """
-    flags = Flags(tasks, quick, reps, seed, dof, given, config, {"algorithms": words(algorithm, "--algorithm")})
-    study("robot", context, flags, workers, cluster, out, resume, quiet=quiet)
+        parameters = [*common[:position], *own.values(), *common[position:]]
+        only_keywords = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in parameters]
+        command.__signature__ = inspect.Signature(only_keywords)  # type: ignore[attr-defined]
+        with_flags = takes_settings(Fitness, Search, only=("scenario", *settings))(command)
+        app.command(name, cls=PanelCommand)(one_sentence_errors(with_flags))
+        return own_options
 
-
-@app.command(cls=PanelCommand)
-@one_sentence_errors
-@takes_settings(Fitness, Search, only=("scenario", "particles", "iterations"))
-def rapso(
-    context: typer.Context,
-    tasks: TasksArgument = None,
-    quick: QuickOption = False,
-    reps: RepsOption = None,
-    seed: SeedOption = None,
-    dof: DofOption = None,
-    d: Annotated[str | None, typer.Option("--d", help="Angle intervals D: 2, 2-5 or 2,4 (default 2-5).")] = None,
-    range_of: Annotated[
-        str | None, typer.Option("--range", help="Readings of the range in eq. 8: valid,box (default: both).")
-    ] = None,
-    config: ConfigOption = None,
-    *,
-    given: Given,
-    workers: SearchesOption = None,
-    cluster: ClusterOption = None,
-    out: StudyOutOption = None,
-    resume: StudyResumeOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """Compare RA-PSO with PSO, seed by seed.
-
-    Change of fitness and of computational effort in percent, over D.
-    """
-    options = {"d": None if d is None else whole_numbers(d, "--d"), "range": words(range_of, "--range")}
-    flags = Flags(tasks, quick, reps, seed, dof, given, config, options)
-    study("rapso", context, flags, workers, cluster, out, resume, quiet=quiet)
-
-
-@app.command(cls=PanelCommand)
-@one_sentence_errors
-@takes_settings(Fitness, Search, only=("scenario", "particles", "iterations"))
-def designs(
-    context: typer.Context,
-    tasks: TasksArgument = None,
-    quick: QuickOption = False,
-    reps: RepsOption = None,
-    seed: SeedOption = None,
-    dof: DofOption = None,
-    algorithm: Annotated[str | None, typer.Option("--algorithm", help="rapso (default), pso or multibasin.")] = None,
-    within: Annotated[
-        float | None,
-        typer.Option(
-            "--within",
-            help="The smallest n whose f is within so many percent of more joints' best is chosen (default 4).",
-        ),
-    ] = None,
-    enough: Annotated[
-        float | None,
-        typer.Option("--enough", help="Path fitness below which a further gain does not count [mm] (default 5)."),
-    ] = None,
-    config: ConfigOption = None,
-    *,
-    given: Given,
-    workers: SearchesOption = None,
-    cluster: ClusterOption = None,
-    out: StudyOutOption = None,
-    resume: StudyResumeOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """Find the number of joints and the final design.
-
-    r, f and E over n, and the DH table of the chosen arm.
-    """
-    options = {"algorithm": algorithm, "within": within, "enough": enough}
-    flags = Flags(tasks, quick, reps, seed, dof, given, config, options)
-    study("designs", context, flags, workers, cluster, out, resume, quiet=quiet)
-
-
-@app.command("search", cls=PanelCommand)
-@one_sentence_errors
-@takes_settings(Fitness, Search, only=("scenario", "particles"))
-def searches(
-    context: typer.Context,
-    tasks: TasksArgument = None,
-    quick: QuickOption = False,
-    reps: RepsOption = None,
-    seed: SeedOption = None,
-    dof: DofOption = None,
-    budget: Annotated[int | None, typer.Option("--budget", help="Candidates of every search.")] = None,
-    algorithm: Annotated[str | None, typer.Option("--algorithm", help="Search algorithms; default: all.")] = None,
-    config: ConfigOption = None,
-    *,
-    given: Given,
-    workers: SearchesOption = None,
-    cluster: ClusterOption = None,
-    out: StudyOutOption = None,
-    resume: StudyResumeOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """Compare this package's own searches.
-
-    Best r and time at the same number of candidates.
-    """
-    options = {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
-    flags = Flags(tasks, quick, reps, seed, dof, given, config, options)
-    study("search", context, flags, workers, cluster, out, resume, quiet=quiet)
+    return decorate
 
 
 def study(
     name: str,
+    options: Mapping[str, Any],
     context: typer.Context,
-    flags: Flags,
-    workers: int | None,
-    cluster: str | None,
-    out: Path | None,
-    resume: Path | None,
+    tasks: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="TASK", show_default=False,
+            help="Recordings, settings files (.toml) that name one, or the examples packaging and welding "
+            "(default: both examples).",
+        ),
+    ] = None,
     *,
-    quiet: bool,
-) -> None:
+    quick: Annotated[bool, typer.Option("--quick", help="A small study, a few minutes on two cores.")] = False,
+    reps: Annotated[
+        int | None,
+        typer.Option(
+            "--reps", metavar="N",
+            help="Repetitions for every task and n: searches with a seed each; in study temporal, random arms.",
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", metavar="N", help="Seed of the first repetition (default 0).")
+    ] = None,
+    dof: Annotated[
+        str | None, typer.Option("--dof", metavar="N", help="Numbers of joints n: one (3), a range (3-6) or 3,5.")
+    ] = None,
+    config: ConfigOption = None,
+    given: Given,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers", metavar="N", rich_help_panel=COMPUTING,
+            help="Runs at a time, each in its own process; default: all cores.",
+        ),
+    ] = None,
+    cluster: ClusterOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Folder of the study, new or to extend (default runs/study-NAME)."),
+    ] = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option("--resume", metavar="DIR", help="Go on with the study in this folder; needs nothing else."),
+    ] = None,
+    quiet: QuietOption = False,
+) -> None:  # fmt: skip
     """Begin, extend or go on with a study.
 
-    Exit code: 0 all runs are finished; 1 a run has failed, runs.csv says why (it is tried again the next time);
-    2 bad input; 130 stopped by Ctrl-C.
+    Args:
+        name: The study's name.
+        options: What its own options ask for; None where one was not given.
+        context: The command's context.
+        tasks: Words that name tasks.
+        quick: Whether a small study is asked for.
+        reps: Number of repetitions.
+        seed: Seed of the first.
+        dof: Numbers of joints, as text.
+        config: Settings file.
+        given: Settings whose flags were given.
+        workers: Number of processes.
+        cluster: Address of a Dask scheduler.
+        out: Folder to write.
+        resume: Folder of the study to go on with.
+        quiet: Whether to show neither progress nor tables.
     """
     check_workers(workers, cluster)
     if resume is not None:
         refuse_beside_resume(context, "a study", "To extend it, repeat its command with more, and --out for --resume")
-        folder, (request, tasks) = resume, read_study_folder(resume, name)
+        folder, (request, tasks_read) = resume, read_study_folder(resume, name)
     else:
-        request, tasks = request_from_flags(name, flags)
-        folder = out or Path("runs") / f"study-{name}{'-quick' if flags.quick else ''}"
-    planned(request, tasks)
-    carry_out(folder, request, tasks, workers or available_cores(), cluster, quiet=quiet)
+        flags = StudyFlags(tasks, quick, reps, seed, dof, given, config, options)
+        request, tasks_read = request_from_flags(name, flags)
+        folder = out or Path("runs") / f"study-{name}{'-quick' if quick else ''}"
+    planned(request, tasks_read)
+    carry_out(folder, request, tasks_read, workers or available_cores(), cluster, quiet=quiet)
+
+
+@study_command("temporal")
+def temporal(
+    budget: Annotated[
+        int | None,
+        typer.Option("--budget", metavar="N", help="Evaluations of every metaheuristic per frame (default 20000)."),
+    ] = None,
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            "--algorithm", metavar="NAME,...", help="Solvers: ga,pso,woa,es,abc,sa,slsqp,dls-16; default: all."
+        ),
+    ] = None,
+) -> dict[str, Any]:
+    """Compare solvers of a single frame.
+
+    Mean temporal fitness G, time, and how often the best known is found.
+    """
+    return {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
+
+
+@study_command("robot", "particles", "iterations")
+def robot(
+    algorithm: Annotated[
+        str | None,
+        typer.Option(
+            "--algorithm", metavar="NAME,...", help="Searches: abc,ga,pso-opytimizer,sa,pso,rapso; default: all."
+        ),
+    ] = None,
+) -> dict[str, Any]:
+    """Compare the searches of the paper for the whole robot.
+
+    Mean robot fitness r and time at the same number of evaluations.
+    """
+    return {"algorithms": words(algorithm, "--algorithm")}
+
+
+@study_command("rapso", "particles", "iterations")
+def rapso(
+    d: Annotated[
+        str | None,
+        typer.Option("--d", metavar="N", help="Numbers D of angle intervals: 2, 2-5 or 2,4 (default 2-5)."),
+    ] = None,
+    range_of: Annotated[
+        str | None,
+        typer.Option("--range", metavar="valid,box", help="Readings of the range in eq. 8 (default: both)."),
+    ] = None,
+) -> dict[str, Any]:
+    """Compare RA-PSO with PSO, seed by seed.
+
+    Change of fitness and of computational effort in percent, over D.
+    """
+    return {"d": None if d is None else whole_numbers(d, "--d"), "range": words(range_of, "--range")}
+
+
+@study_command("designs", "particles", "iterations")
+def designs(
+    algorithm: Annotated[
+        str | None, typer.Option("--algorithm", metavar="NAME", help="rapso (default), pso or multibasin.")
+    ] = None,
+    within: Annotated[
+        float | None,
+        typer.Option(
+            "--within", metavar="X",
+            help="Choose the fewest joints whose path fitness f is within X % of the best of more (default 4).",
+        ),
+    ] = None,
+    enough: Annotated[
+        float | None,
+        typer.Option(
+            "--enough", metavar="X", help="Path fitness f below which a further gain does not count [mm] (default 5)."
+        ),
+    ] = None,
+) -> dict[str, Any]:  # fmt: skip
+    """Find the number of joints and the final design.
+
+    r, f and E over n, and the DH table of the chosen arm.
+    """
+    return {"algorithm": algorithm, "within": within, "enough": enough}
+
+
+@study_command("search", "particles")
+def searches(
+    budget: Annotated[int | None, typer.Option("--budget", metavar="N", help="Candidates of every search.")] = None,
+    algorithm: Annotated[
+        str | None, typer.Option("--algorithm", metavar="NAME,...", help="Search algorithms; default: all.")
+    ] = None,
+) -> dict[str, Any]:
+    """Compare this package's own searches.
+
+    Best r and time at the same number of candidates.
+    """
+    return {"algorithms": words(algorithm, "--algorithm"), "budget": budget}
 
 
 def carry_out(
     folder: Path, request: StudyRequest, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool
 ) -> None:
-    """Carry out a study, saying how it goes and what came of it."""
+    """Carry out a study, showing how far it is and what came of it."""
+    algorithms = (*request.options.get("algorithms", ()), request.options.get("algorithm", ""))
 
     def compile_more() -> None:
         warm_up(request.study, tasks)
 
     go_on = f"Go on with: {resume_command(f'study {request.study}', folder, cluster)}"
     try:
-        with SweepBar() as bar, unit_workers(workers, cluster, tasks, quiet=quiet, warm_up=compile_more) as start:
+        with (
+            SweepBar() as bar,
+            unit_workers(workers, cluster, tasks, algorithms, quiet=quiet, warm_up=compile_more) as start,
+        ):
             on_change = None if quiet else bar
             result = run_study(folder, request, tasks, start, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
@@ -264,11 +269,8 @@ def carry_out(
 
 def closing_text(folder: Path, result: StudyResult) -> str:
     """The tables, the runs that failed, and where everything lies."""
-    rows = result.runs.rows.values()
-    failed = [row for row in rows if row["state"] == "failed"]
     lines = [f"{table.text()}\n" for table in result.tables]
-    lines.append(f"{result.runs.count('finished')} of {len(rows)} runs finished.")
-    lines += [f"  {row['folder']} failed: {row['stopped_by']}" for row in failed[:SHOWN_FAILURES]]
-    if len(failed) > SHOWN_FAILURES:
-        lines.append(f"  and {len(failed) - SHOWN_FAILURES} more")
-    return "\n".join([*lines, "Written:", *(f"  {folder / name}" for name in result.files)])
+    lines.append(f"{result.runs.count('finished')} of {len(result.runs.rows)} runs finished.")
+    return "\n".join(
+        [*lines, *lines_of_failures(result.runs), "Written:", *(f"  {folder / name}" for name in result.files)]
+    )

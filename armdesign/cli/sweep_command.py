@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,7 +12,7 @@ import typer
 from armdesign.cli.command_errors import INTERRUPTED, one_sentence_errors, refuse_beside_resume, refuse_other_algorithms
 from armdesign.cli.command_options import OUTPUT, ConfigOption, QuietOption, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
-from armdesign.cli.screen import announce_compiling, clock, say_in_handler, show_table, show_text
+from armdesign.cli.screen import clock, compiling, say_in_handler, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.sweep_progress import SweepBar
 from armdesign.cli.worker_options import COMPUTING, ClusterOption, check_workers, cluster_client
@@ -29,6 +29,7 @@ from armdesign.search.backends.workers import Workers
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import prepare
 from armdesign.settings.sections import ALGORITHM_SETTINGS, Fitness, Search, Settings, Task, with_algorithm
+from armdesign.swarm import ALGORITHMS
 
 SOME_FAILED = 1
 SHOWN_FAILURES = 5
@@ -193,7 +194,7 @@ def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: s
     """Carry out a sweep, saying how it goes and how it went."""
     go_on = f"Go on with: {resume_command('sweep', folder, cluster)}"
     try:
-        with SweepBar() as bar, unit_workers(workers, cluster, tasks, quiet=quiet) as start:
+        with SweepBar() as bar, unit_workers(workers, cluster, tasks, asked.algorithms, quiet=quiet) as start:
             on_change = None if quiet else bar
             table = run_sweep(folder, asked, tasks, start, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
@@ -224,7 +225,13 @@ def leave(table: RunTable, go_on: str) -> None:
 
 @contextmanager
 def unit_workers(
-    workers: int, cluster: str | None, tasks: Tasks, *, quiet: bool, warm_up: Callable[[], None] | None = None
+    workers: int,
+    cluster: str | None,
+    tasks: Tasks,
+    algorithms: Collection[str],
+    *,
+    quiet: bool,
+    warm_up: Callable[[], None] | None = None,
 ) -> Iterator[Callable[[int], Workers]]:
     """What starts the workers for a number of units: those of a cluster, or processes on this machine.
 
@@ -234,13 +241,15 @@ def unit_workers(
         workers: Number of processes at most.
         cluster: Address of a Dask scheduler, or None.
         tasks: The tasks.
+        algorithms: The search algorithms of the units; further names are passed over.
         quiet: Whether to keep silent.
         warm_up: Compiles what the units need beside the evaluator's kernels.
     """
 
     def start(units: int) -> Workers:
-        with announce_compiling(quiet):
-            compile_kernels(next(iter(tasks.values())).path_problem)
+        slopes = any(kind.takes_slopes for name, kind in ALGORITHMS.items() if name in algorithms)
+        with compiling(quiet=quiet, slopes=slopes):
+            compile_kernels(next(iter(tasks.values())).path_problem, slopes=slopes)
             if warm_up is not None:
                 warm_up()
         return WorkerProcesses(min(workers, units), unit_worker)
@@ -256,17 +265,21 @@ def unit_workers(
 
 def closing_text(table: RunTable) -> str:
     """What came of the sweep."""
-    rows = table.rows.values()
-    finished = [row for row in rows if row["state"] == "finished"]
-    failed = [row for row in rows if row["state"] == "failed"]
-    lines = [f"{len(finished)} of {len(rows)} runs finished" + (f", {len(failed)} failed." if failed else ".")]
-    lines += [f"  {row['folder']}: {row['stopped_by']}" for row in failed[:SHOWN_FAILURES]]
-    if len(failed) > SHOWN_FAILURES:
-        lines.append(f"  and {len(failed) - SHOWN_FAILURES} more")
+    finished = [row for row in table.rows.values() if row["state"] == "finished"]
+    failed = table.count("failed")
+    lines = [f"{len(finished)} of {len(table.rows)} runs finished" + (f", {failed} failed." if failed else ".")]
+    lines += lines_of_failures(table)
     if finished:
         best = min(finished, key=lambda row: float(row["fitness"]))
         lines.append(f"Best: {best['folder']}, r {best['fitness']:.4f} m")
     return "\n".join([*lines, f"Table: {table.folder / 'sweep.csv'}"])
+
+
+def lines_of_failures(table: RunTable) -> list[str]:
+    """The first runs that have failed, each with its reason."""
+    failed = [row for row in table.rows.values() if row["state"] == "failed"]
+    lines = [f"  {row['folder']}: {row['stopped_by']}" for row in failed[:SHOWN_FAILURES]]
+    return lines + ([f"  and {len(failed) - SHOWN_FAILURES} more"] if len(failed) > SHOWN_FAILURES else [])
 
 
 def show_plan(folder: Path, asked: Sweep, tasks: Tasks, workers: int) -> None:

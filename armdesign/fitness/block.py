@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -339,19 +339,26 @@ def as_rows(tables: Sequence[DHTable]) -> tuple[Array, Array]:
     return rows, np.array([t.base_yaw for t in tables])
 
 
-def compile_kernels(problem: Problem, *, slopes: bool = False, on_progress: OnProgress | None = None) -> None:
+def compile_kernels(problem: Problem, *, slopes: bool = False) -> None:
     """Compile the kernels, or load them from the disk cache, by evaluating nothing but one arm on one frame.
 
     Args:
         problem: The task with its settings.
-        slopes: Whether those of the gradients are needed, too (see Search.wants_slopes in the swarm package).
-        on_progress: Called with how much is compiled and how much there is, in arbitrary units.
+        slopes: Whether those of the gradients are needed, too (see Algorithm.takes_slopes).
     """
     first = replace(problem, P=problem.P[:1].copy(), R=problem.R[:1].copy())
     n = problem.dof
     straight = DHTable(np.zeros(n + 1), np.full(n + 1, 0.1), np.full(n + 1, 0.1))
-    entries = [advance, exchange, slopes_along_paths] if slopes else [advance, exchange]
-    with progress_of(entries, on_progress) if on_progress else nullcontext():
-        BlockEvaluator(first, block=1).follow(straight)
-        if slopes:
-            Sensitivity(first).slopes(*as_rows([straight]), np.zeros((1, 1, n)))
+    BlockEvaluator(first, block=1).follow(straight)
+    if slopes:
+        Sensitivity(first).slopes(*as_rows([straight]), np.zeros((1, 1, n)))
+
+
+def compilation_progress(on_progress: OnProgress, *, slopes: bool = False) -> AbstractContextManager[None]:
+    """Report how far the kernels are compiled while the context lasts, in which they are called for the first time.
+
+    Args:
+        on_progress: Called with how much is compiled and how much there is, in arbitrary units.
+        slopes: Whether the kernels of the gradients are called, too.
+    """
+    return progress_of([advance, exchange, slopes_along_paths] if slopes else [advance, exchange], on_progress)

@@ -84,6 +84,7 @@ class Algorithm(ABC):
         name: The algorithm's name in the registry and in the settings.
         unit: What its length is counted in, in the singular.
         length: The parameter that says how long it goes on; also the word for why it has ended.
+        takes_slopes: Whether it may ask for gradients of the fitness, see `wants_slopes`.
         Parameters: Dataclass of its parameters, named as in the settings of a search.
         space: Where it searches.
         parameters: Its parameters.
@@ -92,6 +93,7 @@ class Algorithm(ABC):
     name: ClassVar[str]
     unit: ClassVar[str]
     length: ClassVar[str]
+    takes_slopes: ClassVar[bool] = False
     Parameters: ClassVar[type[Any]]
     parameters: Any
 

@@ -95,7 +95,7 @@ class MultiBasin(Algorithm):
     gradients where `wants_slopes` is true. Without gradients the search finds them by probes.
     """
 
-    name, unit, length = "multibasin", "candidate", "budget"
+    name, unit, length, takes_slopes = "multibasin", "candidate", "budget", True
     Parameters = MultiBasinParameters
     parameters: MultiBasinParameters
 

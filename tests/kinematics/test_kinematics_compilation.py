@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import armdesign
-from armdesign.fitness.block import compile_kernels
+from armdesign.fitness.block import compilation_progress, compile_kernels
 from armdesign.fitness.kernels.path import advance, exchange
 from armdesign.fitness.kernels.path_slopes import slopes_along_paths
 from armdesign.fitness.problem import make_problem
@@ -99,7 +99,8 @@ def test_inner_kernel_called_from_python_says_that_it_cannot_be():
 
 def test_progress_ends_with_everything_done_and_counts_all_kernels():
     seen = []
-    compile_kernels(small_problem(), slopes=True, on_progress=lambda done, total: seen.append((done, total)))
+    with compilation_progress(lambda done, total: seen.append((done, total)), slopes=True):
+        compile_kernels(small_problem(), slopes=True)
     done, totals = zip(*seen, strict=True)
     assert list(done) == sorted(done)
     assert set(totals) == {done[-1]}

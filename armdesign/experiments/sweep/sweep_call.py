@@ -13,6 +13,7 @@ from armdesign.fitness.block import compile_kernels
 from armdesign.search.backends.processes import WorkerProcesses
 from armdesign.search.design_arm import problem_of
 from armdesign.settings.sections import ALGORITHM_SETTINGS, Settings
+from armdesign.swarm import ALGORITHMS
 
 
 def sweep(
@@ -62,7 +63,8 @@ def sweep(
     tasks = {(path, n): problem_of([path], (), chosen.with_entries(dof=n)) for path in paths for n in joints}
 
     def start(units: int) -> WorkerProcesses:
-        compile_kernels(next(iter(tasks.values())).path_problem)  # once, before the processes look for them
+        slopes = any(ALGORITHMS[name].takes_slopes for name in names)
+        compile_kernels(next(iter(tasks.values())).path_problem, slopes=slopes)
         return WorkerProcesses(min(workers, units), unit_worker)
 
     return run_sweep(Path(folder), asked, tasks, start, on_change=on_change)

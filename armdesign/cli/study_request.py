@@ -6,9 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from armdesign.cli.command_options import settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
@@ -25,38 +23,9 @@ MOST_JOINTS = 10
 TASK_FLAGS = ("--base", "--points", "--weights", "--units", "--scale")
 """Flags that errors about recordings name and the studies do not have."""
 
-TasksArgument = Annotated[
-    list[str] | None,
-    typer.Argument(
-        metavar="TASK",
-        help="Recordings, settings files (.toml) that name one, or the built-in packaging and welding (default: both).",
-        show_default=False,
-    ),
-]
-QuickOption = Annotated[bool, typer.Option("--quick", help="A small study, a few minutes on two cores.")]
-RepsOption = Annotated[
-    int | None, typer.Option("--reps", metavar="N", help="Repetitions, each with a seed of its own.")
-]
-SeedOption = Annotated[
-    int | None, typer.Option("--seed", metavar="N", help="Seed of the first repetition (default 0).")
-]
-DofOption = Annotated[str | None, typer.Option("--dof", metavar="N", help="Numbers of joints n: 3, 3-6 or 3,5.")]
-SearchesOption = Annotated[
-    int | None,
-    typer.Option("--workers", metavar="N", help="Runs at a time, each in its own process; default: all cores."),
-]
-StudyResumeOption = Annotated[
-    Path | None,
-    typer.Option("--resume", metavar="DIR", help="Go on with the study in this folder; needs nothing else."),
-]
-StudyOutOption = Annotated[
-    Path | None,
-    typer.Option("--out", metavar="DIR", help="Folder of the study, new or to extend (default runs/study-NAME)."),
-]
-
 
 @dataclass(frozen=True)
-class Flags:
+class StudyFlags:
     """What was given to a study; None where a flag was not.
 
     Attributes:
@@ -80,7 +49,7 @@ class Flags:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def request_from_flags(name: str, flags: Flags) -> tuple[StudyRequest, Tasks]:
+def request_from_flags(name: str, flags: StudyFlags) -> tuple[StudyRequest, Tasks]:
     """The request of a study, and its tasks.
 
     Args:
@@ -103,12 +72,8 @@ def request_from_flags(name: str, flags: Flags) -> tuple[StudyRequest, Tasks]:
     search = {**usual.search, **flags.given["search"]}
     tasks = read_tasks(name, flags, search, dof)
     keys = tuple(dict.fromkeys(key for key, _ in tasks))
-    return StudyRequest(name, keys, dof, reps, seed, {**usual.options, **given(flags.options)}), tasks
-
-
-def given(flags: Mapping[str, Any]) -> dict[str, Any]:
-    """Those that were given."""
-    return {name: value for name, value in flags.items() if value is not None}
+    options = {option: value for option, value in flags.options.items() if value is not None}
+    return StudyRequest(name, keys, dof, reps, seed, {**usual.options, **options}), tasks
 
 
 def joints(text: str | None) -> tuple[int, ...] | None:
@@ -140,7 +105,7 @@ def words(text: str | None, flag: str) -> tuple[str, ...] | None:
     return tuple(dict.fromkeys(parts))
 
 
-def read_tasks(name: str, flags: Flags, search: Mapping[str, Any], dof: Sequence[int]) -> Tasks:
+def read_tasks(name: str, flags: StudyFlags, search: Mapping[str, Any], dof: Sequence[int]) -> Tasks:
     """Read the recordings, and prepare them for every number of joints.
 
     Raises:
