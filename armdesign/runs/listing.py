@@ -18,7 +18,7 @@ import numpy as np
 from armdesign.errors import RunFolderError
 from armdesign.files import read_json
 from armdesign.runs.checkpoint import CURRENT, PREVIOUS
-from armdesign.runs.folder import RESULT, TASK_JSON, settings_file
+from armdesign.runs.folder import NOTHING_FOUND, RESULT, TASK_JSON, settings_file
 from armdesign.runs.lock import holder_of
 from armdesign.swarm import ALGORITHMS
 
@@ -34,8 +34,8 @@ class RunStatus:
 
     Attributes:
         folder: The run folder.
-        state: finished, interrupted, running, stopped (not finished, and no process works on it), failed (all
-            iterations done, nothing found), evaluated (a given arm, not a search), or broken.
+        state: finished, interrupted, running, stopped (not finished, and no process works on it), failed (ended
+            without a valid arm), evaluated (a given arm, not a search), or broken.
         detail: The process that works on it, or what is broken.
         best: Best robot fitness r so far [m], if there is one.
         iterations: Iterations done, or candidates, whichever the algorithm counts, if known.
@@ -113,7 +113,7 @@ def judge(folder: Path, run: RunStatus) -> RunStatus:
         return replace(run, state="running", detail=holder)
     if (folder / RESULT).exists():
         return from_result(read_json(folder / RESULT), run)
-    if bests and run.iterations == run.planned and run.best is None:
+    if (folder / NOTHING_FOUND).exists():
         return replace(run, state="failed", detail="nothing found")
     return replace(run, state="stopped")
 

@@ -16,7 +16,7 @@ from armdesign.errors import RunFolderError, SearchError, SettingsError, resume_
 from armdesign.files import read_json, remove_files, write_whole
 from armdesign.runs import checkpoint
 from armdesign.runs.contents import dh_content, inner_demonstrations, json_text, problem_contents, result_contents
-from armdesign.runs.folder import DEMONSTRATIONS, RESULT, TASK, TASK_FILES, inner_folders, settings_file
+from armdesign.runs.folder import DEMONSTRATIONS, NOTHING_FOUND, RESULT, TASK, TASK_FILES, inner_folders, settings_file
 from armdesign.runs.lock import locked
 from armdesign.runs.reading import read_problem
 from armdesign.runs.writing import clear_result, write_files
@@ -24,7 +24,7 @@ from armdesign.search.backends.backend import Backend, InProcess
 from armdesign.search.backends.parallel import CandidateKillsWorkersError
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
-from armdesign.search.search import Progress, Search
+from armdesign.search.search import NothingFoundError, Progress, Search
 from armdesign.settings.sections import Search as SearchSettings
 from armdesign.settings.sections import read_settings
 from armdesign.swarm import ALGORITHMS
@@ -81,7 +81,8 @@ def start_run(folder: Path, problem: DesignProblem) -> None:
         problem: The demonstrations and the settings.
     """
     clear_result(folder, keep=inner_demonstrations(problem))
-    remove_files(folder / name for name in (*TASK_FILES, FAILED))  # before the states: without settings there is no run
+    # before the states: without settings there is no run
+    remove_files(folder / name for name in (*TASK_FILES, FAILED, NOTHING_FOUND))
     checkpoint.remove_states(folder)
     write_files(folder, problem_contents(problem))
 
@@ -162,6 +163,7 @@ def extend_run(folder: Path, changes: Mapping[str, Any]) -> None:
         if finished(folder):
             content = read_json(folder / RESULT) | {"stopped_by": "interrupted"}
             write_whole(folder / RESULT, json_text(content))
+        remove_files([folder / NOTHING_FOUND])
         write_whole(settings_file(folder), settings.to_toml())
 
 
@@ -208,7 +210,11 @@ def carry_out(
             raise
         finally:
             writer.close()
-        result = outcome(run, reason, folder)
+        try:
+            result = outcome(run, reason, folder)
+        except NothingFoundError as error:
+            write_whole(folder / NOTHING_FOUND, json_text({"stopped_by": reason, "error": str(error)}))
+            raise
         files = result_contents(result)
         clear_result(folder, keep=inner_demonstrations(problem))
         write_files(folder, files)
@@ -224,7 +230,7 @@ def tidy(folder: Path) -> None:
         RunFolderError: A file cannot be removed.
     """
     checkpoint.remove_states(folder, keep_newest=True)
-    remove_files([folder / FAILED])
+    remove_files([folder / FAILED, folder / NOTHING_FOUND])
 
 
 def iterate(

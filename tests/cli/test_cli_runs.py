@@ -89,11 +89,14 @@ def test_interrupted_search_stands_where_its_state_stands(begun, packaged, line,
     assert (line(place, "run")[1], line(place, "run")[3]) == ("interrupted", "3/50")
 
 
-def test_search_without_a_find_has_failed(run, packaging, place, line):
-    assert (
-        run("search", packaging, "--dof", 2, "--particles", 4, "--iterations", 2, "--out", "runs/none").exit_code == 4
-    )
-    assert line("runs", "none")[1:4] == ["failed", "-", "2/2"]
+@pytest.mark.parametrize(("rule", "progress"), [(("--iterations", 2), "2/2"), (("--time-limit", 0.001), "1/200")])
+def test_search_that_has_ended_without_a_valid_arm_has_failed(run, packaging, place, line, rule, progress):
+    outcome = run("search", packaging, "--dof", 2, "--particles", 4, *rule, "--out", "runs/none")
+    assert outcome.exit_code == 4, outcome.output
+    assert line("runs", "none")[1:4] == ["failed", "-", progress]
+    outcome = run("search", "--resume", "runs/none", "--iterations", 5, "--time-limit", 1000)
+    assert outcome.exit_code == 4
+    assert line("runs", "none")[1:4] == ["failed", "-", "5/5"]
 
 
 def test_given_arm_is_no_search(run, packaging, packaged, place, line):
