@@ -22,7 +22,7 @@ DOF = 3
 
 
 def tables(plan: Plan) -> Iterator[Table]:
-    """An RA-PSO search on more and more workers, and the number of candidates from which on two pay."""
+    """Searches on more and more workers, and the number of candidates from which on two pay."""
     iterations, rounds = plan.pick((200, 2), (15, 1))
     yield Table(
         "workers",
@@ -32,6 +32,13 @@ def tables(plan: Plan) -> Iterator[Table]:
             "ceiling: W such searches at once, one process each, over one alone; a shared machine gives less than W.",
             "The aim is 1.85 times one worker with two. Start-up is not counted, see break-even.",
         ],
+    )
+    budget = plan.pick(8000, 2000)
+    yield Table(
+        "workers-multibasin",
+        f"A search by multibasin, packaging, n = {DOF}, {budget} candidates, on W workers (best of {rounds})",
+        scaling(PACKAGING.problem(DOF, search={"algorithm": "multibasin", "budget": budget}), rounds),
+        ["Its generations are small, so that there is less to share out than in a swarm."],
     )
     yield Table(
         "break-even",
