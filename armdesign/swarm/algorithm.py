@@ -1,4 +1,4 @@
-"""What every search algorithm is to its caller: ask and tell, the best so far, history, and a state to resume from."""
+"""What all search algorithms have in common: ask and tell, the best so far, history, and a state to resume from."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from armdesign.swarm.space import SearchSpace
 State = dict[str, Any]
 """Arrays, and values that JSON can hold; see :meth:`Algorithm.state`."""
 A = TypeVar("A", bound="Algorithm")
+GENERATION = 400
+"""Candidates of a generation of the paper's swarms."""
 NEAR = 0.01
 """A search has converged where its best is this near to its last best, relative."""
 
@@ -40,13 +42,13 @@ class Effort(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """What happened, one entry per batch (per `tell`).
+    """The course of a search, one entry per batch (per `tell`).
 
     Attributes:
         best: The best fitness, +inf while there is none, shape (M,).
         mean: Mean of what the algorithm keeps (personal bests, basins), +inf while there is none, shape (M,).
-        valid: Number of candidates told to be valid, shape (M,).
-        evaluations: Number of candidates told so far, valid or not, shape (M,).
+        valid: Number of valid candidates in the batch, shape (M,).
+        evaluations: Number of candidates evaluated so far, valid or not, shape (M,).
     """
 
     best: Array
@@ -78,7 +80,7 @@ class Algorithm(ABC):
     uninterrupted one to the last bit.
 
     An algorithm implements the abstract methods below; `hints`, `wants_slopes` and `cutoff` where it has a use for
-    them. Its constructor draws nothing.
+    them; `units_done` and `generation` where it counts otherwise. Its constructor draws nothing.
 
     Attributes:
         name: The algorithm's name in the registry and in the settings.
@@ -132,7 +134,7 @@ class Algorithm(ABC):
                 f"the search is done after {done} of {planned} {self.unit}s", value=done,
                 fix=f"Look at `done` before ask(), or raise its {self.length}",
             )  # fmt: skip
-        if not self._asked:
+        if not self._asked:  # moves are made here, not in tell: a state taken between the two holds all draws so far
             self._X = self._next()
             self._asked = True
         return self._X.copy()
@@ -163,7 +165,7 @@ class Algorithm(ABC):
         flags = checks.flags("the validity of the candidates", valid, (count,))
         given = np.zeros((count, 0)) if hints is None else checks.numbers("the hints", hints, (count, None))
         gradients = None if slopes is None else checks.numbers("the slopes", slopes, self._X.shape)
-        self._asked = False
+        self._asked = False  # only now that all of it is checked: a refused answer leaves the search as it was
         mean = self._take(values, flags, given, gradients)
         self._history.append((self.best_fitness, mean, int(np.count_nonzero(flags)), self.evaluations + count))
 
@@ -205,19 +207,19 @@ class Algorithm(ABC):
         """Whether the search is at its end."""
 
     @classmethod
-    @abstractmethod
     def units_done(cls, evaluations: int, settings: Mapping[str, Any]) -> int:
-        """How many units of its length are done.
+        """How many units of its length are done: by default candidates.
 
         Args:
             evaluations: Candidates told so far.
             settings: The parameters by name; others may be among them.
         """
+        return evaluations
 
     @property
-    @abstractmethod
     def generation(self) -> int:
-        """Number of candidates that stop rules count as one iteration."""
+        """Candidates that stop rules count as one iteration; by default as many as the paper's swarms have."""
+        return GENERATION
 
     @property
     def progress(self) -> tuple[int, int]:

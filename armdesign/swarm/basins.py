@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -24,28 +23,21 @@ NOISE = 0.02
 MARGIN = 0.005
 """How far inside the slab children lie, so that descents can begin from them."""
 
-Canonical = Callable[[Array], Array]
-"""Unit coordinates in a form that is the same for equal designs, shape (N, K) -> (N, K)."""
-
 
 class Archive:
     """Places with their fitness, the better one of every two that lie together.
 
     Attributes:
+        region: What tells equal designs.
         U: Unit coordinates, best first, shape (A, K).
         value: Fitness, shape (A,).
         hint: Hints, shape (A, H).
     """
 
-    def __init__(self, dimension: int, canonical: Canonical) -> None:
-        """Empty.
-
-        Args:
-            dimension: Number of unit coordinates K.
-            canonical: What makes equal designs equal.
-        """
-        self.canonical = canonical
-        self.U, self.value, self.hint = np.zeros((0, dimension)), np.zeros(0), np.zeros((0, 0))
+    def __init__(self, region: Region) -> None:
+        """Begin empty."""
+        self.region = region
+        self.U, self.value, self.hint = np.zeros((0, region.dimension)), np.zeros(0), np.zeros((0, 0))
 
     def __len__(self) -> int:
         return len(self.value)
@@ -67,20 +59,20 @@ class Archive:
         known = self.hint if len(self) else np.zeros((0, hint.shape[1]))
         U, value, hint = np.vstack([self.U, U[new]]), np.r_[self.value, value[new]], np.vstack([known, hint[new]])
         order = np.argsort(value, kind="stable")
-        kept = [int(order[k]) for k in apart(self.canonical(U[order]), RADIUS, ROOM)]
+        # best first, so that each basin is represented by its best place
+        kept = [int(order[k]) for k in apart(self.region.canonical(U[order]), RADIUS, ROOM)]
         self.U, self.value, self.hint = U[kept], value[kept], hint[kept]
 
-    def emptied(self) -> Archive:
-        """An empty one that tells basins apart in the same way."""
-        return Archive(self.U.shape[1], self.canonical)
-
-    def take(self, other: Archive) -> None:
-        """Take in what another archive holds."""
+    def merged(self, other: Archive) -> Archive:
+        """A new archive of all that this one and another hold."""
+        both = Archive(self.region)
+        both.U, both.value, both.hint = self.U, self.value, self.hint
         if len(other):
-            self.add(other.U, other.value, other.hint)
+            both.add(other.U, other.value, other.hint)
+        return both
 
     def state(self, prefix: str) -> dict[str, Any]:
-        """Arrays to carry on from."""
+        """Arrays to carry on from, their names beginning with the prefix."""
         return {f"{prefix}_{name}": getattr(self, name).copy() for name in ("U", "value", "hint")}
 
     def restore(self, saved: SavedState, prefix: str) -> None:
@@ -130,7 +122,7 @@ def children(region: Region, parents: Array, count: int, rng: np.random.Generato
     ways = (redrawn, shaken, turned_over, crossed)
     places = np.empty((count, region.dimension))
     for k in range(count):
-        parent = parents[int(rng.integers(0, len(parents), 2).min())]
+        parent = parents[int(rng.integers(0, len(parents), 2).min())]  # the better of two ranks ~ U{0..A-1}
         places[k] = ways[int(rng.integers(len(ways)))](region, parent, parents, rng)
     return region.pulled_in(places, MARGIN)
 

@@ -64,7 +64,7 @@ class Patience:
 
 
 class Descents:
-    """M descents in lockstep, asked and told like a search; L of them are live.
+    """M descents in lockstep, which ask and are told like a search; L of them are live.
 
     Attributes:
         phase: What they ask for next.
@@ -127,7 +127,7 @@ class Descents:
         return np.clip(U, 0.0, 1.0), self.hint[owners]
 
     def tell(self, U: Array, values: Array, hints: Array, slopes: Array | None = None) -> None:
-        """Learn from the answers, and go to the next phase.
+        """Learn from the answers to what was asked, and go to the next phase.
 
         Args:
             U: What was asked, shape (N, K).
@@ -135,6 +135,7 @@ class Descents:
             hints: Hints, shape (N, H).
             slopes: Gradients, shape (N, K), an unknown entry is NaN; they count in the phases SLOPE and STEP.
         """
+        # one slope as steep as a jump would ruin the curvature for all steps to come
         known = None if slopes is None or not self.sloped else np.clip(slopes, -STEEPEST, STEEPEST)
         if self.phase == STEP:
             self._move(U, values, hints, known)
@@ -201,10 +202,10 @@ class Descents:
     # ------------------------------------------------------------------ steps
 
     def _move(self, tried: Array, values: Array, hints: Array, slopes: Array | None) -> None:
-        """Take the steps that are better, learn from the others, and give up whoever is out of patience."""
+        """Take the steps that are better, learn from the others, and give up descents without prospects."""
         for k, i in enumerate(np.flatnonzero(self.live)):
             step = tried[k] - self.U[i]
-            if values[k] < self.value[i]:
+            if values[k] < self.value[i]:  # any gain counts: there is no line search, the reach adapts instead
                 self.reach[i] = self._next_reach(int(i), step, float(self.value[i] - values[k]))
                 if slopes is not None:
                     gradient = np.where(np.isnan(slopes[k]), 0.0, slopes[k])
@@ -214,7 +215,7 @@ class Descents:
             else:
                 if slopes is not None and np.isfinite(values[k]) and np.isfinite(slopes[k]).all():
                     self._bend(int(i), step, slopes[k])
-                self.last[i] = 0.0
+                self.last[i] = 0.0  # it is still where it was: no new gradient, no probes
                 self.reach[i] = SHRINK * min(float(np.abs(step).max()), self.reach[i])
                 self.live[i] = self.reach[i] >= SHORTEST
         self.round += 1
@@ -222,7 +223,14 @@ class Descents:
         self._give_up()
 
     def _next_reach(self, i: int, step: Array, gain: float) -> float:
-        """Length of the next step behind one that is taken, by how much of the promised gain it has brought."""
+        """Length of the next step of descent i behind one that is taken, by how much of its promised gain it brought.
+
+        Args:
+            i: The descent.
+            step: The step, shape (K,).
+            gain: By how much the fitness has fallen.
+        """
+        # a trust region: the step that the quadratic model foresaw decides how far the model is believed
         promised = -float(self.gradient[i] @ step + 0.5 * step @ self.B[i] @ step)
         size = float(np.abs(step).max())
         if gain > GOOD * promised:
@@ -230,7 +238,7 @@ class Descents:
         return max(size if gain > POOR * promised else SHRINK * size, SHORTEST)
 
     def _give_up(self) -> None:
-        """Stop whoever has no prospects."""
+        """Stop descents that cost more than they can be expected to gain."""
         patience = self.patience
         if self.round == patience.halve_at and len(self.value) > 3:
             self.live &= self.value <= max(float(np.quantile(self.value, patience.keep)), patience.bar)
@@ -248,7 +256,7 @@ class Descents:
         return {f"descents_{name}": getattr(self, name).copy() for name in names} | {
             "descents_round": self.round,
             "descents_phase": self.phase,
-            "descents_bar": repr(float(self.patience.bar)),
+            "descents_bar": repr(float(self.patience.bar)),  # text: -inf is no JSON
         }
 
     @classmethod
@@ -284,7 +292,7 @@ class Descents:
 
 
 def updated(B: Array, step: Array, change: Array, *, first: bool) -> Array:
-    """Curvature after a step, by the damped BFGS formula (Powell 1978): it stays positive definite.
+    """Curvature after a step, by the damped BFGS formula (Powell 1978), which keeps it positive definite.
 
     Args:
         B: Curvature so far, shape (K, K).
@@ -293,7 +301,7 @@ def updated(B: Array, step: Array, change: Array, *, first: bool) -> Array:
         first: Whether B is only a guess, to be scaled first to the curvature just seen.
     """
     along = float(step @ change)
-    if first and along > 0.0:
+    if first and along > 0.0:  # Nocedal and Wright, Numerical Optimization, eq. 6.20
         B = np.eye(len(step)) * (float(change @ change) / along)
     image = B @ step
     bent = float(step @ image)

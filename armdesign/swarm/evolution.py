@@ -86,7 +86,7 @@ class Evolution:
         return np.sqrt(np.maximum(values, 1e-14)), np.asarray(axes)
 
     def state(self, prefix: str) -> dict[str, Any]:
-        """Arrays and numbers to carry on from."""
+        """Arrays and numbers to carry on from, their names beginning with the prefix."""
         names = ("mean", "C", "path_s", "path_c")
         return {f"{prefix}_{name}": getattr(self, name).copy() for name in names} | {
             f"{prefix}_sigma": self.sigma,

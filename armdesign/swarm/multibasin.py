@@ -16,9 +16,7 @@ A fitness that came by a hint never counts as the best one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -39,8 +37,6 @@ GAIN = 5e-3
 """By how much the best basin has to become better, relative, for the search not to stall."""
 AHEAD = 1e-3
 """How much better than the best a descent has to look, relative, to be evaluated without its hint on the way."""
-GENERATION = 400
-"""Candidates that stop rules count as one iteration: a generation of the paper's swarms."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +44,7 @@ class MultiBasinParameters:
     """The budget and how it is spent.
 
     Attributes:
-        budget: Most candidates ever asked for.
+        budget: Largest number of candidates.
         sample: Share of the budget for the first sample.
         candidates_per_start: One first descent for so many candidates of the budget.
         spread: Smallest distance of two first descents in unit coordinates.
@@ -102,29 +98,31 @@ class MultiBasin(Algorithm):
     def __init__(
         self, space: SearchSpace, rng: np.random.Generator, parameters: MultiBasinParameters | None = None
     ) -> None:
-        """Begin; see Algorithm."""
+        """Begin; the first draw is made by the first `ask`.
+
+        Args:
+            space: Where to search; at least one entry of a position is free.
+            rng: Source of every draw.
+            parameters: The budget and how it is spent; by default as published.
+        """
         super().__init__(space, rng, parameters)
-        self.budget = self.parameters.budget
-        self.region = Region(self.box, space.slab)
-        K, D = self.region.dimension, self.box.dimension
+        self.budget, self.region = self.parameters.budget, Region(space)
         self._stage = SAMPLE
         self._hints = np.zeros((0, 0))
         self._best, self._best_value = self.box.lower.copy(), np.inf
-        self._archive = Archive(K, self._unit_form)
-        self._aside = self._archive.emptied()  # basins of earlier beginnings
-        self._mark, self._mark_at = np.inf, 0  # the best basin when it last gained, and the candidates told by then
-        self._sample, self._sample_value, self._sample_hint = np.zeros((0, D)), np.zeros(0), np.zeros((0, 0))
+        self._archive = Archive(self.region)
+        self._aside = Archive(self.region)  # basins of earlier beginnings
+        self._mark, self._mark_at = np.inf, 0  # the best fitness when it last gained, and the candidates by then
+        self._sample, self._sample_value, self._sample_hint = (
+            np.zeros((0, self.box.dimension)),
+            np.zeros(0),
+            np.zeros((0, 0)),
+        )
         self._descents: Descents | None = None
         self._sloped = True  # whether gradients come with the fitness; found out by the first descents
         self._extra = 0  # rows at the end of the batch that check the descent in the lead
         self._evolutions: list[Evolution] = []
-        self._leg_end = 0
-
-    def _unit_form(self, U: Array) -> Array:
-        """The canonical form on unit coordinates, shape (N, K) -> (N, K)."""
-        if self.space.canonical is None:
-            return U
-        return self.region.units(self.space.canonical(self.region.positions(U)))
+        self._leg_end = 0  # candidates evaluated when the evolutions end
 
     # ------------------------------------------------------------------ what the caller sees
 
@@ -136,7 +134,7 @@ class MultiBasin(Algorithm):
     @property
     def _phase(self) -> str:
         """What the descents ask for, empty in the other stages."""
-        return self._at_hand().phase if self._stage == DESCEND else ""
+        return self._running.phase if self._stage == DESCEND else ""
 
     @property
     def wants_slopes(self) -> bool:
@@ -148,7 +146,7 @@ class MultiBasin(Algorithm):
         """Where steps come without gradients, the fitness that each has to fall below; else +inf, shape (N,)."""
         limits = np.full(len(self._X), np.inf)
         if self._phase == STEP and not self._sloped:
-            descents = self._at_hand()
+            descents = self._running
             limits[: len(limits) - self._extra] = descents.value[descents.live]
         return limits
 
@@ -156,16 +154,6 @@ class MultiBasin(Algorithm):
     def done(self) -> bool:
         """Whether the budget is spent."""
         return self._stage == OVER
-
-    @classmethod
-    def units_done(cls, evaluations: int, settings: Mapping[str, Any]) -> int:
-        """Number of candidates; see Algorithm."""
-        return evaluations
-
-    @property
-    def generation(self) -> int:
-        """As many as in a generation of the paper's swarms."""
-        return GENERATION
 
     @property
     def best_position(self) -> Array:
@@ -180,9 +168,7 @@ class MultiBasin(Algorithm):
     @property
     def basins(self) -> tuple[Array, Array]:
         """The basins found, best first: positions (A, D) and fitness (A,); before the first one the best place."""
-        known = self._archive.emptied()
-        known.take(self._aside)
-        known.take(self._archive)
+        known = self._aside.merged(self._archive)
         if not len(known) and np.isfinite(self._best_value):
             return self._best[None].copy(), np.array([self._best_value])
         return self.region.positions(known.U), known.value.copy()
@@ -206,14 +192,14 @@ class MultiBasin(Algorithm):
             elif self._stage == EVOLVE:
                 U = np.vstack([evolution.ask(self._rng) for evolution in self._evolutions])
             else:  # CHECK
-                U = self._at_hand().U
+                U = self._running.U
             X = self.region.positions(U)
         self._hints, self._extra = np.full((len(X), self._archive.hint.shape[1]), np.nan), 0
         return X
 
     def _descending(self) -> Array:
         """What the descents ask for; behind it the one in the lead without its hint, where that looks a new best."""
-        descents = self._at_hand()
+        descents = self._running
         U, self._hints = descents.ask()
         X, self._extra = self.region.positions(U), 0
         k = int(np.argmin(descents.value))
@@ -235,6 +221,7 @@ class MultiBasin(Algorithm):
         if pure[k] < self._best_value:
             self._best, self._best_value = self._X[k].copy(), float(pure[k])
         self._learn(values, hints, slopes, told)
+        # before the next stage may merge or empty the archive
         mean = float(self._archive.value.mean()) if len(self._archive) else np.inf
         self._settle(told)
         return mean
@@ -247,7 +234,7 @@ class MultiBasin(Algorithm):
             first = count if self._extra else 0
             self._archive.add(U[first:], values[first:], hints[first:])
         if self._stage == DESCEND:
-            descents = self._at_hand()
+            descents = self._running
             known = None if slopes is None else self.region.unit_slopes(slopes[:count])
             descents.tell(U[:count], values[:count], hints[:count], known)
             self._sloped = descents.sloped
@@ -285,14 +272,15 @@ class MultiBasin(Algorithm):
             return
         U = self.region.units(self._sample[order])
         starts = max(1, self.budget // self.parameters.candidates_per_start)
-        chosen = apart(self._archive.canonical(U), self.parameters.spread, starts)
+        chosen = apart(self.region.canonical(U), self.parameters.spread, starts)
         picked = order[chosen]
         self._archive.hint = np.zeros((0, hints.shape[1]))
         self._begin(U[chosen], values[picked], hints[picked], self.parameters.first_reach)
         self._sample = np.zeros((0, self.box.dimension))
 
-    def _at_hand(self) -> Descents:
-        """The descents under way.
+    @property
+    def _running(self) -> Descents:
+        """The descents that are running.
 
         Raises:
             SearchError: There are none in this stage, so the state is not one of ours.
@@ -318,12 +306,12 @@ class MultiBasin(Algorithm):
             self._mark, self._mark_at = self._archive.best, told
         elif told - self._mark_at > self.parameters.stall * self.budget:
             needed = (self.parameters.sample + self.parameters.stall + self.parameters.finish) * self.budget
-            self._aside.take(self._archive)
+            self._aside = self._aside.merged(self._archive)
             if told + needed > self.budget:
-                self._archive, self._aside = self._aside, self._archive.emptied()
+                self._archive, self._aside = self._aside, Archive(self.region)
                 self._mark_at = self.budget  # never again
             else:
-                self._archive = self._archive.emptied()
+                self._archive = Archive(self.region)
                 self._mark, self._mark_at = np.inf, told
                 self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
 
@@ -335,7 +323,7 @@ class MultiBasin(Algorithm):
         return min(self.budget, max(LEAST, round(self.parameters.sample * self.budget)))
 
     def _settle(self, told: int) -> None:
-        """Leave a stage that the budget does not allow any more."""
+        """Leave a stage that the budget does not allow any more; `told` is the number of candidates evaluated."""
         last = self.budget - round(self.parameters.finish * self.budget)
         screened = self.parameters.descents * self.parameters.screened
         size = screened if self._descents is None else self._descents.next_size
@@ -354,7 +342,7 @@ class MultiBasin(Algorithm):
 
     def _next_leg(self, told: int) -> None:
         """Begin the evolutions: of the two best basins with two thirds of what is left, then of the winner."""
-        self._archive.take(self._aside)
+        self._archive = self._archive.merged(self._aside)
         if not len(self._archive):
             self._stage = OVER
         elif not self._evolutions:

@@ -64,7 +64,13 @@ class PSO(Algorithm):
     parameters: PSOParameters
 
     def __init__(self, space: SearchSpace, rng: np.random.Generator, parameters: PSOParameters | None = None) -> None:
-        """Begin; see Algorithm."""
+        """Begin; the first draw is made by the first `ask`.
+
+        Args:
+            space: Where to search.
+            rng: Source of every draw.
+            parameters: Size of the swarm and its factors; by default as published.
+        """
         super().__init__(space, rng, parameters)
         shape = self.parameters.particles, self.box.dimension
         self._V = np.zeros(shape)  # (N, D)
@@ -108,7 +114,12 @@ class PSO(Algorithm):
 
     @classmethod
     def units_done(cls, evaluations: int, settings: Mapping[str, Any]) -> int:
-        """Number of iterations; see Algorithm."""
+        """How many iterations so many evaluations are.
+
+        Args:
+            evaluations: Candidates told so far.
+            settings: The parameters by name; others may be among them.
+        """
         return evaluations // int(settings["particles"])
 
     @property
@@ -212,7 +223,7 @@ class RAPSO(PSO):
             V[valid] = still + factor * reach  # eq. 8
         if self.iteration % self.parameters.angle_interval:
             held = self.box.angular
-            V[:, held] = self._V[:, held]
+            V[:, held] = self._V[:, held]  # they rest, and go on with the velocity that they had
         return V
 
     def _next(self) -> Array:

@@ -186,8 +186,8 @@ class Region:
     """The box scaled to [0, 1] in its free entries, and the slab across it.
 
     Attributes:
+        space: Box, slab and canonical form of the positions.
         box: The box.
-        slab: The slab.
         free: Which entries are free, shape (D,).
         angular: Which of the free ones are angles, shape (K,).
         weights: The slab's weights on unit coordinates, shape (K,).
@@ -195,25 +195,26 @@ class Region:
         high: Upper bound of weights u.
     """
 
-    def __init__(self, box: Box, slab: Slab | None = None) -> None:
+    def __init__(self, space: SearchSpace) -> None:
         """Scale.
 
         Args:
-            box: Bounds of the positions; at least one entry is free.
-            slab: The slab; by default all of the box lies in it.
+            space: Box, slab and canonical form of the positions.
+
+        Raises:
+            SettingsError: Every entry of the box is fixed, or the slab has another number of weights.
         """
-        total = np.zeros(box.dimension)
-        self.box = box
-        self.slab = Slab(total, -1.0, 1.0) if slab is None else slab
+        self.space, self.box = space, space.box
+        box, slab = space.box, space.slab or Slab(np.zeros(space.box.dimension), -1.0, 1.0)
         self.free = box.width > 0.0
         self.angular = box.angular[self.free]
         if not self.free.any():
             raise SettingsError("every entry of the box is fixed", fix="Free one")
-        if len(self.slab.weights) != box.dimension:
-            raise SettingsError(f"the slab has {len(self.slab.weights)} weights", allowed=box.dimension)
-        self.weights = (self.slab.weights * box.width)[self.free]
-        offset = float(self.slab.weights @ box.lower)
-        self.low, self.high = self.slab.low - offset, self.slab.high - offset
+        if len(slab.weights) != box.dimension:
+            raise SettingsError(f"the slab has {len(slab.weights)} weights", allowed=box.dimension)
+        self.weights = (slab.weights * box.width)[self.free]
+        offset = float(slab.weights @ box.lower)
+        self.low, self.high = slab.low - offset, slab.high - offset
 
     @property
     def dimension(self) -> int:
@@ -230,6 +231,10 @@ class Region:
         X[:, self.free] += U * self.box.width[self.free]
         return self.box.clip(X)
 
+    def canonical(self, U: Array) -> Array:
+        """Unit coordinates in a form that is the same for equal designs, shape (N, K) -> (N, K)."""
+        return U if self.space.canonical is None else self.units(self.space.canonical(self.positions(U)))
+
     def unit_slopes(self, slopes: Array) -> Array:
         """Gradients by unit coordinates from those by positions, shape (N, D) -> (N, K)."""
         return np.asarray((slopes * self.box.width)[:, self.free])
@@ -242,7 +247,7 @@ class Region:
             margin: How far inside the slab they shall come.
         """
         V = np.clip(U, 0.0, 1.0)
-        total = V @ self.weights
+        total = V @ self.weights  # scaled, not shifted: entries that are zero stay so, and proportions are kept
         wanted = np.clip(total, self.low + margin, self.high - margin)
         factor = np.where(total > 0.0, wanted / np.where(total > 0.0, total, 1.0), 1.0)
         return np.clip(np.where(self.weights > 0.0, V * factor[:, None], V), 0.0, 1.0)
@@ -263,6 +268,7 @@ def project(V: Array, lower: Array, upper: Array, weights: Array, low: Array, hi
     """
     P = np.clip(V, lower, upper)
     total = P @ weights
+    # the projection meets at most one side of the slab: clip(V - t w) with the one multiplier t of that side
     for sign, bound, wrong in ((1.0, high, total > high), (-1.0, low, total < low)):
         if wrong.any():
             P[wrong] = _shifted(V[wrong], lower[wrong], upper[wrong], sign * weights, sign * bound[wrong])
@@ -276,6 +282,7 @@ def _shifted(V: Array, lower: Array, upper: Array, weights: Array, bound: Array)
     """
     w = weights[weights != 0.0]
     v, low, high = (X[:, weights != 0.0] for X in (V, lower, upper))
+    # between these t the sum is linear, so that the wanted t follows from the two ends around it
     ends = np.sort(np.maximum(np.hstack([np.zeros((len(v), 1)), (v - low) / w, (v - high) / w]), 0.0), axis=1)
     total = np.clip(v[:, None] - ends[:, :, None] * w, low[:, None], high[:, None]) @ w
     rows, last = np.arange(len(v)), ends.shape[1] - 1

@@ -193,6 +193,7 @@ def test_one_demonstration_alone_is_prepared_as_ever(prepared, takes):
     assert "demonstrations" not in ever.settings.to_toml()
 
 
+@pytest.mark.slow
 def test_workers_find_what_one_process_finds(prepared):
     task = prepared([0, 2], scenario="welding", particles=40)
     alone = search(task, backend=InProcess(task))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armdesign.errors import SettingsError
-from armdesign.swarm import Box, Slab
+from armdesign.swarm import Box, SearchSpace, Slab
 from armdesign.swarm.checks import SavedState
 from armdesign.swarm.descents import Descents, Patience, best_steps, updated
 from armdesign.swarm.evolution import Evolution
@@ -18,7 +18,9 @@ PATIENT = Patience(halve_at=1000, window=1000, rounds=200)
 
 def region(low=-1.0, high=1.5):
     weights = np.array([0.0, 1.0, 0.5, 0.0, 1.0])
-    return Region(Box(np.zeros(K), np.ones(K), [True, False, False, True, False]), Slab(weights, low, high))
+    return Region(
+        SearchSpace(Box(np.zeros(K), np.ones(K), [True, False, False, True, False]), slab=Slab(weights, low, high))
+    )
 
 
 def bowl(rng):
@@ -123,7 +125,7 @@ def test_descents_end_at_the_constrained_minimum():
 
 def along_a_kink(starts, *, learn: bool):
     """Where descents end on the curved floor of a sharp valley, with or without the gradients of failed steps."""
-    space = Region(Box(np.zeros(2), np.ones(2), np.zeros(2, dtype=bool)))
+    space = Region(SearchSpace(Box(np.zeros(2), np.ones(2), np.zeros(2, dtype=bool))))
 
     def objective(U):
         return 2.0 * np.abs(U[:, 1] - 0.3 - 0.5 * U[:, 0] ** 2) + 0.5 * (1.0 - U[:, 0])
@@ -246,14 +248,14 @@ def test_slab_is_checked():
         with pytest.raises(SettingsError, match="slab"):
             Slab(np.array(weights), low, high)
     with pytest.raises(SettingsError, match="3 weights"):
-        Region(Box([0.0], [1.0], [False]), Slab(np.ones(3), 0.0, 1.0))
+        Region(SearchSpace(Box([0.0], [1.0], [False]), slab=Slab(np.ones(3), 0.0, 1.0)))
     with pytest.raises(SettingsError, match="fixed"):
-        Region(Box([0.0], [0.0], [False]))
+        Region(SearchSpace(Box([0.0], [0.0], [False])))
 
 
 def test_units_and_positions_are_inverse():
     box = Box([-1.5, 0.2, 0.0], [1.5, 0.2, 0.5], [True, False, False])
-    space, rng = Region(box, Slab(np.array([0.0, 1.0, 1.0]), 0.3, 0.6)), np.random.default_rng(8)
+    space, rng = Region(SearchSpace(box, slab=Slab(np.array([0.0, 1.0, 1.0]), 0.3, 0.6))), np.random.default_rng(8)
     U = rng.random((50, 2))
     X = space.positions(U)
     assert np.allclose(space.units(X), U)
