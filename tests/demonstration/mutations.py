@@ -31,7 +31,6 @@ _ODD_LETTERS = "\0\x1a\x7f\ufeff\u2028\x85äß手\U0001f9be\"'"
 
 
 def flip_bytes(content: bytes, rng: Rng) -> bytes:
-    """Some bytes replaced by others."""
     raw = bytearray(content)
     for _ in range(_few(rng)):
         raw[_place(raw, rng)] = int(rng.integers(256))
@@ -56,17 +55,14 @@ def extreme_bytes(content: bytes, rng: Rng) -> bytes:
 
 
 def truncate(content: bytes, rng: Rng) -> bytes:
-    """The end cut off."""
     return content[: int(rng.integers(len(content)))]
 
 
 def drop_beginning(content: bytes, rng: Rng) -> bytes:
-    """The beginning cut off."""
     return content[int(rng.integers(min(len(content), 2000))) :]
 
 
 def delete_block(content: bytes, rng: Rng) -> bytes:
-    """A stretch taken out."""
     start, stop = _stretch(content, rng)
     return content[:start] + content[stop:]
 
@@ -117,7 +113,6 @@ def counts_changed(content: bytes, rng: Rng) -> bytes:
 
 
 def drop_lines(content: bytes, rng: Rng) -> bytes:
-    """Some lines missing, those of the header as likely as others."""
     lines = content.splitlines(keepends=True)
     for _ in range(_few(rng)):
         if lines:
@@ -126,7 +121,6 @@ def drop_lines(content: bytes, rng: Rng) -> bytes:
 
 
 def duplicate_lines(content: bytes, rng: Rng) -> bytes:
-    """Some lines twice."""
     lines = content.splitlines(keepends=True)
     for _ in range(_few(rng)):
         if lines:
@@ -168,25 +162,21 @@ def change_cells(content: bytes, rng: Rng) -> bytes:
 
 
 def exchange_delimiters(content: bytes, rng: Rng) -> bytes:
-    """One delimiter for another, everywhere or in part."""
     old, new = _pick(_DELIMITERS, rng), _pick(_DELIMITERS, rng)
     return content.replace(old, new, -1 if rng.random() < 0.5 else int(rng.integers(1, 40)))
 
 
 def exchange_line_ends(content: bytes, rng: Rng) -> bytes:
-    """Other line ends, everywhere or in part."""
     plain = content.replace(b"\r\n", b"\n")
     return plain.replace(b"\n", _pick(_ENDS, rng), -1 if rng.random() < 0.5 else int(rng.integers(1, 9)))
 
 
 def change_encoding(content: bytes, rng: Rng) -> bytes:
-    """The same text in another encoding."""
     text = content.decode("utf-8", "replace")
     return text.encode(_pick(_ENCODINGS, rng), "replace")
 
 
 def odd_letters(content: bytes, rng: Rng) -> bytes:
-    """Letters put in that few expect."""
     for _ in range(_few(rng)):
         at = int(rng.integers(min(len(content), 800 if rng.random() < 0.5 else len(content)) + 1))
         letter = _ODD_LETTERS[int(rng.integers(len(_ODD_LETTERS)))]
@@ -195,7 +185,6 @@ def odd_letters(content: bytes, rng: Rng) -> bytes:
 
 
 def same_names(content: bytes, rng: Rng) -> bytes:
-    """One word of the header in the place of another."""
     words = list(re.finditer(rb"[A-Za-z_:#][\w:#. -]*", content[:1500]))
     if len(words) < 2:
         return content

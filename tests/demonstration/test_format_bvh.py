@@ -1,34 +1,19 @@
 from __future__ import annotations
 
 import itertools
+from functools import partial
 
 import numpy as np
 import pytest
 from bvh_files import CMU, Joint, bvh_text, joints, motion, person, places
 from scipy.spatial.transform import Rotation
+from takes import read_as, refused_as, steps
 
 from armdesign.demonstration import read_recording
 from armdesign.demonstration.files.formats import bvh
-from armdesign.errors import RecordingError
 
-
-def read(tmp_path, text):
-    """The take in a file with this text, which has to be recognised."""
-    path = tmp_path / "take.bvh"
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    assert bvh.matches(path.read_bytes()[:8192])
-    return bvh.read(path)
-
-
-def refused(tmp_path, text):
-    with pytest.raises(RecordingError) as caught:
-        read(tmp_path, text)
-    assert str(tmp_path / "take.bvh") in str(caught.value)
-    return str(caught.value)
-
-
-def steps(take):
-    return {step.name: step.sentence for step in take.steps}
+read = partial(read_as, bvh)
+refused = partial(refused_as, bvh)
 
 
 def agrees(take, roots, table, tolerance=2e-5):

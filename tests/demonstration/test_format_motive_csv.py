@@ -1,38 +1,23 @@
 from __future__ import annotations
 
 import codecs
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from motive_files import Item, arm, markers, motive_text
 from scipy.spatial.transform import Rotation
+from takes import read_as, refused_as, steps
 
 from armdesign.demonstration.files.formats import motive_csv
-from armdesign.errors import RecordingError
+
+read = partial(read_as, motive_csv)
+refused = partial(refused_as, motive_csv)
 
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 VERSIONS = ("1.21", "1.22", "1.23", "1.24", "1.25")
 ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
-
-
-def read(tmp_path, text):
-    """The take in a file with this text, which has to be recognised."""
-    path = tmp_path / "take.csv"
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    assert motive_csv.matches(path.read_bytes()[:8192])
-    return motive_csv.read(path)
-
-
-def refused(tmp_path, text):
-    with pytest.raises(RecordingError) as caught:
-        read(tmp_path, text)
-    assert str(tmp_path / "take.csv") in str(caught.value)
-    return str(caught.value)
-
-
-def steps(take):
-    return {step.name: step.sentence for step in take.steps}
 
 
 def same_turns(a, b, tolerance=1e-5):

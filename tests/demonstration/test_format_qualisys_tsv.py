@@ -1,10 +1,15 @@
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from takes import read_as, steps, table
 
-from armdesign.demonstration.files.formats import FORMATS, qualisys_tsv
+from armdesign.demonstration.files.formats import qualisys_tsv
 from armdesign.demonstration.files.quaternions import rotation_matrices
 from armdesign.errors import RecordingError
+
+read = partial(read_as, qualisys_tsv)
 
 NAMES = ("shoulder", "elbow_r", "hand")
 FRAMES = 8
@@ -64,47 +69,28 @@ def bodies(values, hidden="nan", names=("arm", "hand")):
     return lines
 
 
-def read(tmp_path, lines, end="\r\n"):
-    file = tmp_path / "take.tsv"
-    file.write_bytes(lines.encode() if isinstance(lines, str) else (end.join(lines) + end).encode())
-    start = file.read_bytes()[:8192]
-    assert next(form.name for form in FORMATS if form.matches(start)) == "Qualisys TSV"
-    return qualisys_tsv.read(file)
-
-
-def table(take):
-    return np.hstack(list(take.points.values()))
-
-
-def steps(take):
-    return {step.name: step.sentence for step in take.steps}
-
-
 WITHOUT_LABELS = [*head(NAMES), *rows(VALUES)]
 DECORATED = {
-    "tabs to the right": ([line + "\t" for line in markers()], "\r\n"),
-    "blanks to the right": ([f"{line} " for line in markers()], "\r\n"),
-    "file version": (["FILE_VERSION\t2.0.0", *markers()], "\r\n"),
-    "events": ([*markers()[:8], "EVENT\tstart\t3\t0.02", "EVENT\tend\t7\t0.06", *markers()[8:]], "\r\n"),
-    "no column names": (WITHOUT_LABELS, "\r\n"),
-    "no Frame and Time": ([*head(NAMES), LABELS[11:], *rows(VALUES, leading=False)], "\r\n"),
-    "nothing but numbers": ([*head(NAMES), *rows(VALUES, leading=False)], "\r\n"),
-    "no Time": (
-        [
-            *head(NAMES),
-            LABELS.replace("Time\t", ""),
-            *(f"{i + 1}\t{r}" for i, r in enumerate(rows(VALUES, leading=False))),
-        ],
-        "\r\n",
-    ),
-    "no MARKER_NAMES": ([line for line in markers() if not line.startswith("MARKER_NAMES")], "\r\n"),
-    "decimal commas": ([*markers()[:12], *(line.replace(".", ",") for line in markers()[12:])], "\r\n"),
+    "tabs to the right": [line + "\t" for line in markers()],
+    "blanks to the right": [f"{line} " for line in markers()],
+    "file version": ["FILE_VERSION\t2.0.0", *markers()],
+    "events": [*markers()[:8], "EVENT\tstart\t3\t0.02", "EVENT\tend\t7\t0.06", *markers()[8:]],
+    "no column names": WITHOUT_LABELS,
+    "no Frame and Time": [*head(NAMES), LABELS[11:], *rows(VALUES, leading=False)],
+    "nothing but numbers": [*head(NAMES), *rows(VALUES, leading=False)],
+    "no Time": [
+        *head(NAMES),
+        LABELS.replace("Time\t", ""),
+        *(f"{i + 1}\t{r}" for i, r in enumerate(rows(VALUES, leading=False))),
+    ],
+    "no MARKER_NAMES": [line for line in markers() if not line.startswith("MARKER_NAMES")],
+    "decimal commas": [*markers()[:12], *(line.replace(".", ",") for line in markers()[12:])],
 }
 
 
-@pytest.mark.parametrize(("lines", "end"), DECORATED.values(), ids=DECORATED.keys())
-def test_decoration_changes_nothing(tmp_path, lines, end):
-    take = read(tmp_path, lines, end)
+@pytest.mark.parametrize("lines", DECORATED.values(), ids=DECORATED.keys())
+def test_decoration_changes_nothing(tmp_path, lines):
+    take = read(tmp_path, lines)
     assert tuple(take.points) == NAMES
     np.testing.assert_array_equal(table(take), VALUES)
     np.testing.assert_allclose(take.time, np.arange(FRAMES) / 100)

@@ -1,10 +1,14 @@
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from takes import read_as, steps, table
 
-from armdesign.demonstration.files.formats import FORMATS, trc
+from armdesign.demonstration.files.formats import trc
 from armdesign.errors import RecordingError
+
+read = partial(read_as, trc)
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 NAMES = ("R.Shoulder", "R.Elbow", "R.Wrist")
@@ -33,22 +37,6 @@ def trc_lines(values=VALUES, first=1, times=None, hidden="", **facts):
         "",
         *(f"{first + i}\t{times[i]:.5f}\t" + "\t".join(cells(row, hidden)) for i, row in enumerate(values)),
     ]
-
-
-def read(tmp_path, text, encoding="utf-8"):
-    file = tmp_path / "take.trc"
-    file.write_bytes(("\n".join(text) + "\n" if isinstance(text, list) else text).encode(encoding))
-    assert trc.matches(file.read_bytes()[:8192])
-    assert next(form.name for form in FORMATS if form.matches(file.read_bytes()[:8192])) == "TRC"
-    return trc.read(file)
-
-
-def table(take):
-    return np.hstack(list(take.points.values()))
-
-
-def steps(take):
-    return {step.name: step.sentence for step in take.steps}
 
 
 def variant(index, line):
@@ -122,23 +110,10 @@ def test_wrong_counts_are_told_and_nothing_more(tmp_path):
     assert "announces 51 markers, the file holds 3" in steps(take)["markers"]
 
 
-@pytest.mark.parametrize(("word", "units"), [("m", "m"), ("mm", "mm"), ("MM", "mm"), ("cm", "cm"), ("meters", "m")])
+@pytest.mark.parametrize(("word", "units"), [("m", "m"), ("MM", "mm"), ("cm", "cm"), ("meters", "m"), ("", None)])
 def test_units(tmp_path, word, units):
-    assert read(tmp_path, trc_lines(Units=word)).units == units
-
-
-def test_units_that_are_not_told(tmp_path):
-    lines = trc_lines()
-    lines[1], lines[2] = lines[1].replace("\tUnits", ""), lines[2].replace("\tmm", "")
-    assert read(tmp_path, lines).units is None
-    lines = trc_lines(Units="")
-    assert read(tmp_path, lines).units is None
-    assert read(tmp_path, lines).rate == 100.0
-
-
-def test_unknown_units_are_refused(tmp_path):
-    with pytest.raises(RecordingError, match="line 3: the unit 'deg' is none of length; allowed: m, cm, mm, in"):
-        read(tmp_path, trc_lines(Units="deg"))
+    take = read(tmp_path, trc_lines(Units=word))
+    assert (take.units, take.rate) == (units, 100.0)
 
 
 def changed(index, old, new):

@@ -1,11 +1,15 @@
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from takes import read_as, steps, table
 
 from armdesign.demonstration.files import text_files
-from armdesign.demonstration.files.formats import FORMATS, vicon_csv
+from armdesign.demonstration.files.formats import vicon_csv
 from armdesign.errors import RecordingError
+
+read = partial(read_as, vicon_csv)
 
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 NAMES = ("boite:gauche", "Daphnee:EPICl", "Daphnee:STYLr")
@@ -30,42 +34,25 @@ def vicon_lines(values=VALUES, numbers=None, rate="100", units="mm"):
     ]
 
 
-def read(tmp_path, lines, end="\r\n", encoding="utf-8"):
-    file = tmp_path / "trial.csv"
-    file.write_bytes((lines if isinstance(lines, str) else end.join(lines) + end).encode(encoding))
-    head = file.read_bytes()[:8192]
-    assert vicon_csv.matches(head)
-    assert next(form.name for form in FORMATS if form.matches(head)) == "Vicon Nexus CSV"
-    return vicon_csv.read(file)
-
-
-def table(take):
-    return np.hstack(list(take.points.values()))
-
-
 EXPECTED = np.array([[float(f"{value:g}") for value in row] for row in VALUES])
-
-
-def steps(take):
-    return {step.name: step.sentence for step in take.steps}
 
 
 LINES = vicon_lines()
 DECORATED = {
-    "commas to the right": ([line + "," * 20 for line in LINES], "\r\n"),
-    "empty lines": (["", LINES[0], "", *LINES[1:], "", ",,,"], "\r\n"),
-    "tabs": ([line.replace(",", "\t") for line in LINES], "\r\n"),
-    "semicolons and decimal commas": ([line.replace(",", ";").replace(".", ",") for line in LINES], "\r\n"),
-    "quoted": ([*LINES[:2], LINES[2].replace("boite:gauche", '"boite:gauche"'), *LINES[3:]], "\r\n"),
-    "rate with a unit": ([LINES[0], "100,Hz", *LINES[2:]], "\r\n"),
-    "short lines of names": ([*LINES[:2], LINES[2].rstrip(","), *LINES[3:]], "\r\n"),
-    "small letters": ([LINES[0].upper(), *LINES[1:3], LINES[3].lower(), *LINES[4:]], "\r\n"),
+    "commas to the right": [line + "," * 20 for line in LINES],
+    "empty lines": ["", LINES[0], "", *LINES[1:], "", ",,,"],
+    "tabs": [line.replace(",", "\t") for line in LINES],
+    "semicolons and decimal commas": [line.replace(",", ";").replace(".", ",") for line in LINES],
+    "quoted": [*LINES[:2], LINES[2].replace("boite:gauche", '"boite:gauche"'), *LINES[3:]],
+    "rate with a unit": [LINES[0], "100,Hz", *LINES[2:]],
+    "short lines of names": [*LINES[:2], LINES[2].rstrip(","), *LINES[3:]],
+    "small letters": [LINES[0].upper(), *LINES[1:3], LINES[3].lower(), *LINES[4:]],
 }
 
 
-@pytest.mark.parametrize(("lines", "end"), DECORATED.values(), ids=DECORATED.keys())
-def test_decoration_changes_nothing(tmp_path, lines, end):
-    take = read(tmp_path, lines, end)
+@pytest.mark.parametrize("lines", DECORATED.values(), ids=DECORATED.keys())
+def test_decoration_changes_nothing(tmp_path, lines):
+    take = read(tmp_path, lines)
     assert tuple(take.points) == NAMES
     np.testing.assert_array_equal(table(take), EXPECTED)
     assert (take.units, take.rate, take.steps) == ("mm", 100.0, ())
