@@ -15,19 +15,12 @@ from armdesign.settings.sections import Settings
 
 @dataclass(frozen=True, eq=False)
 class Conversion:
-    """A recording of nothing but base, points and orientation, cleaned.
+    """A recording of nothing but base, points and orientation, cleaned."""
 
-    Attributes:
-        recording: The base first, the hand last, in metres with z up.
-        base: Name of the base.
-        steps: What was found and done.
-        provenance: Where it comes from.
-    """
-
-    recording: Recording
-    base: str
-    steps: tuple[Step, ...]
-    provenance: Provenance
+    recording: Recording  # the base first, the hand last, in metres with z up
+    base: str  # name of the base
+    steps: tuple[Step, ...]  # what was found and done
+    provenance: Provenance  # where it comes from
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -65,7 +58,7 @@ def write_conversion(path: Path, conversion: Conversion) -> tuple[Path, Path]:
 
     Raises:
         RunFolderError: One cannot be written.
-        RecordingError: A point's name cannot stand in a CSV header.
+        RecordingError: A point's name cannot be in a CSV header.
     """
     beside = task_json_beside(path)
     recording = conversion.recording

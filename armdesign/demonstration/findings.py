@@ -192,18 +192,18 @@ def _length_warnings(time: Array, chain: Sequence[str], lengths: Array) -> list[
             continue
         what, least, most = human
         if not least <= mean <= most:
-            told = f"'{a}' to '{b}', the {what}, measures {1e3 * mean:.0f} mm; people's measure"
-            steps.append(warning(f"{told} {1e3 * least:.0f} to {1e3 * most:.0f} mm", {"of": [a, b], "mean": mean}))
+            text = f"'{a}' to '{b}', the {what}, measures {1e3 * mean:.0f} mm; people's measure"
+            steps.append(warning(f"{text} {1e3 * least:.0f} to {1e3 * most:.0f} mm", {"of": [a, b], "mean": mean}))
         if sd > max(_STEADY * mean, _LEAST_SPREAD):
             k = int(np.argmax(np.abs(values - np.median(values))))
             lengths_are = f"{1e3 * mean:.0f} +- {_spread(sd)} mm and {1e3 * values[k]:.0f} mm at {seconds(time[k])}"
-            told = f"the distance from '{a}' to '{b}' is not steady, {lengths_are}: one of the two slides on the arm"
+            text = f"the distance from '{a}' to '{b}' is not steady, {lengths_are}: one of the two slides on the arm"
             details = {"of": [a, b], "mean": mean, "sd": sd, "worst": float(values[k]), "time": float(time[k])}
-            steps.append(warning(told, details))
+            steps.append(warning(text, details))
     total = float(np.median(lengths.sum(axis=0)))
     if total > LONGEST:
-        told = f"from '{chain[0]}' over all points the arm measures {1e3 * total:.0f} mm, longer than people's"
-        steps.append(warning(told, {"length": total}))
+        text = f"from '{chain[0]}' over all points the arm measures {1e3 * total:.0f} mm, longer than people's"
+        steps.append(warning(text, {"length": total}))
     return steps
 
 
@@ -213,9 +213,9 @@ def _speed_warnings(time: Array, chain: Sequence[str], speed: Array) -> list[Ste
     for name, values in zip(chain, speed, strict=True):
         k = int(np.argmax(values))
         if values[k] > FASTEST:
-            told = f"'{name}' moves at {values[k]:.3g} m/s at {seconds(time[k])}, faster than a hand at work"
+            text = f"'{name}' moves at {values[k]:.3g} m/s at {seconds(time[k])}, faster than a hand at work"
             details = {"of": name, "speed": float(values[k]), "time": float(time[k])}
-            steps.append(warning(f"{told}; it may jump there", details))
+            steps.append(warning(f"{text}; it may jump there", details))
     return steps
 
 
@@ -239,11 +239,11 @@ def _order_warnings(time: Array, chain: Sequence[str], places: Array) -> list[St
         return []
     names = ", ".join(chain[k] for k in best)
     lengths = f"{1e3 * np.median(arm):.0f} instead of {1e3 * np.median(links.sum(axis=0)):.0f} mm"
-    told = (
+    text = (
         f"'{next(chain[a] for a, b in zip(given, best, strict=True) if a != b)}' may be out of place: in the order "
         f"{names} the points make a shorter and steadier arm all the time from {seconds(time[0])} on, {lengths}"
     )
-    return [warning(f"{told}; give them from the shoulder to the hand", {"order": [chain[k] for k in best]})]
+    return [warning(f"{text}; give them from the shoulder to the hand", {"order": [chain[k] for k in best]})]
 
 
 def _links(distance: Array, order: Sequence[int]) -> Array:
@@ -257,8 +257,8 @@ def _base_warnings(chain: Sequence[str], places: Array) -> list[Step]:
     if base < _MOVES or base < _MORE * hand:
         return []
     moves = f"{1e3 * base:.0f} and {1e3 * hand:.0f} mm about their means"
-    told = f"the base '{chain[0]}' moves more than the last point '{chain[-1]}' ({moves})"
-    return [warning(f"{told}: is the arm given from the shoulder to the hand?", {})]
+    text = f"the base '{chain[0]}' moves more than the last point '{chain[-1]}' ({moves})"
+    return [warning(f"{text}: is the arm given from the shoulder to the hand?", {})]
 
 
 def _spread(sd: float) -> str:

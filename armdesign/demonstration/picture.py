@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 FORMATS = ("png", "svg", "pdf")
 _COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")  # Okabe and Ito
-_DASHES = ("-", "--", "-.", ":")  # so that colour alone tells nothing
+_DASHES = ("-", "--", "-.", ":")  # so that the lines differ without colour too
 _GREY = "#B0B0B0"
 _FEW = 8  # points that get a colour each where no arm is known
 _ROWS = 40  # points with gaps that are shown
@@ -111,7 +111,7 @@ def _title(recording: Recording) -> str:
 
 
 def _shown(recording: Recording) -> Mapping[str, Array]:
-    """The paths drawn in colour: the arm that the names tell of, or all points if they are few."""
+    """The paths drawn in colour: the arm found by its names, or all points if they are few."""
     arm = guess_of(recording).arm
     if arm is None:
         return recording.points if _by_colour(recording) else {}

@@ -31,31 +31,18 @@ class Source:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a task comes from.
-
-    Attributes:
-        sources: The files.
-        format: Format and version.
-        units: Unit of length it was read in.
-        up: Axis that pointed up.
-        mirror: Whether left and right were exchanged.
-        base: Expression for the base.
-        points: Expressions for the points.
-        orientation: Expression for the orientation; None for none.
-        base_mode: ``shoulder`` or ``fixed``.
-        settings: The other task settings that were used.
-    """
+    """Where a task comes from."""
 
     sources: tuple[Source, ...] = ()
     format: str = ""
-    units: str | None = None
-    up: str | None = None
-    mirror: bool = False
-    base: str = ""
-    points: tuple[str, ...] = ()
-    orientation: str | None = None
-    base_mode: str = "shoulder"
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    units: str | None = None  # unit of length it was read in
+    up: str | None = None  # axis that pointed up
+    mirror: bool = False  # whether left and right were exchanged
+    base: str = ""  # expression for the base
+    points: tuple[str, ...] = ()  # expressions for the points
+    orientation: str | None = None  # expression for the orientation; None for none
+    base_mode: str = "shoulder"  # ``shoulder`` or ``fixed``
+    settings: Mapping[str, Any] = field(default_factory=dict)  # the other task settings that were used
 
 
 def provenance_of(chosen: Selection, settings: TaskSettings) -> Provenance:
@@ -84,7 +71,7 @@ def provenance_of(chosen: Selection, settings: TaskSettings) -> Provenance:
 
 
 def fingerprint(path: str | None) -> str | None:
-    """SHA-256 of a file, so that a result can be told to belong to it; None where it cannot be read."""
+    """SHA-256 of a file, by which a result is known to belong to it; None where it cannot be read."""
     if path is None:
         return None
     try:

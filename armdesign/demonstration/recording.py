@@ -40,9 +40,9 @@ class About:
 
     Attributes:
         format: Format and version of the file, such as ``C3D``; empty where there was no file.
-        captured: Whether the numbers come straight from a capture system and want cleaning.
+        captured: Whether the numbers come straight from a capture system and need cleaning.
         rate: Frames per second that the file declares [1/s]; None where it does not.
-        bodies: Rigid bodies to the names of the markers on them, where the file tells.
+        bodies: Rigid bodies to the names of the markers on them, where the file says so.
         steps: What was found and done on reading.
     """
 
@@ -55,7 +55,7 @@ class About:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording:
-    """Paths of named points, some of them with an orientation. NaN stands for "not seen in this frame".
+    """Paths of named points, some of them with an orientation. NaN means "not seen in this frame".
 
     A frame in which part of a position or quaternion is missing counts as missing altogether.
 
@@ -181,20 +181,20 @@ def describe_bad_step(time: Array, index: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Take:
-    """A file's content in the file's own units and axes. NaN stands for "not seen in this frame".
+    """A file's content in the file's own units and axes. NaN means "not seen in this frame".
 
     Attributes:
         time: Frame times, strictly increasing, shape (T,) [s].
         points: Name to positions, each of shape (T, 3) [``units``]. Markers, joints and origins of bodies alike; names
-            as they stand in the file, subject prefix included, each once.
+            as in the file, subject prefix included, each once.
         orientations: Name to quaternions x, y, z, w (scalar last), body to reference axes, each of shape (T, 4).
         source: The file, for messages.
         format: Format and version, such as ``OptiTrack Motive CSV 1.23``.
         units: ``m``, ``cm``, ``mm`` or ``in``; None where the file does not say and the format does not settle it.
         up: Axis that points up, ``x``, ``y`` or ``z``; None where the file does not say.
         rate: Frames per second that the file declares [1/s]; None where it does not.
-        bodies: Rigid bodies to the names of the markers on them, where the file tells.
-        captured: Whether the numbers come straight from a capture system and want cleaning; False for plain CSV, which
+        bodies: Rigid bodies to the names of the markers on them, where the file says so.
+        captured: Whether the numbers come straight from a capture system and need cleaning; False for plain CSV, which
             is taken as finished.
         steps: What was odd in the file and what the reader made of it.
     """

@@ -1,4 +1,4 @@
-"""What a recording holds: rate, length, points with their gaps, and the arms that its names tell of."""
+"""What a recording holds: rate, length, points with their gaps, and the arms found by the names of its points."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from armdesign.demonstration.points.selection import arm_paths, guess_of
 from armdesign.demonstration.recording import Recording
 
 _WIDTH = 80
-_HOLE = 1.5  # a step in time this many times the median is told
+_HOLE = 1.5  # a step in time this many times the median is mentioned
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Coverage:
 
     name: str
     share: float  # part of the frames in which it was seen
-    gaps: int  # number of gaps
+    gaps: int
     longest: float  # length of the longest gap [s]
     at: float | None  # when that begins [s]; None if there is no gap
 
@@ -44,53 +44,35 @@ class Segment:
 
 @dataclass(frozen=True)
 class ArmSummary:
-    """An arm that the names tell of."""
+    """An arm found by the names of the points."""
 
     what: str  # side, subject and naming scheme in words
     base: str  # expression for the shoulder
     points: tuple[str, ...]  # expressions for the points from there to the hand
     orientation: str | None  # name of the point that has the hand's orientation; None for none
-    segments: tuple[Segment, ...]  # their distances
-    chosen: bool  # whether a search takes this one if it is not told otherwise
+    segments: tuple[Segment, ...]
+    chosen: bool  # whether a search takes this one by default
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a recording holds.
-
-    Attributes:
-        source: The file.
-        format: Its format and version.
-        frames: Number of frames.
-        start: Time of the first frame [s].
-        duration: From the first to the last frame [s].
-        rate_declared: Frames per second that the file declares; None where it does not.
-        rate_measured: Frames per second by the median step in time.
-        longest_step: Longest time from one frame to the next [s].
-        repeated: Number of frames that are equal to the one before.
-        points: How much of each point is there.
-        orientations: How much of each orientation is there.
-        bodies: Rigid bodies to the markers on them.
-        arms: The arms that the names tell of.
-        guess: What a search would take, in words.
-        steps: What was found and done on reading, in words.
-    """
+    """What a recording holds."""
 
     source: str
     format: str
     frames: int
-    start: float
-    duration: float
-    rate_declared: float | None
-    rate_measured: float
-    longest_step: float
-    repeated: int
-    points: tuple[Coverage, ...]
-    orientations: tuple[Coverage, ...]
-    bodies: Mapping[str, tuple[str, ...]]
+    start: float  # time of the first frame [s]
+    duration: float  # from the first to the last frame [s]
+    rate_declared: float | None  # frames per second that the file declares; None where it does not
+    rate_measured: float  # frames per second by the median step in time
+    longest_step: float  # longest time from one frame to the next [s]
+    repeated: int  # number of frames that are equal to the one before
+    points: tuple[Coverage, ...]  # how much of each point is there
+    orientations: tuple[Coverage, ...]  # how much of each orientation is there
+    bodies: Mapping[str, tuple[str, ...]]  # rigid bodies to the markers on them
     arms: tuple[ArmSummary, ...]
-    guess: str
-    steps: tuple[str, ...]
+    guess: str  # what a search would take, in words
+    steps: tuple[str, ...]  # what was found and done on reading, in words
 
     def to_dict(self) -> dict[str, Any]:
         """All of it as plain JSON values."""

@@ -30,7 +30,7 @@ _UNIT = 1e-3  # norms of quaternions may differ from 1 by a few printed digits
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Task:
-    """Paths of m points on an arm, from the shoulder to the hand, in a frame that stands at the base.
+    """Paths of m points on an arm, from the shoulder to the hand, in a frame at the base.
 
     Attributes:
         time: Frame times, shape (T,) [s].
@@ -142,11 +142,6 @@ def task_of_selection(selection: Selection, settings: TaskSettings) -> Task:
     Args:
         selection: The points, from ``resolve``.
         settings: How to clean them, and ``base_mode``: each frame minus the base in that frame, or minus its mean.
-
-    Raises:
-        TaskError: The arm has no human size.
-        RecordingError: A gap is too long, or a quaternion is zero.
-        SettingsError: A number is out of range.
     """
     base, names = selection.base, selection.points
     cleaned, steps = cleaned_points(selection, settings)
@@ -166,14 +161,9 @@ def cleaned_points(selection: Selection, settings: TaskSettings) -> tuple[Record
     Args:
         selection: The points, from ``resolve``.
         settings: How to clean them.
-
-    Raises:
-        TaskError: The arm has no human size.
-        RecordingError: A gap is too long, or a quaternion is zero.
-        SettingsError: A number is out of range.
     """
     recording, base, names = selection.recording, selection.base, selection.points
-    # A size that no arm has is told before anything else: it mostly means another unit, and cleaning fails on it.
+    # First of all the size: one that no arm has mostly means another unit, and cleaning would fail for other reasons.
     part, _ = crop(recording, settings.start, settings.stop)
     places = np.stack([part.points[name] for name in names], axis=1)
     scale = settings.scale

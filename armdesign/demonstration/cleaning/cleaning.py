@@ -48,7 +48,7 @@ def settled_cleaning(settings: TaskSettings, recording: Recording) -> TaskSettin
     """The settings with everything decided that they leave to the recording: captured ones are cleaned, others not.
 
     Args:
-        settings: How to clean; None stands for what the recording needs.
+        settings: How to clean; None means what the recording needs.
         recording: What is to be cleaned.
     """
     captured = recording.about.captured
@@ -94,7 +94,7 @@ def _what_to_do(
 ) -> list[Callable[[Recording], Result]]:
     """The functions to call after the cuts, in their order; start and stop as they are after them.
 
-    Frames are told to be repeated before anything is filled, and neither outliers nor gaps go by them.
+    Repeated frames are found before anything is filled; neither outliers nor gaps are judged by them.
     """
     low_pass, rate = how.low_pass, how.rate
     repeats = find_repeats(recording) if how.repeats else []

@@ -99,8 +99,8 @@ def fill_gaps(
     )
     after, before = -np.inf if start is None else start, np.inf if stop is None else stop
     within = [gap for gap in short if first < gap.stop and gap.first < end]
-    told = [gap for gap in within if gap.ends > after and gap.begins < before]  # those of the part that is wanted
-    return filled, tuple(_gap_steps(told, heads, tails))
+    wanted = [gap for gap in within if gap.ends > after and gap.begins < before]  # those of the part that is wanted
+    return filled, tuple(_gap_steps(wanted, heads, tails))
 
 
 def find_gaps(name: str, series: Array, time: Array) -> list[Gap]:
@@ -172,7 +172,7 @@ def _ends_to_cut(
 
 
 def _too_long(source: str, gaps: list[Gap], longest: float) -> RecordingError:
-    """The error for gaps that are neither short nor outside the part that is wanted; it tells the first in full."""
+    """The error for gaps that are neither short nor outside the part that is wanted, with all of the first one."""
     gap, *others = sorted(gaps, key=lambda gap: gap.begins)
     more = in_words([f"{each.name} from {seconds(each.begins)} to {seconds(each.ends)}" for each in others])
     before = f"--to {seconds(gap.begins).removesuffix(' s')} or less"

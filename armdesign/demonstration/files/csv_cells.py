@@ -27,9 +27,9 @@ BLOCK = 8 << 20  # characters parsed at a time
 class Dialect:
     """How a table is written."""
 
-    delimiter: str = ","  # stands between the cells
+    delimiter: str = ","  # between the cells
     missing: tuple[str, ...] = ()  # words for "not seen" beside an empty cell and nan, in small letters
-    decimal: str = "."  # stands between whole and broken part of a number, a point or a comma
+    decimal: str = "."  # a point or a comma
     ragged: bool = False  # whether a line may stop early (what is missing was not seen) or go on with empty cells
     may_be_cut: bool = False  # whether an incomplete last line is dropped, as the end of a file that was cut off
     keep_empty: bool = False  # whether a line of nothing but delimiters is a row
@@ -54,7 +54,7 @@ class Rows:
     cut: int | None = None
 
     def place(self, row: int) -> Place:
-        """Where a row stands."""
+        """The line of a row."""
         return Place(self.source, int(self.lines[row]))
 
     def columns(self, wanted: Sequence[int]) -> Array:
@@ -80,7 +80,7 @@ def read_rows(stream: Lines, names: list[str], place: Place, dialect: Dialect, b
     Args:
         stream: The file, at the first row.
         names: Column names, one per cell.
-        place: Where the first row stands.
+        place: The line of the first row.
         dialect: How the table is written.
         block: Characters parsed at a time.
 
@@ -201,7 +201,7 @@ def _parse_fast(texts: list[str], dialect: Dialect) -> Array | None:
 
 
 def _blanks(dialect: Dialect) -> str:
-    """Letters that may stand around a cell."""
+    """Letters that may surround a cell."""
     return " " if dialect.delimiter == "\t" else " \t"
 
 

@@ -41,7 +41,7 @@ def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
     """Read a plain CSV recording.
 
     Returns:
-        The recording as it stands in the file: nothing filled, filtered or turned.
+        The recording as in the file: nothing filled, filtered or turned.
 
     Raises:
         RecordingError: The file cannot be read or a line, column or value is wrong; the message says which.
@@ -146,7 +146,7 @@ def _check_header(names: list[str], text: str, place: Place) -> None:
 
 
 def _layout(names: list[str], place: Place) -> Layout:
-    """Where each point's components stand; the header is complete and free of doubles afterwards."""
+    """The columns of each point's components; the header is complete and free of doubles afterwards."""
     layout: Layout = {}
     first: dict[str, int] = {}
     for column, name in enumerate(names):

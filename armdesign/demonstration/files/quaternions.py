@@ -77,7 +77,7 @@ def rotation_matrices(quaternions: Array) -> Array:
 def from_matrices(matrices: Array) -> Array:
     """Unit quaternions of rotation matrices; the inverse of ``rotation_matrices``.
 
-    4 q_i q stands in the matrix for every component q_i; that with the largest |q_i| is the one that loses no digits.
+    4 q_i q follows from the matrix for every component q_i; that with the largest |q_i| loses no digits.
 
     Args:
         matrices: Shape (T, 3, 3); NaN = missing.

@@ -1,4 +1,4 @@
-"""Recordings of any known format, told apart by what stands in the file, in metres with z up.
+"""Recordings of any known format, recognised by their content, in metres with z up.
 
 A new format is one module in ``formats`` with one entry there.
 """
@@ -23,7 +23,7 @@ from armdesign.demonstration.recording import Recording, Step, Take
 from armdesign.errors import ArmDesignError, RecordingError
 
 MOST_LETTERS = 900
-_KEPT_AT_END = 400  # there stands what to do
+_KEPT_AT_END = 400  # which says what to do
 
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
@@ -54,7 +54,7 @@ def legible_text(text: str) -> str:
 
 @legible
 def read_take(path: str | os.PathLike[str]) -> Take:
-    """Read a file as it stands, in its own units and axes, whatever the ending of its name.
+    """Read a file in its own units and axes, whatever the ending of its name.
 
     Raises:
         RecordingError: The file cannot be read, has none of the known formats, or something in it is wrong.

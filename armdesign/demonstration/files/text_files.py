@@ -1,4 +1,4 @@
-"""Recordings as files: the first bytes tell the format, text comes in any encoding, and all of it has limits.
+"""Recordings as files: the first bytes show the format, text comes in any encoding, and all of it has limits.
 
 The limits are far above any recording. They keep a damaged or foreign file from filling the memory.
 """
@@ -189,7 +189,7 @@ class LinesAhead:
     """Reads a text file line by line.
 
     Attributes:
-        place: Where the next line stands.
+        place: The next line.
         is_end: Whether a line is to be taken for the end of the file; None to go on to the real end.
         change: Gives the new line for one, both with their ends; None to leave them as they are.
     """

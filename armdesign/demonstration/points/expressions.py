@@ -1,7 +1,7 @@
 """Points as users write them: a name, a mean ``elbow=EPICl+EPICm``, or a place between ``0.5*elbow+0.5*wrist``.
 
 A text that as a whole is the name of a point means that point, whatever letters it has. Where + * = or a comma belong
-to a name inside an expression, the name stands in quotation marks. A subject prefix may be left off where that is
+to a name inside an expression, the name has to be in quotation marks. A subject prefix may be left off where that is
 unambiguous: ``ACRO_tip`` finds ``Daphnee:ACRO_tip``.
 """
 
@@ -84,7 +84,7 @@ def split_list(text: str) -> list[str]:
 
 
 def quoted(name: str) -> str:
-    """A name as it has to stand in an expression."""
+    """A name as an expression needs it, in quotation marks where it holds marks itself."""
     if not (set(name) & set(_MARKS) or name[:1] in _QUOTES):
         return name
     mark = "'" if '"' in name else '"'

@@ -1,6 +1,6 @@
 """Shoulder, elbow, wrist and hand by the names that laboratories give them.
 
-Each naming scheme says by which names a part of the arm goes, ``{s}`` standing for the side. A part may be the mean of
+Each naming scheme says by which names a part of the arm goes, ``{s}`` being the side. A part may be the mean of
 several points, such as the elbow between its two epicondyles.
 """
 
@@ -27,7 +27,7 @@ class Scheme:
     """How one community names the points of an arm; names are compared in small letters without blanks and marks."""
 
     name: str
-    # side to the letters or words that stand for it; both before and behind a name if behind
+    # side to the letters or words for it; both before and behind a name if behind
     sides: Mapping[str, str]
     # part of the arm to the ways of naming it, the best first, each of one or more points
     roles: Mapping[str, tuple[tuple[str, ...], ...]]
@@ -108,11 +108,11 @@ _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm that the names of a recording tell of."""
+    """An arm found by the names of a recording's points."""
 
     scheme: str
     subject: str  # the subject prefix; empty where there is none
-    side: str  # right, left, or empty where the names do not tell
+    side: str  # right, left, or empty where the names do not say
     roles: Parts  # shoulder, elbow, wrist and perhaps hand to the points whose mean they are
     oriented: str = "hand"  # the part whose orientation would be the hand's
     names: Mapping[str, str] | None = None
@@ -189,7 +189,7 @@ def guess_arm(points: Mapping[str, Array], *, side: str = "right", base: str | N
 
 
 def find_arms(names: Iterable[str]) -> list[Arm]:
-    """All arms that names tell of, one for each subject and side, by the first scheme that fits."""
+    """All arms found by the names of their points, one for each subject and side, by the first scheme that fits."""
     found: dict[tuple[str, str], Arm] = {}
     names = list(names)
     for subject, local in _subjects(names).items():
@@ -208,7 +208,7 @@ def find_arms(names: Iterable[str]) -> list[Arm]:
 def _subjects(names: Iterable[str]) -> dict[str, dict[str, str]]:
     """Subject to its points: their names in the form that is compared, to those in the recording.
 
-    What stands before the last colon is the subject; if there is no colon, before an underscore it may be one.
+    What is before the last colon is the subject; if there is no colon, before an underscore it may be one.
     """
     subjects: dict[str, dict[str, str]] = {}
     for name in names:
@@ -240,7 +240,7 @@ def _roles(scheme: Scheme, letter: str, local: Mapping[str, str]) -> Parts | Non
 
 
 def _forms(pattern: str, letter: str, scheme: Scheme) -> list[str]:
-    """The names that a pattern stands for on one side."""
+    """The names that a pattern means on one side."""
     if "{s}" in pattern:
         return [pattern.format(s=letter)]
     if not scheme.behind or not letter:

@@ -3,7 +3,7 @@
 With the marker's places y_i in the body and x_i,t in frame t, the pose R, c minimises sum_i |R y_i + c - x_i,t|^2 over
 the markers seen in that frame (Kabsch): with the singular value decomposition U S V^T of sum_i (y_i - y)(x_i,t - x)^T,
 R = V diag(1, 1, det(V U^T)) U^T and c = x - R y, where x and y are the means. The places in the body come from the
-frames in which all markers are seen: their mean after turning every frame onto it, repeated until it stands still.
+frames in which all markers are seen: their mean after turning every frame onto it, repeated until it no longer changes.
 
 The body's axes: the origin in the mean of its markers, x towards the first of them, the next one that is not on that
 line in the plane of x and y, on the side of positive y.
@@ -141,7 +141,7 @@ def _axes(template: Array) -> Array:
 
 
 def _spans(seen: NDArray[np.bool_], template: Array) -> NDArray[np.bool_]:
-    """In which frames the markers seen tell the pose: three or more, not on one line, shape (T,)."""
+    """In which frames the markers seen determine the pose: three or more, not on one line, shape (T,)."""
     sets, which = np.unique(seen, axis=0, return_inverse=True)
     enough = []
     for each in sets:

@@ -44,7 +44,7 @@ def define(expression: Expression, recording: Recording, earlier: Mapping[str, P
     """
     if expression.single is not None:
         known = _one(expression.single, recording, earlier)
-        steps = () if expression.single in earlier else known.steps  # what was told before is not told again
+        steps = () if expression.single in earlier else known.steps  # each step is reported once
         return Point(expression, known.positions, known.quaternions, known.markers, steps)
     names = tuple(term.name for term in expression.terms)
     markers = all(name in recording.points and name not in earlier for name in names) and not expression.weighted
@@ -92,7 +92,7 @@ def _one(name: str, recording: Recording, earlier: Mapping[str, Point]) -> Point
 
 
 def _known_markers(name: str, recording: Recording) -> tuple[str, ...]:
-    """The markers of a rigid body that the recording holds, if it tells and they suffice for a pose."""
+    """The markers of a rigid body that the recording holds, if it names them and they suffice for a pose."""
     markers = tuple(marker for marker in recording.about.bodies.get(name, ()) if marker in recording.points)
     return markers if len(markers) >= MARKERS else ()
 
@@ -128,7 +128,7 @@ def _mean_of_markers(expression: Expression, markers: tuple[str, ...], recording
 
 
 def _fit_step(name: str, markers: tuple[str, ...], fit: RigidFit, recording: Recording) -> Step:
-    """How well markers tell the pose of a body."""
+    """How well markers determine the pose of a body."""
     worst, frame, marker = fit.worst
     unknown = int((~fit.known).sum())
     sentence = (
@@ -267,7 +267,7 @@ def _completed(
 
 
 def guess_of(recording: Recording, base: str | None = None) -> Guess:
-    """The arm that a recording's names tell of: the right one, after mirroring the left one, if both are there.
+    """The arm found by the names of the points: the right one, after mirroring the left one, if both are there.
 
     Args:
         recording: In metres with z up.
@@ -284,7 +284,7 @@ def arm_paths(arm: Arm, recording: Recording) -> dict[str, Array]:
 
 
 def _known(recording: Recording, defined: Mapping[str, Point]) -> list[str]:
-    """Names that may stand in an expression for a position."""
+    """Names that an expression for a position may use."""
     return list(dict.fromkeys([*defined, *recording.points, *recording.about.bodies]))
 
 

@@ -33,7 +33,7 @@ def to_recording(take: Take, *, units: str | None = None, up: str | None = None,
     Quaternions are turned along, q' = q_T q; each body keeps its own axes. Every thing done is a step in ``about``.
 
     Args:
-        take: What stands in the file.
+        take: The content of a file.
         units: ``m``, ``cm``, ``mm``, ``in`` or metres per unit as a number; None for what the file says, or what
             makes human lengths of the numbers.
         up: The axis that points up, ``x``, ``y`` or ``z``; None for what the file says, or what is usual for its

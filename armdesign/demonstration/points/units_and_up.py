@@ -22,7 +22,7 @@ _EVERY = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "CMU": CMU}
 _DECADES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 _FRAMES = 500  # looked at
 _WHOLE_BODY = 15  # points
-# Two units that stand beside each other, 0.0564 m (CMU) and 0.0254 m (inch), differ by 2.22 = 1.49^2, and decades by
+# Two neighbouring units, 0.0564 m (CMU) and 0.0254 m (inch), differ by 2.22 = 1.49^2, and decades by
 # 10 = sqrt(10)^2: within these factors of the usual length at most one unit fits.
 _FINE, _COARSE = 1.49, math.sqrt(10.0)
 
@@ -51,7 +51,7 @@ class Unit:
 
 
 def measure(take: Take, arms: Sequence[Arm]) -> Size:
-    """The length that tells most: shoulder to wrist of an arm, else the height of a body, else the points' extent."""
+    """The most reliable length: shoulder to wrist of an arm, else the height of a body, else the points' extent."""
     frames = np.unique(np.linspace(0, len(take.time) - 1, _FRAMES).astype(int)) if len(take.time) else np.empty(0, int)
     points = {name: values[frames] for name, values in take.points.items()}
     for arm in arms:
@@ -121,7 +121,7 @@ class Up(NamedTuple):
 
 
 def find_up(take: Take, factor: float, usual: str) -> Up:
-    """The axis that the data decidedly tell of.
+    """The axis that points up by the data, where they are decided.
 
     That is the one along which heads are above feet, or shoulders above the pelvis; or the only one along which a
     standing body has its lowest points at 0; or, if everything is below the floor along the usual axis, the only one
@@ -144,7 +144,7 @@ def find_up(take: Take, factor: float, usual: str) -> Up:
 
 
 def _by_names(points: Mapping[str, Array], above: Iterable[str], below: Iterable[str], least: float) -> Up:
-    """From points whose names tell that they are high or low on the body, if they are so in nearly all frames."""
+    """From points that by their names are high or low on the body, if they are so in nearly all frames."""
     high = [name for name in points if _is_of(name, above)]
     low = [name for name in points if _is_of(name, below)]
     if not high or not low:

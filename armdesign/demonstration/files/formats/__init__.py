@@ -1,4 +1,4 @@
-"""File formats of motion recordings, told apart by what stands in the file.
+"""File formats of motion recordings, recognised by their content.
 
 A new format is one module here with a test of the first bytes and a reader, and one entry in ``FORMATS``.
 """
@@ -20,7 +20,7 @@ class Format(NamedTuple):
     Attributes:
         name: What the format is called in messages.
         matches: Whether a file beginning with these bytes (``sniff.HEAD_SIZE`` of them at most) has the format.
-        read: Reads such a file as it stands. What is wrong in it is a RecordingError that says what and where.
+        read: Reads such a file; what is wrong in it is a RecordingError that says what and where.
     """
 
     name: str

@@ -3,7 +3,7 @@
     x,y,z,q0,q1,q2,q3
 
 The bone has the file's name. ``q0`` to ``q3`` are taken as x, y, z, w; ``qx``, ``qy``, ``qz``, ``qw`` are understood
-as well. The columns may stand in any order. There may be a column ``time`` in seconds; where there is none, the frame
+as well. The columns may be in any order. There may be a column ``time`` in seconds; where there is none, the frame
 rate has to be given.
 """
 

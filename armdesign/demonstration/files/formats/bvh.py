@@ -20,8 +20,8 @@
     Frame Time: 0.01
     0.0 94.2 0.0 ...
 
-A joint's turns are made in the order in which its channels stand in the file, each about an axis as the turns before
-have left it (intrinsic), in degrees. Its origin stands at the parent's, plus the OFFSET in the parent's axes. Points
+A joint's turns are made in the order of its channels in the file, each about an axis as the turns before
+have left it (intrinsic), in degrees. Its origin is the parent's, plus the OFFSET in the parent's axes. Points
 are the origins of all joints (``RightArm`` is the shoulder, ``RightForeArm`` the elbow, ``RightHand`` the wrist) and
 the ends of the last bones, called ``NAME (end)``. The file has no field for the unit of length or the axis that points
 up.
@@ -58,7 +58,7 @@ _FIX = "Export the motion again"
 
 
 class _Motion(NamedTuple):
-    """What stands above the numbers of the frames."""
+    """The lines above the numbers of the frames."""
 
     frames: int | None  # announced
     step: float  # from frame to frame [s]
@@ -227,7 +227,7 @@ class Joint:
     name: str  # each once in a skeleton
     parent: int | None  # index of the joint it hangs on; None for a root
     is_end: bool = False  # whether it is an end without axes of its own
-    offset: tuple[float, ...] = ()  # from the parent's origin, in the parent's axes; empty while it was not told
+    offset: tuple[float, ...] = ()  # from the parent's origin, in the parent's axes; empty until it was read
     positions: dict[int, int] = field(default_factory=dict)  # axis, 0 to 2, to column of the numbers
     # axis and column of each turn, in the order in which they are made
     rotations: list[tuple[int, int]] = field(default_factory=list)
@@ -254,7 +254,7 @@ def read_skeleton(lines: LinesAhead) -> Skeleton:
 
 
 class _Reader:
-    """Puts joints together line by line; a list of those still open stands for the nesting."""
+    """Puts joints together line by line; a list of those still open is the nesting."""
 
     def __init__(self, place: Place) -> None:
         self.place = place
@@ -267,7 +267,7 @@ class _Reader:
         self._begun = False
 
     def take(self, words: list[str]) -> None:
-        """Take a line's words; a brace may stand behind other words."""
+        """Take a line's words; a brace may follow other words."""
         while words:
             brace = next((i for i, word in enumerate(words) if word in "{}"), len(words))
             if brace > 0:

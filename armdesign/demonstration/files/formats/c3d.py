@@ -34,7 +34,7 @@ _MODEL_OUTPUTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS
 _UP = {"X": "x", "+X": "x", "Y": "y", "+Y": "y", "Z": "z", "+Z": "z"}
 _POSE_ENDING = "_4X4"  # of segments, as Theia3D writes them
 
-_PIECE = 1 << 24  # [bytes] read at a time, so that no copy of the whole file stands beside the result
+_PIECE = 1 << 24  # [bytes] read at a time, so that the file is never in memory as a whole
 
 
 def matches(head: bytes) -> bool:
@@ -100,7 +100,7 @@ def _points(path: Path, layout: C3DLayout, positions: Array, steps: list[Step]) 
 
 
 def _labels(layout: C3DLayout, steps: list[Step]) -> list[str]:
-    """One label for each point, as it stands in the file; ``unlabeled 7`` for the seventh point where there is none."""
+    """One label for each point, as in the file; ``unlabeled 7`` for the seventh point where there is none."""
     given = layout.parameters.texts("POINT", "LABELS")[: layout.points]
     labels = [given[i] if i < len(given) and given[i] else f"unlabeled {i + 1}" for i in range(layout.points)]
     count = sum(not label for label in given) + layout.points - len(given)
@@ -166,7 +166,7 @@ def read_positions(stream: BinaryIO, start: int, shape: tuple[int, int, int], pr
     Args:
         stream: The file.
         start: Where the data begin [bytes].
-        shape: Frames T, points n, and analog samples that stand behind the points of each frame.
+        shape: Frames T, points n, and analog samples that follow the points of each frame.
         processor: ``INTEL``, ``DEC`` or ``MIPS``.
         scale: Factor of integers; negative where the data are floats.
     """

@@ -1,4 +1,4 @@
-"""Where everything stands in a C3D file, read from its header and parameter section, and checked against its size.
+"""Where everything is in a C3D file, read from its header and parameter section, and checked against its size.
 
 A C3D file is made of blocks of 512 bytes: a header, a section of named parameters in groups, and the data. Integers
 may be stored in either byte order and floats in that of a VAX. Every count and pointer is compared with what the file
@@ -45,7 +45,7 @@ class C3DLayout:
     scale: float  # factor of integer data; negative where the data are floats
     points: int  # number of points in each frame
     frames: int
-    analog: int  # number of analog samples in each frame, which stand behind its points
+    analog: int  # number of analog samples in each frame, which follow its points
     start: int  # where the data begin [bytes]
     rotations: int  # number of 4 x 4 matrices in each set
     ratio: int  # sets of matrices per frame
@@ -205,7 +205,7 @@ class C3DDamage(Exception):  # noqa: N818 (never leaves the reader of C3D files)
     """Something in a C3D file cannot be right.
 
     Attributes:
-        allowed: What it could be instead; None where there is no telling.
+        allowed: What it could be instead; None where that is unknown.
         fix: What to do about it.
     """
 
@@ -215,7 +215,7 @@ class C3DDamage(Exception):  # noqa: N818 (never leaves the reader of C3D files)
 
 
 class C3DParameter(NamedTuple):
-    """One parameter as it stands in the file."""
+    """One parameter of the file."""
 
     kind: int  # -1 text, 1 byte, 2 16 bit integer, 4 float
     width: int  # length of each string of a text
@@ -250,7 +250,7 @@ class C3DParameters:
 
     def texts(self, group: str, name: str) -> list[str]:
         """The strings of a parameter and of its continuations (``LABELS``, ``LABELS2``, ...); none if it is absent."""
-        # An extent is one byte, so that a parameter holds 255 strings at most and further ones stand in the next.
+        # An extent is one byte, so that a parameter holds 255 strings at most and further ones are in the next.
         parameters = self._groups.get(group, {})
         found: list[str] = []
         part, number = name, 1
@@ -292,7 +292,7 @@ def _records(raw: bytes, processor: int) -> Iterator[tuple[int, str, bytes]]:
 def _offset(raw: bytes, begin: int, number: int, processor: int) -> int:
     """How far on the next record begins [bytes]; 0 where this is the last.
 
-    Some big-endian files of SGI have the last offset in little-endian order. A record tells its own length, and only
+    Some big-endian files of SGI have the last offset in little-endian order. A record has its own length, and only
     where it contradicts the offset as the processor writes it, and agrees with the other order, is that one believed.
     """
     (offset,) = struct.unpack_from(f"{ORDERS[processor]}H", raw, begin)

@@ -1,4 +1,4 @@
-"""Frame times out of what a table tells: frame numbers, printed times and a frame rate, which need not agree."""
+"""Frame times out of what a table holds: frame numbers, printed times and a frame rate, which need not agree."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Clock(NamedTuple):
     """Times of all frames."""
 
     time: Array  # (T,) [s]
-    rate: float | None  # [1/s]; None where nothing tells
+    rate: float | None  # [1/s]; None where unknown
     steps: tuple[Step, ...]  # what did not agree and what was made of it
 
 
@@ -42,7 +42,7 @@ def frame_clock(rows: Rows, frames: int | None, times: int | None, rate: float |
     """Times of all frames.
 
     Printed times count. Where they are rounded, so that they come in uneven steps, even ones are made of the frame
-    numbers, at the rate of the header or else at the one the printed times tell. Where none are printed, they are
+    numbers, at the rate of the header or else at that of the printed times. Where none are printed, they are
     frame numbers over the rate, from 0 on. Frame numbers that are left out leave a hole in the times.
 
     Args:
@@ -52,7 +52,7 @@ def frame_clock(rows: Rows, frames: int | None, times: int | None, rate: float |
         rate: The rate that the header declares [1/s]; None where it does not.
 
     Raises:
-        RecordingError: There are no frames, nothing tells their times, or these do not increase.
+        RecordingError: There are no frames, their times are unknown, or these do not increase.
     """
     check_frames(rows)
     numbers = np.arange(float(len(rows.values))) if frames is None else rows.values[:, frames]
@@ -127,8 +127,8 @@ def _printed(rows: Rows, numbers: Array, printed: Array, rate: float | None) -> 
     grain, seen = _grain(printed), ~np.isnan(printed)
     first, last = np.flatnonzero(seen)[[0, -1]]
     span = float(printed[last] - printed[first])
-    told = float(f"{(numbers[last] - numbers[first]) / span:.12g}") if span > 0 else 0.0
-    for even_rate in (rate, told if MIN_RATE <= told <= MAX_RATE else None):
+    printed_rate = float(f"{(numbers[last] - numbers[first]) / span:.12g}") if span > 0 else 0.0
+    for even_rate in (rate, printed_rate if MIN_RATE <= printed_rate <= MAX_RATE else None):
         if even_rate is None:
             continue
         even = (numbers - numbers[first]) / even_rate + printed[first]

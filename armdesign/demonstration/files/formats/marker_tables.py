@@ -123,7 +123,7 @@ def read_table(lines: LinesAhead, delimiter: str, columns: list[str], keep_empty
         keep_empty: Whether a line of nothing but delimiters is a row.
     """
     line = lines.peek()
-    # Programs follow the decimal mark of the system's language; where commas stand between the cells, it is a point.
+    # Programs follow the decimal mark of the system's language; where commas separate the cells, it is a point.
     decimal = "," if delimiter != "," and "," in line and "." not in line else "."
     dialect = Dialect(delimiter, MISSING, decimal, ragged=True, may_be_cut=True, keep_empty=keep_empty)
     return read_rows(lines, columns, lines.place, dialect)

@@ -10,7 +10,7 @@
     Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,,...,X,Y,Z
 
 The words ``Type``, ``Name`` and ``ID`` are missing in 1.21, the last line says ``Time`` there. With time codes there is
-a column ``TimeCode`` after the time, of text. What is taken for granted, since the file does not tell:
+a column ``TimeCode`` after the time, of text. What is assumed, since the file does not say:
 
 * Times are frame number / export frame rate; the printed times are the same, rounded.
 * Quaternions are x, y, z, w and turn body axes into those of the room; a bone's position is that of its origin.
@@ -187,7 +187,7 @@ class Item:
 
     type: str  # Rigid Body, Bone, Marker, Rigid Body Marker and so on
     name: str
-    key: tuple[str, ...]  # what tells it from its neighbours
+    key: tuple[str, ...]  # what distinguishes it from its neighbours
     position: dict[str, int] = field(default_factory=dict)  # axis, X to Z, to column
     rotation: dict[str, int] = field(default_factory=dict)  # axis, X to W, to column; empty for a marker
 
@@ -204,7 +204,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Header:
-    """What stands above the numbers."""
+    """The lines above the numbers."""
 
     facts: Mapping[str, str]  # line 1, name in small letters to value
     items: tuple[Item, ...]  # in the order of the columns

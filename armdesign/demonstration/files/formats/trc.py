@@ -9,7 +9,7 @@
     1  0.000  -652.630  1529.542  -94.520  ...
 
 Programs do not agree on the details. Names may be padded, shifted by a tab or separated by one tab only, the line X1 Y1
-Z1 and the empty one may be missing, commas may stand for tabs, rows may stop early, and the counts in line 3 are often
+Z1 and the empty one may be missing, commas may replace tabs, rows may stop early, and the counts in line 3 are often
 those of another file: names are taken in their order, each with three of the columns from the third on.
 """
 
@@ -47,12 +47,12 @@ from armdesign.errors import RecordingError
 
 _NAME_ROW = re.compile(r'\s*"?Frame#"?[ ]*(?P<delimiter>[\t,;])', re.IGNORECASE)
 _LABELS = re.compile(r'[\s,;"]*X\d*\b', re.IGNORECASE)
-_HEADER_LINES = 20  # the row of names stands among the first lines, or this is no TRC file
+_HEADER_LINES = 20  # the row of names is among the first lines, or this is no TRC file
 _FIX = "Export the recording again"
 
 
 class _Header(NamedTuple):
-    """What stands above the rows."""
+    """The lines above the rows."""
 
     facts: Mapping[str, str]  # names in small letters, such as "datarate"
     values: Place  # of the line that holds them
@@ -126,5 +126,5 @@ def _facts(above: list[str], delimiter: str) -> tuple[dict[str, str], int]:
 
 
 def _words(text: str, delimiter: str) -> list[str]:
-    """Cells that are not empty; blanks and several delimiters may stand between them."""
+    """Cells that are not empty; blanks and several delimiters may separate them."""
     return [cell for cell in re.split(r"[\s]+" if delimiter == "\t" else r"[\s,;]+", text.strip(' \r\n\t,;"')) if cell]

@@ -8,7 +8,7 @@
     1,0,316.209,673.199,528.081,,,
 
 The second line is the frame rate. There is no time; an empty cell means "not seen". Other blocks (Devices, Model
-Outputs, Segments) may stand above or below, with an empty line between them.
+Outputs, Segments) may be above or below, with an empty line between them.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _FIX = "Export the trial from Nexus again, with trajectories"
 
 
 class _Header(NamedTuple):
-    """What stands above the rows of the block."""
+    """The lines above the rows of the block."""
 
     rate: float | None
     names: list[str]
