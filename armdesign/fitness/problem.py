@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from armdesign._types import Array
 from armdesign.errors import SettingsError, TaskError
 from armdesign.fitness.kernels.association import MAX_POINTS
 from armdesign.fitness.kernels.orientation import METRICS
-from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY, MOUNT_START, PROBLEM
+from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY, MOUNT_START, PROBLEM, ProblemArrays
 from armdesign.settings.sections import Fitness, Solver
 
 DRAWN_HAND = 10.0  # weight of the hand while starts are compared, high enough to lead it to its point
@@ -36,6 +37,11 @@ class Problem:
     R: Array
     record: NDArray[np.void]
     starts: Array
+
+    @cached_property
+    def arrays(self) -> ProblemArrays:
+        """The problem as the kernels read it."""
+        return ProblemArrays(self.P, self.R, self.starts, self.record)
 
     @property
     def frames(self) -> int:

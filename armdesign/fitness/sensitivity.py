@@ -7,15 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.fitness.batch import NONE_GIVEN, Batch
 from armdesign.fitness.kernels.area_slope import PULL
-from armdesign.fitness.kernels.association import MATCH
-from armdesign.fitness.kernels.orientation import ATTITUDE
 from armdesign.fitness.kernels.path_slopes import slopes_along_paths
-from armdesign.fitness.kernels.temporal import FRAME
+from armdesign.fitness.kernels.solver_state import ARM, SCRATCH
 from armdesign.fitness.kernels.variations import VARIATION
 from armdesign.fitness.problem import Problem
-from armdesign.kinematics.kernels.dls import STEP
-from armdesign.kinematics.kernels.skeleton import CHAIN
 
 
 class Slopes(NamedTuple):
@@ -36,8 +33,7 @@ class Sensitivity:
     def __init__(self, problem: Problem) -> None:
         """Allocate the scratch of one arm."""
         self.problem = problem
-        kinds = (VARIATION, PULL, CHAIN, FRAME, ATTITUDE, MATCH, STEP)
-        self.scratch = tuple(np.zeros(1, dtype=kind) for kind in kinds)
+        self.scratch = tuple(np.zeros(1, dtype=kind) for kind in (VARIATION, PULL, ARM, SCRATCH))
 
     def slopes(self, rows: Array, yaw: Array, paths: Array, mounts: Array | None = None) -> Slopes:
         """Gradients of candidates.
@@ -48,10 +44,8 @@ class Sensitivity:
             paths: Solved joint paths, shape (N, T, n) [rad].
             mounts: Hand frames that were given, see BlockEvaluator.evaluate.
         """
-        problem, count = self.problem, len(rows)
-        f, E = np.empty((2, count, 3 * problem.dof + 4))
-        given = np.full((count, 3, 3), np.nan) if mounts is None else mounts
-        task = (problem.record, problem.P, problem.R)
-        arrays = (np.array(values, dtype=float, order="C") for values in (rows, yaw, paths, given))
-        slopes_along_paths(*self.scratch, *task, *arrays, f, E)
-        return Slopes(f, E)
+        batch = Batch(rows, yaw, np.full(len(rows), np.inf), mounts=NONE_GIVEN if mounts is None else mounts).whole()
+        slopes = np.empty((2, len(rows), 3 * self.problem.dof + 4))
+        solved = np.array(paths, dtype=float, order="C")
+        slopes_along_paths(*self.scratch, self.problem.arrays, batch, solved, slopes)
+        return Slopes(*slopes)

@@ -7,14 +7,9 @@ from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.fitness.batch import Batch
-from armdesign.fitness.kernels.association import MATCH
-from armdesign.fitness.kernels.orientation import ATTITUDE
 from armdesign.fitness.kernels.path import advance, exchange
-from armdesign.fitness.kernels.solver_state import DONE, IDLE, STATE, TRACE
-from armdesign.fitness.kernels.temporal import FRAME, MOTION
+from armdesign.fitness.kernels.solver_state import ARM, DONE, IDLE, SCRATCH, TRACE
 from armdesign.fitness.problem import Problem
-from armdesign.kinematics.kernels.dls import STEP
-from armdesign.kinematics.kernels.skeleton import CHAIN
 from armdesign.kinematics.models import ArmBlock
 
 NARROWING = 3
@@ -27,9 +22,9 @@ class Slots:
 
     Attributes:
         arms: The block of arms.
-        states: Where each of them is on its way, STATE records, shape (B,); the next three are part of it.
+        records: ARM records, shape (B,); the next three are views of them.
+        states: STATE records, shape (B,).
         chains: CHAIN records, shape (B,).
-        frames: FRAME records, shape (B,).
         attitudes: ATTITUDE records, shape (B,).
     """
 
@@ -41,12 +36,11 @@ class Slots:
             dof: Joints per arm n.
         """
         self.arms = ArmBlock(size, dof)
-        self.states = np.zeros(size, dtype=STATE)
+        self.records = np.zeros(size, dtype=ARM)
+        self.states, self.chains = self.records["state"], self.records["chain"]
+        self.attitudes = self.records["attitude"]
         self.states["phase"] = IDLE
-        self.chains = np.zeros(size, dtype=CHAIN)
-        self.frames = np.zeros(size, dtype=FRAME)
-        self.attitudes = np.zeros(size, dtype=ATTITUDE)
-        self.scratch = tuple(np.zeros(1, dtype=kind) for kind in (MOTION, MATCH, STEP))
+        self.scratch = np.zeros(1, dtype=SCRATCH)
         self.traces = np.zeros((size, 0), dtype=TRACE)
 
     def __len__(self) -> int:
@@ -72,9 +66,7 @@ class Slots:
 
     def exchange(self, problem: Problem, batch: Batch, outcome: NDArray[np.void], cursor: int) -> int:
         """Collect the candidates that are done, begin the next ones; returns the index of the next."""
-        arms, task = self.arms, (problem.record, problem.starts)
-        arrays = (self.states, self.chains, self.attitudes, arms.placements, arms.q)
-        return int(exchange(*arrays, *task, *batch, outcome, cursor))
+        return int(exchange(self.records, self.arms.views, problem.arrays, batch, outcome, cursor))
 
     def advance(self, problem: Problem, trace: NDArray[np.void]) -> int:
         """One step on every slot; returns how many are done.
@@ -83,11 +75,8 @@ class Slots:
             problem: The task and its settings.
             trace: TRACE records, shape (B, K T) for K paths, or (B, 0) to keep none.
         """
-        arms = self.arms
-        arms.update()
-        arrays = (self.states, self.chains, self.frames, self.attitudes, *self.scratch)
-        task = (problem.record, problem.P, problem.R, problem.starts)
-        return int(advance(*arrays, *task, arms.poses, arms.jacobian, arms.q, trace))
+        self.arms.update()
+        return int(advance(self.records, self.arms.views, self.scratch, problem.arrays, trace))
 
     def take_over(self, other: Slots) -> None:
         """Go on with the candidates of other slots, which are idle then; as many as there is room for at most.
@@ -96,8 +85,7 @@ class Slots:
         """
         n = self.arms.dof
         for here, there in enumerate(np.flatnonzero(other.states["phase"] != IDLE)):
-            for name in ("states", "chains", "frames", "attitudes"):
-                getattr(self, name)[here] = getattr(other, name)[there]
+            self.records[here] = other.records[there]
             to, of = slice(here * n, (here + 1) * n), slice(there * n, (there + 1) * n)
             self.arms.placements[to], self.arms.q[to] = other.arms.placements[of], other.arms.q[of]
             if self.traces.shape[1] == other.traces.shape[1]:

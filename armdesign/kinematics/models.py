@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -41,6 +41,22 @@ def arm_model(table: DHTable, limits: ArrayLike | None = None) -> pin.Model:
     return model
 
 
+class BlockViews(NamedTuple):
+    """Arrays of a block of B arms of n joints in Pinocchio's memory, for compiled kernels.
+
+    Attributes:
+        placements: Joint placements in the parent, shape (B n, 12): axes x, y, z, origin.
+        poses: World pose of every joint, shape (B n, 12).
+        jacobian: World Jacobian, shape (B n, 6): linear, angular per joint.
+        q: Joint angles of all arms, shape (B n,) [rad].
+    """
+
+    placements: NDArray[np.float64]
+    poses: NDArray[np.float64]
+    jacobian: NDArray[np.float64]
+    q: NDArray[np.float64]
+
+
 class ArmBlock:
     """B arms of n joints as one Pinocchio model, hanging side by side from the universe.
 
@@ -52,6 +68,7 @@ class ArmBlock:
         jacobian: World Jacobian, shape (B n, 6): linear, angular per joint; a view of ``data.J``.
         placements: Joint placements in the parent, shape (B n, 12); a view of ``model.jointPlacements``.
         q: Joint angles of all arms, shape (B n,) [rad]; write here, then call ``update``.
+        views: These four as the kernels take them.
     """
 
     def __init__(self, size: int, dof: int) -> None:
@@ -72,6 +89,7 @@ class ArmBlock:
         self.poses = se3_view(self.data.oMi)
         self.placements = se3_view(self.model.jointPlacements)
         self.jacobian: NDArray[np.float64] = self.data.J.T.reshape(-1, 6)  # a single joint's is a vector
+        self.views = BlockViews(self.placements, self.poses, self.jacobian, self.q)
         self._check_views()
 
     def update(self) -> None:

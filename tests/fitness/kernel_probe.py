@@ -1,4 +1,4 @@
-"""A window into the compiled kernels: hang arms, pose them, and look at every record one evaluation leaves behind."""
+"""A window into the compiled kernels: load arms, pose them, and look at every record one evaluation leaves behind."""
 
 from __future__ import annotations
 
@@ -6,44 +6,37 @@ import numpy as np
 
 from armdesign.fitness.block import as_rows
 from armdesign.fitness.kernels.area import frame_area
-from armdesign.fitness.kernels.association import MATCH
-from armdesign.fitness.kernels.orientation import ATTITUDE, METRICS
-from armdesign.fitness.kernels.temporal import FRAME, MOTION, differentiate_frame, evaluate_frame
+from armdesign.fitness.kernels.orientation import METRICS
+from armdesign.fitness.kernels.solver_state import ARM, SCRATCH
+from armdesign.fitness.kernels.temporal import Target, differentiate_frame, evaluate_frame
 from armdesign.kinematics.compilation import entry
-from armdesign.kinematics.kernels.skeleton import CHAIN, load_arm, update_skeleton
+from armdesign.kinematics.kernels.skeleton import load_arm, update_skeleton
 from armdesign.kinematics.models import ArmBlock
 
 
 @entry
-def hang_all(chains, placements, rows, yaws):
-    """Hang one arm per chain."""
-    for b in range(len(chains)):
-        load_arm(chains[b], placements[b * (rows.shape[1] - 1) :], rows[b], yaws[b])
+def load_all(arms, placements, rows, yaws):
+    """Load one design per arm."""
+    for b in range(len(arms)):
+        load_arm(arms[b].chain, placements[b * (rows.shape[1] - 1) :], rows[b], yaws[b])
 
 
 @entry
-def pose_all(chains, poses):
+def pose_all(arms, poses):
     """Bring every skeleton up to date."""
-    for b in range(len(chains)):
-        update_skeleton(chains[b], poses[b * chains[b].dof :])
+    for b in range(len(arms)):
+        update_skeleton(arms[b].chain, poses[b * arms[b].chain.dof :])
 
 
 @entry
-def look_all(
-    chains, frames, matches, attitudes, motions, areas, jacobian, points, targets, weights, free, w_0, metric, delta,
-    differentiate,
-):  # fmt: skip
-    """Evaluate, and where asked differentiate, one frame per arm."""
-    for b in range(len(chains)):
-        evaluate_frame(
-            frames[b], matches[b], attitudes[b], chains[b], points[b], targets[b], weights, free, w_0, metric
-        )
-        areas[b] = frame_area(chains[b], matches[b], points[b], delta)
+def look_all(arms, scratch, areas, jacobian, points, targets, frame, delta, differentiate):
+    """Evaluate, and where asked differentiate, one frame per arm; ``frame`` holds what the frames have in common."""
+    for b in range(len(arms)):
+        target = Target(points[b], targets[b], frame.weights, frame.w_0, frame.free, frame.metric)
+        evaluate_frame(arms[b], scratch[b], target)
+        areas[b] = frame_area(arms[b].chain, scratch[b].match, points[b], delta)
         if differentiate:
-            differentiate_frame(
-                frames[b], motions[b], matches[b], attitudes[b], chains[b], jacobian[b * chains[b].dof :], weights, w_0,
-                metric,
-            )  # fmt: skip
+            differentiate_frame(arms[b], scratch[b], target, jacobian[b * arms[b].chain.dof :])
 
 
 class Probe:
@@ -52,22 +45,22 @@ class Probe:
     def __init__(self, size, dof):
         self.size, self.dof = size, dof
         self.block = ArmBlock(size, dof)
-        self.chains, self.frames = np.zeros(size, CHAIN), np.zeros(size, FRAME)
-        self.matches, self.attitudes = np.zeros(size, MATCH), np.zeros(size, ATTITUDE)
-        self.motions, self.areas = np.zeros(size, MOTION), np.zeros(size)
+        self.arms, self.scratch, self.areas = np.zeros(size, ARM), np.zeros(size, SCRATCH), np.zeros(size)
+        self.chains, self.frames, self.attitudes = (self.arms[name] for name in ("chain", "frame", "attitude"))
+        self.matches = self.scratch["match"]
         self.attitudes["mount"] = np.eye(3)
 
-    def hang(self, tables):
+    def load(self, tables):
         """Put one table in every place; a single one is put in all."""
         rows, yaw = as_rows(tables if isinstance(tables, list) else [tables] * self.size)
-        hang_all(self.chains, self.block.placements, rows, yaw)
+        load_all(self.arms, self.block.placements, rows, yaw)
         return self
 
     def pose(self, q):
         """Set the joint angles, shape (B, n) or (n,)."""
         self.block.q[:] = np.broadcast_to(q, (self.size, self.dof)).ravel()
         self.block.update()
-        pose_all(self.chains, self.block.poses)
+        pose_all(self.arms, self.block.poses)
         return self
 
     def look(
@@ -80,10 +73,11 @@ class Probe:
         points = np.array(np.broadcast_to(points, (self.size, m, 3)), order="C")  # writable: one signature for all
         targets = np.array(np.broadcast_to(np.eye(3) if target is None else target, (self.size, 3, 3)), order="C")
         self.attitudes["mount"] = np.eye(3) if mount is None else mount
+        free = m - 1 if free is None else free
+        frame = Target(points[0], targets[0], np.array(weights, dtype=float), float(w_0), free, METRICS.index(metric))
         look_all(
-            self.chains, self.frames, self.matches, self.attitudes, self.motions, self.areas, self.block.jacobian,
-            points, targets, np.array(weights, dtype=float), m - 1 if free is None else free,
-            float(w_0), METRICS.index(metric), float(delta), differentiate,
+            self.arms, self.scratch, self.areas, self.block.jacobian, points, targets, frame, float(delta),
+            differentiate,
         )  # fmt: skip
         return self
 

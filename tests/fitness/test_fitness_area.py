@@ -26,7 +26,7 @@ def test_area_equals_the_plain_sum(n, delta):
         tables = [random_table(rng, n, theta=True, negative=True, yaw=True) for _ in range(SIZE)]
         q, points = rng.uniform(-3, 3, (SIZE, n)), random_frames(rng, SIZE, m)
         weights = rng.dirichlet(np.ones(m))
-        probe.hang(tables).pose(q).look(points, weights, delta=delta)
+        probe.load(tables).pose(q).look(points, weights, delta=delta)
         for b in range(SIZE):
             vertices, _ = plain_reference.arm(rows_of(tables[b]), q[b], tables[b].base_yaw)
             arcs = plain_reference.associate(vertices, points[b], weights)

@@ -98,7 +98,7 @@ def test_arms_are_associated_like_plain_polylines(n):
     tables = [random_table(rng, n, theta=True, negative=True, yaw=True) for _ in range(6)]
     q, points = rng.uniform(-np.pi, np.pi, (6, n)), random_frames(rng, 6, 4)
     weights = np.array([0.2, 0.0, 0.3, 0.5])
-    probe.hang(tables).pose(q).look(points, weights)
+    probe.load(tables).pose(q).look(points, weights)
     for b in range(6):
         vertices, _ = arm(rows_of(tables[b]), q[b], tables[b].base_yaw)
         np.testing.assert_allclose(probe.arcs(4)[b], associate(vertices, points[b], weights), atol=1e-9)

@@ -46,7 +46,7 @@ def samples(seed, n, m, weights, *, count, free=None, oriented=False):
     for _ in range(count):
         table = random_table(rng, n, theta=True, negative=True, yaw=True)
         q, points = rng.uniform(-np.pi, np.pi, n), random_frames(rng, 1, m)[0]
-        probe.hang(table).pose(q + stencil)
+        probe.load(table).pose(q + stencil)
         probe.look(points, weights, free=free, differentiate=True, **options)
         tied = ties(probe, m)
         if (tied != tied[0]).any():
@@ -111,7 +111,7 @@ def test_newton_becomes_gauss_where_every_point_is_met():
         table, q = random_table(rng, 4, zeros=False), rng.uniform(-np.pi, np.pi, 4)
         vertices, _ = arm(rows_of(table), q)
         points = point_at(vertices, np.array([0.31, 0.62, 1.0]) * table.length)
-        probe.hang(table).pose(q).look(points, [0.3, 0.3, 0.4], differentiate=True)
+        probe.load(table).pose(q).look(points, [0.3, 0.3, 0.4], differentiate=True)
         frame = probe.frames[0]
         np.testing.assert_allclose(frame["slope"][:4], 0.0, atol=1e-13)
         np.testing.assert_allclose(np.tril(frame["newton"][:4, :4]), np.tril(frame["gauss"][:4, :4]), atol=1e-13)
@@ -124,7 +124,7 @@ def test_a_turn_about_an_axis_through_all_joints_moves_nothing():
     table = random_table(rng, 3)
     table = type(table)(np.r_[0.0, table.alpha[1:]], np.r_[0.0, table.a[1:]], table.d)
     points = np.array([[0, 0, 0.1], [0, 0, 0.3], [0, 0, 0.5]])
-    probe.hang(table).pose(rng.uniform(-3, 3, 3)).look(points, [0.2, 0.3, 0.5], differentiate=True)
+    probe.load(table).pose(rng.uniform(-3, 3, 3)).look(points, [0.2, 0.3, 0.5], differentiate=True)
     frame = probe.frames[0]
     assert abs(frame["slope"][0]) < 1e-15
     np.testing.assert_allclose(frame["newton"][:3, 0], 0.0, atol=1e-15)

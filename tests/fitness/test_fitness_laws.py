@@ -196,7 +196,7 @@ def test_a_frame_ends_where_no_allowed_small_step_improves_it(oriented):
     problem = problem_for(P, n, weights, R=R, w_0=w_0, limits=np.tile([-bound, bound], (n, 1)))
     rng, probe, improved, total = np.random.default_rng(4), Probe(19, n), 0, 0
     for table, _, path in valid_paths(problem, 10):
-        probe.hang(table)
+        probe.load(table)
         for t in range(1, len(P)):
             q = np.clip(path.q[t] + 10.0 ** rng.uniform(-5, -2, (19, 1)) * rng.normal(size=(19, n)), -bound, bound)
             away = q - path.q[t - 1]

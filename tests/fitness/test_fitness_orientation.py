@@ -19,7 +19,7 @@ def still():
     """A straight arm whose tool frame equals the base frame, so that the mount alone is the hand's rotation."""
     probe = Probe(2, 1)
     table = random_table(np.random.default_rng(0), 1)
-    return probe.hang(type(table)([0.0, 0.0], [0.0, 0.0], [0.2, 0.1])).pose(np.zeros(1))
+    return probe.load(type(table)([0.0, 0.0], [0.0, 0.0], [0.2, 0.1])).pose(np.zeros(1))
 
 
 def error_of(probe, hand, target, metric):
@@ -137,7 +137,7 @@ def test_jacobian_gives_the_slope_of_half_the_square(metric, n):
     taken = 0
     for _ in range(60):
         q, target, mount = rng.uniform(-np.pi, np.pi, n), random_rotation(rng), random_rotation(rng)
-        probe.hang(random_table(rng, n, theta=True, yaw=True)).pose(q + stencil)
+        probe.load(random_table(rng, n, theta=True, yaw=True)).pose(q + stencil)
         probe.look(POINTS, WEIGHTS, target=target, w_0=0.5, metric=metric, mount=mount, differentiate=True)
         half_square, attitude = 0.5 * probe.attitudes["error"] ** 2, probe.attitudes[0]
         near_lock = metric == "euler" and np.hypot(*attitude["hand"][:2, 0]) < 0.1
@@ -156,7 +156,7 @@ def test_linear_model_predicts_the_error_of_a_small_step(metric):
     probe = Probe(3, 4)
     for _ in range(30):
         table, q, step = random_table(rng, 4), rng.uniform(-2, 2, 4), rng.normal(size=4)
-        probe.hang(table).pose(q)
+        probe.load(table).pose(q)
         hand = probe.look(POINTS, WEIGHTS, target=np.eye(3), w_0=0.5, metric=metric).attitudes[0]["hand"].copy()
         target = Rotation.from_rotvec(rng.normal(0.0, 0.1, 3)).as_matrix() @ hand
         if np.hypot(*hand[:2, 0]) < 0.3:
@@ -175,7 +175,7 @@ def test_weighted_error_enters_g(metric):
     rng = np.random.default_rng(10)
     probe = Probe(1, 3)
     table, target, mount = random_table(rng, 3), random_rotation(rng), random_rotation(rng)
-    probe.hang(table).pose(rng.uniform(-2, 2, 3))
+    probe.load(table).pose(rng.uniform(-2, 2, 3))
     probe.look(POINTS, WEIGHTS, target=target, w_0=0.4, metric=metric, mount=mount)
     frame, hand = probe.frames[0], probe.chains[0]["tip_rotation"] @ mount
     expected = np.sqrt(0.5) * probe.matches[0]["distance"][0] + 0.4 * orientation_error(hand, target, metric)

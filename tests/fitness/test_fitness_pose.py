@@ -31,7 +31,7 @@ def instance(k):
 def global_minimum(table, points, rotation, weights, w_0, seed):
     """g at the end of a long differential evolution over the joint limits, polished."""
     n = table.dof
-    probe = Probe(15, n).hang(table)
+    probe = Probe(15, n).load(table)
 
     def value(X):
         batches = np.array_split(X.T, range(15, X.shape[1], 15)) if X.ndim == 2 else [X[None]]
@@ -102,7 +102,7 @@ def test_no_small_step_improves_the_pose(case):
         table, points, rotation = instance(k)
         n = table.dof
         pose = best_pose(table, points, rotation, full_turn(n), settings_for(weights, w_0))
-        probe = Probe(90 // n, n).hang(table)
+        probe = Probe(90 // n, n).load(table)
         for size in (1e-3, 1e-2):
             q = np.clip(pose.q + size * rng.normal(size=(90 // n, n)), -np.pi, np.pi)
             probe.pose(q).look(points, weights, target=rotation, w_0=w_0)

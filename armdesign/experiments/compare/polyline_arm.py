@@ -28,7 +28,7 @@ from armdesign.fitness.problem import Problem, make_problem, start_poses
 from armdesign.fitness.slots import Slots
 from armdesign.kinematics.dh import rot_z
 from armdesign.kinematics.kernels.skeleton import ALONG_X, CHAIN, MAX_DOF
-from armdesign.kinematics.models import ArmBlock, se3_view
+from armdesign.kinematics.models import ArmBlock, BlockViews, se3_view
 from armdesign.settings.sections import Fitness, Solver
 
 FULL_TURN = np.pi
@@ -132,6 +132,7 @@ class AxisBlock(ArmBlock):
         self.poses = se3_view(self.data.oMi)
         self.placements = se3_view(self.model.jointPlacements)
         self.jacobian = self.data.J.T.reshape(-1, 6)
+        self.views = BlockViews(self.placements, self.poses, self.jacobian, self.q)
         self._check_views()
 
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.experiments.studies.kernels.frame_kernels import hang, loose_fitness, pose_fitness, pose_gradient
+from armdesign.experiments.studies.kernels.frame_kernels import load, loose_fitness, pose_fitness, pose_gradient
 from armdesign.fitness.block import as_rows
-from armdesign.fitness.kernels.association import MATCH
-from armdesign.fitness.kernels.orientation import ATTITUDE
-from armdesign.fitness.kernels.temporal import FRAME, MOTION
+from armdesign.fitness.kernels.solver_state import ARM, SCRATCH
+from armdesign.fitness.kernels.temporal import Target
 from armdesign.fitness.problem import Problem
 from armdesign.kinematics.dh import DHTable
-from armdesign.kinematics.kernels.skeleton import CHAIN
 from armdesign.kinematics.models import ArmBlock
 
 
@@ -20,7 +18,7 @@ class FrameFitness:
     """g(t, q) of eq. 3 for a given arm and frame: no ball around a previous pose, and the mount is the identity."""
 
     def __init__(self, table: DHTable, problem: Problem, frame: int) -> None:
-        """Hang the arm.
+        """Load the arm.
 
         Args:
             table: The arm.
@@ -32,15 +30,15 @@ class FrameFitness:
         self.limits = np.stack([record["lower"][: self.dof], record["upper"][: self.dof]], axis=1)
         self.free = int(record["free"])
         self.arm = ArmBlock(1, self.dof)
-        self.chain, self.frame, self.motion, self.match, self.attitude = (
-            np.zeros(1, dtype=kind) for kind in (CHAIN, FRAME, MOTION, MATCH, ATTITUDE)
+        self.records, self.scratch = np.zeros(1, dtype=ARM), np.zeros(1, dtype=SCRATCH)
+        self.records["attitude"]["mount"] = np.eye(3)
+        rotation = problem.R[frame if len(problem.R) > 1 else 0].copy()
+        weights = record["weights"][:points].copy()
+        self.target = Target(
+            problem.P[frame].copy(), rotation, weights, float(record["w_0"]), self.free, int(record["metric"])
         )
-        self.attitude["mount"] = np.eye(3)
-        rotation = problem.R[frame if len(problem.R) > 1 else 0]
-        self.target = (problem.P[frame].copy(), rotation.copy(), record["weights"][:points].copy())
-        self.orientation = (float(record["w_0"]), int(record["metric"]))
         rows, yaw = as_rows([table])
-        hang(self.chain, self.arm.placements, rows[0], float(yaw[0]))
+        load(self.records, self.arm.placements, rows[0], float(yaw[0]))
 
     def __call__(self, q: Array) -> float:
         """G with the best sigma [m].
@@ -49,15 +47,13 @@ class FrameFitness:
             q: Joint angles, n of them in any shape [rad].
         """
         self._pose(q)
-        state = (self.chain, self.frame, self.match, self.attitude, self.arm.poses)
-        return float(pose_fitness(*state, *self.target, self.free, *self.orientation))
+        return float(pose_fitness(self.records, self.scratch, self.arm.poses, self.target))
 
     def with_gradient(self, q: Array) -> tuple[float, Array]:
         """G with the best sigma, and its gradient, shape (n,) [m/rad]."""
         self._pose(q)
         gradient = np.zeros(self.dof)
-        state = (self.chain, self.frame, self.motion, self.match, self.attitude, self.arm.poses, self.arm.jacobian)
-        g = pose_gradient(*state, *self.target, self.free, *self.orientation, gradient)
+        g = pose_gradient(self.records, self.scratch, self.arm.views, self.target, gradient)
         return float(g), gradient
 
     def with_sigma(self, x: Array) -> float:
@@ -67,9 +63,10 @@ class FrameFitness:
             x: Joint angles, then the free sigma, shape (n + free,).
         """
         self._pose(x[: self.dof])
-        state = (self.chain, self.frame, self.match, self.attitude, self.arm.poses)
         sigma = np.ascontiguousarray(x[self.dof :], dtype=float)
-        return float(loose_fitness(*state, *self.target, sigma, *self.orientation))
+        # sigma decides the number of free points here, the target's own number does not fit where hands are tied
+        target = self.target._replace(free=len(sigma))
+        return float(loose_fitness(self.records, self.scratch, self.arm.poses, target, sigma))
 
     def _pose(self, q: Array) -> None:
         """Bring the arm into a pose."""

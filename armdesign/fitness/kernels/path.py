@@ -41,25 +41,26 @@ from armdesign.fitness.kernels.starts import (
     next_start,
     open_path,
 )
-from armdesign.fitness.kernels.temporal import differentiate_frame, evaluate_frame
+from armdesign.fitness.kernels.temporal import Target, differentiate_frame, evaluate_frame
 from armdesign.fitness.kernels.trial import judge, propose_trial
 from armdesign.kinematics.compilation import branch, entry, leaf
 from armdesign.kinematics.kernels.skeleton import MAX_DOF, load_arm, update_skeleton
 
 
 @branch
-def accumulate(state, frame, match, attitude, chain, points, problem, trace, n, w_0, frames):
+def accumulate(arm, match, target, delta, trace, frames):
     """Add the frame at the present poses to the sums, and to the path's part of the trace where one is kept."""
-    area = frame_area(chain, match, points, problem.delta)
-    state.f_sum += frame.g
+    state, chain, g = arm.state, arm.chain, arm.frame.g
+    area = frame_area(chain, match, target.points, delta)
+    state.f_sum += g  # eq. 5, divided by T at the end
     state.E_sum += area
     if len(trace) > 0:
         row = trace[state.path * frames + state.t]
-        for j in range(n):
+        for j in range(chain.dof):
             row.q[j] = state.trial[j]
-        row.g, row.area = frame.g, area
-        row.orientation_error = attitude.error if w_0 > 0.0 else 0.0
-        for i in range(len(points)):
+        row.g, row.area = g, area
+        row.orientation_error = arm.attitude.error if target.w_0 > 0.0 else 0.0
+        for i in range(len(target.points)):
             row.sigma[i] = (chain.arc[match.segment[i]] + match.along[i]) / chain.length
             row.distance[i] = match.distance[i]
 
@@ -74,7 +75,8 @@ def over(state, attitude, problem, frames, n):
     """
     state.t += 1
     state.frames += 1
-    partial = (problem.lambda_f * state.f_sum + problem.lambda_E * state.E_sum) / frames
+    partial = (problem.lambda_f * state.f_sum + problem.lambda_E * state.E_sum) / frames  # eq. 6
+    # the margin covers the rounding of the sum: a candidate exactly at its cutoff is never dropped
     beyond = partial > min(state.cutoff, state.best_r) * (1.0 + 1e-12)
     if state.t < frames and not beyond:
         return False
@@ -139,69 +141,66 @@ def tip_error(chain, point):
 
 
 @entry
-def advance(
-    states, chains, frames, attitudes, motions, matches, steps, problems, P, R, starts, poses, jacobian, q, traces
-):
+def advance(arms, block, scratch, problem, traces):
     """Judge the trial of every arm of the block and propose the next one.
 
     Args:
-        states: STATE records, shape (B,).
-        chains: CHAIN records, shape (B,).
-        frames: FRAME records, shape (B,).
-        attitudes: ATTITUDE records, shape (B,).
-        motions: One MOTION record, shape (1,); this and the next two are scratch all arms share.
-        matches: One MATCH record, shape (1,).
-        steps: One STEP record, shape (1,).
-        problems: One PROBLEM record, shape (1,).
-        P: Points, shape (T, m, 3) [m].
-        R: Hand rotations, shape (T, 3, 3), or (1, 3, 3) where they do not count.
-        starts: Start poses, shape (K, n) [rad].
-        poses: Joint poses of the block at q, shape (B n, 12).
-        jacobian: World Jacobian of the block at q, shape (B n, 6).
-        q: Joint angles of the block, shape (B n,); overwritten with the next trials.
+        arms: ARM records, shape (B,).
+        block: Poses, Jacobian and joint angles of the block in Pinocchio's memory; q is overwritten with the next
+            trials.
+        scratch: One SCRATCH record, shape (1,).
+        problem: Demonstration and settings, a ProblemArrays.
         traces: TRACE records, shape (B, K T) for K paths, or (B, 0) where none are kept.
 
     Returns:
         Number of arms that are done.
     """
-    problem = problems[0]
     done = 0
-    for b in range(len(states)):
-        state = states[b]
-        if state.phase == IDLE:
+    for b in range(len(arms)):
+        arm = arms[b]
+        if arm.state.phase == IDLE:
             continue
-        if state.phase != DONE:
-            n = chains[b].dof
-            update_skeleton(chains[b], poses[b * n :])
-            advance_arm(
-                state, chains[b], frames[b], attitudes[b], motions[0], matches[0], steps[0], problem, P, R, starts,
-                jacobian[b * n :], traces[b],
-            )  # fmt: skip
+        if arm.state.phase != DONE:
+            n = arm.chain.dof
+            update_skeleton(arm.chain, block.poses[b * n :])
+            advance_arm(arm, scratch[0], problem, block.jacobian[b * n :], traces[b])
             for j in range(n):
-                q[b * n + j] = state.trial[j]
-        if state.phase == DONE:
+                block.q[b * n + j] = arm.state.trial[j]
+        if arm.state.phase == DONE:
             done += 1
     return done
 
 
+@leaf
+def target_of(state, problem, P, R, starting):
+    """The frame that the arm is compared with in its present phase, and the weights that hold there."""
+    m = P.shape[1]
+    # a mount that is chosen at the start makes e_R = 0 there, so that orientation has no weight before
+    w_0 = 0.0 if starting and problem.mount == MOUNT_START and state.mounted == 0 else problem.w_0
+    weights = problem.weights[:m]
+    if state.phase == POLISH:
+        weights = problem.held_weights[:m]
+    elif starting:
+        weights = problem.drawn_weights[:m]
+    free = problem.start_free if starting else problem.free
+    return Target(P[state.t], R[min(state.t, len(R) - 1)], weights, w_0, free, problem.metric)
+
+
 @branch
-def advance_arm(state, chain, frame, attitude, motion, match, step, problem, P, R, starts, jacobian, trace):
-    """One evaluation of one arm; more than one only where the next frame opens at the same pose."""
+def advance_arm(arm, scratch, arrays, jacobian, trace):
+    """Evaluate one arm once; more than once only where the next frame begins at the same pose."""
+    state, frame, chain, attitude, match, problem = (
+        arm.state, arm.frame, arm.chain, arm.attitude, scratch.match, arrays.record[0],
+    )  # fmt: skip
+    P, R, starts = arrays.P, arrays.R, arrays.starts
     n, m = chain.dof, P.shape[1]
     while True:
         phase = state.phase
-        points, target = P[state.t], R[min(state.t, len(R) - 1)]
         starting = phase in (SAMPLE, DESCEND, POLISH)
-        w_0 = 0.0 if starting and problem.mount == MOUNT_START and state.mounted == 0 else problem.w_0
+        target = target_of(state, problem, P, R, starting)
         if (starting or phase == OPEN) and problem.w_0 > 0.0 and state.mounted == 0:
-            set_mount(attitude, chain, target, MOUNT_IDENTITY if starting else problem.mount)
-        weights = problem.weights[:m]
-        if phase == POLISH:
-            weights = problem.held_weights[:m]
-        elif starting:
-            weights = problem.drawn_weights[:m]
-        free = problem.start_free if starting else problem.free
-        evaluate_frame(frame, match, attitude, chain, points, target, weights, free, w_0, problem.metric)
+            set_mount(attitude, chain, target.rotation, MOUNT_IDENTITY if starting else problem.mount)
+        evaluate_frame(arm, scratch, target)
         if phase == SAMPLE:
             state.steps += 1
             keep_start(state, frame.value, problem.descents)
@@ -217,8 +216,8 @@ def advance_arm(state, chain, frame, attitude, motion, match, step, problem, P, 
             if state.closing == 0:
                 moved = judge(frame, state, problem, n)
                 if moved:
-                    differentiate_frame(frame, motion, match, attitude, chain, jacobian, weights, w_0, problem.metric)
-                if state.tries < problem.max_steps and propose_trial(step, frame, attitude, state, problem, n, w_0, m):
+                    differentiate_frame(arm, scratch, target, jacobian)
+                if state.tries < problem.max_steps and propose_trial(arm, scratch.step, problem, target.w_0, m):
                     return
                 if not moved:  # the poses are those of a rejected trial: go back once
                     state.closing = 1
@@ -233,12 +232,12 @@ def advance_arm(state, chain, frame, attitude, motion, match, step, problem, P, 
             next_start(state, problem, starts, n)
             return
         if phase == POLISH:
-            error = tip_error(chain, points[m - 1])
+            error = tip_error(chain, target.points[m - 1])
             if error <= problem.reach:
-                evaluate_frame(
-                    frame, match, attitude, chain, points, target, problem.weights[:m], problem.free, w_0,
-                    problem.metric,
-                )  # fmt: skip
+                # starts compete by g with the weights of the path, not with the ones that held the hand
+                weights = problem.weights[:m]
+                followed = Target(target.points, target.rotation, weights, target.w_0, problem.free, problem.metric)
+                evaluate_frame(arm, scratch, followed)
                 keep_reaching(state, n, frame.g, error, problem.start_paths)
             else:
                 state.nearest = min(state.nearest, error)
@@ -246,13 +245,13 @@ def advance_arm(state, chain, frame, attitude, motion, match, step, problem, P, 
             next_start(state, problem, starts, n)
             return
         if problem.every == 1 and phase == FOLLOW:
-            error = tip_error(chain, points[m - 1])
+            error = tip_error(chain, target.points[m - 1])
             if error > problem.reach:
                 if state.t > state.miss_frame:
                     state.farthest, state.miss_frame, state.miss = state.path, state.t, error
                 end_path(state, attitude, problem, len(P), n)
                 return
-        accumulate(state, frame, match, attitude, chain, points, problem, trace, n, w_0, len(P))
+        accumulate(arm, match, target, problem.delta, trace, len(P))
         if over(state, attitude, problem, len(P), n):
             return
         if phase == REPLAY:
@@ -260,7 +259,7 @@ def advance_arm(state, chain, frame, attitude, motion, match, step, problem, P, 
                 state.trial[j] = trace[state.t].q[j]
             return
         state.phase = FOLLOW
-        begin_frame(state, problem, n)
+        begin_frame(state, problem, n)  # eq. 4: the ball is centred at q_{t-1}
 
 
 @leaf
@@ -280,21 +279,33 @@ def collect(outcome, state):
 
 
 @entry
-def exchange(
-    states, chains, attitudes, placements, q, problems, starts, rows, yaws, cutoffs, poses, mounts, outcome, cursor
-):
-    """Collect finished candidates and give their places to the next candidates. Returns the index of the next one."""
-    for b in range(len(states)):
-        if states[b].phase == DONE:
-            collect(outcome[states[b].candidate], states[b])
-            states[b].phase = IDLE
-        if states[b].phase == IDLE and cursor < len(rows):
-            n = rows.shape[1] - 1
-            load_arm(chains[b], placements[b * n :], rows[cursor], yaws[cursor])
-            begin_candidate(states[b], problems[0], n, starts, cutoffs[cursor], poses[cursor], cursor)
-            give_mount(states[b], attitudes[b], mounts[cursor])
+def exchange(arms, block, problem, batch, outcome, cursor):
+    """Collect finished candidates and give their places to the next candidates.
+
+    Args:
+        arms: ARM records, shape (B,).
+        block: Placements and joint angles of the block in Pinocchio's memory, written.
+        problem: Demonstration and settings, a ProblemArrays.
+        batch: The candidates, a Batch.
+        outcome: OUTCOME records, shape (N,); those of finished candidates are written.
+        cursor: Index of the next candidate.
+
+    Returns:
+        Index of the next candidate.
+    """
+    for b in range(len(arms)):
+        state, n = arms[b].state, batch.rows.shape[1] - 1
+        if state.phase == DONE:
+            collect(outcome[state.candidate], state)
+            state.phase = IDLE
+        if state.phase == IDLE and cursor < len(batch.rows):
+            load_arm(arms[b].chain, block.placements[b * n :], batch.rows[cursor], batch.yaw[cursor])
+            begin_candidate(
+                state, problem.record[0], n, problem.starts, batch.cutoff[cursor], batch.poses[cursor], cursor
+            )
+            give_mount(state, arms[b].attitude, batch.mounts[cursor])
             for j in range(n):
-                q[b * n + j] = states[b].trial[j]
+                block.q[b * n + j] = state.trial[j]
             cursor += 1
     return cursor
 

@@ -19,7 +19,7 @@ from armdesign.fitness.kernels.area_slope import area_slope
 from armdesign.fitness.kernels.orientation_slope import add_orientation
 from armdesign.fitness.kernels.path import set_mount
 from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY, MOUNT_START
-from armdesign.fitness.kernels.temporal import evaluate_frame
+from armdesign.fitness.kernels.temporal import Target, evaluate_frame
 from armdesign.fitness.kernels.variations import (
     Q,
     differentiate_position,
@@ -38,53 +38,58 @@ ON_BALL = 1.0 - 1e-7
 
 
 @entry
-def slopes_along_paths(
-    variations, pulls, chains, frames, attitudes, matches, steps, problems, P, R, rows, yaws, paths, mounts, f, E
-):  # fmt: skip
-    """Write the gradients of f and E, shape (N, 3 (n + 1) + 1), of N arms by their paths (N, T, n)."""
-    v, chain, n = variations[0], chains[0], rows.shape[1] - 1
+def slopes_along_paths(variations, pulls, arms, scratch, problem, batch, paths, slopes):
+    """Differentiate f and E of candidates by all entries of their DH tables.
+
+    Args:
+        variations: One VARIATION record, shape (1,).
+        pulls: One PULL record, shape (1,).
+        arms: One ARM record, shape (1,).
+        scratch: One SCRATCH record, shape (1,).
+        problem: Demonstration and settings, a ProblemArrays.
+        batch: The candidates, a Batch.
+        paths: Their solved joint paths, shape (N, T, n) [rad].
+        slopes: Gradients of f and of E, shape (2, N, 3 (n + 1) + 1), written.
+    """
+    v, arm, n, T = variations[0], arms[0], batch.rows.shape[1] - 1, len(problem.P)
     placements, poses = np.empty((n, 12)), np.empty((n, 12))
-    for k in range(len(rows)):
-        load_arm(chain, placements, rows[k], yaws[k])
-        given = np.isfinite(mounts[k, 0, 0])
+    for k in range(len(batch.rows)):
+        load_arm(arm.chain, placements, batch.rows[k], batch.yaw[k])
+        given = np.isfinite(batch.mounts[k, 0, 0])
         if given:
             for i in range(3):
                 for j in range(3):
-                    attitudes[0].mount[i, j] = mounts[k, i, j]
+                    arm.attitude.mount[i, j] = batch.mounts[k, i, j]
         for c in range(4 * n + 4):
             v.f[c] = v.E[c] = 0.0
             for j in range(n):
                 v.dq[j, c] = 0.0
-        for t in range(len(P)):
+        for t in range(T):
             place_joints(poses, placements, paths[k, t], n)
-            update_skeleton(chain, poses)
-            set_axes(v, poses, chain, rows[k], n)
-            frame_slopes(
-                v, pulls[0], chain, frames[0], attitudes[0], matches[0], steps[0], problems[0], P, R, paths[k], t,
-                given,
-            )  # fmt: skip
-        for e in range(3 * n + 3):
-            c = 1 + 4 * (e // 3) + e % 3
-            f[k, e], E[k, e] = v.f[c] / len(P), v.E[c] / len(P)
-        f[k, 3 * n + 3], E[k, 3 * n + 3] = v.f[0] / len(P), v.E[0] / len(P)
+            update_skeleton(arm.chain, poses)
+            set_axes(v, poses, arm.chain, batch.rows[k], n)
+            frame_slopes(v, pulls[0], arm, scratch[0], problem, paths[k], t, given)
+        for e in range(3 * n + 4):
+            c = 1 + 4 * (e // 3) + e % 3 if e < 3 * n + 3 else 0  # the base yaw comes last, and acts first
+            slopes[0, k, e], slopes[1, k, e] = v.f[c] / T, v.E[c] / T
 
 
 @branch
-def frame_slopes(v, pull, chain, frame, attitude, match, step, problem, P, R, path, t, given):
+def frame_slopes(v, pull, arm, scratch, arrays, path, t, given):
     """Differentiate frame t: first its joint angles, then g and E by them and the design."""
-    n, m = chain.dof, P.shape[1]
+    n, m, problem = arm.chain.dof, arrays.P.shape[1], arrays.record[0]
+    points, rotation = arrays.P[t], arrays.R[min(t, len(arrays.R) - 1)]
+    target = Target(points, rotation, problem.weights[:m], problem.w_0, problem.free, problem.metric)
     follows = problem.mount == MOUNT_START and not given
-    points, target, weights = P[t], R[min(t, len(R) - 1)], problem.weights[:m]
     if t == 0:
-        open_slopes(v, chain, frame, attitude, match, step, problem, points, target, path[0], follows, given)
+        open_slopes(v, arm, scratch, problem, target, path[0], given)
     v.follows = 1 if follows else 0
-    w_0 = problem.w_0
-    evaluate_frame(frame, match, attitude, chain, points, target, weights, problem.free, w_0, problem.metric)
-    second_order(v, chain, frame, attitude, match, weights, target, problem, path[t], w_0)
+    evaluate_frame(arm, scratch, target)
+    second_order(v, arm, scratch.match, target, problem, path[t])
     if t > 0:
-        turn_joints(v, step, problem, path[t], path[t - 1], n)
-    area_slope(v, pull, chain, match, points, problem.delta, n)
-    scale = 1.0 if w_0 > 0.0 else 1.0 / (m * max(frame.root, 1e-12))
+        turn_joints(v, scratch.step, problem, path[t], path[t - 1], n)
+    area_slope(v, pull, arm.chain, scratch.match, points, problem.delta, n)
+    scale = 1.0 if target.w_0 > 0.0 else 1.0 / (m * max(arm.frame.root, 1e-12))
     for c in range(4 * n + 4):
         g, E = v.slope[c] * scale, v.area[c]
         for j in range(n):
@@ -96,21 +101,22 @@ def frame_slopes(v, pull, chain, frame, attitude, match, step, problem, P, R, pa
 
 
 @branch
-def open_slopes(v, chain, frame, attitude, match, step, problem, points, target, q, follows, given):
-    """Differentiate the start pose, which minimises another objective: the hand is held, see PROBLEM."""
-    n, m = chain.dof, len(points)
-    weights, w_0 = problem.held_weights[:m], 0.0 if follows else problem.w_0
+def open_slopes(v, arm, scratch, problem, target, q, given):
+    """Differentiate the start pose, which minimises another objective: the hand has its held weight, see PROBLEM."""
+    n, m, attitude, chain = arm.chain.dof, len(target.weights), arm.attitude, arm.chain
+    w_0 = 0.0 if problem.mount == MOUNT_START and not given else problem.w_0
+    start = Target(target.points, target.rotation, problem.held_weights[:m], w_0, problem.start_free, problem.metric)
     for c in range(4 * n + 4):
         for r in range(3):
             v.tool_turn[c, r] = 0.0
     v.follows = 0
     if problem.w_0 > 0.0 and not given:
-        set_mount(attitude, chain, target, MOUNT_IDENTITY)
-    evaluate_frame(frame, match, attitude, chain, points, target, weights, problem.start_free, w_0, problem.metric)
-    second_order(v, chain, frame, attitude, match, weights, target, problem, q, w_0)
-    turn_joints(v, step, problem, q, q, n)
+        set_mount(attitude, chain, target.rotation, MOUNT_IDENTITY)
+    evaluate_frame(arm, scratch, start)
+    second_order(v, arm, scratch.match, start, problem, q)
+    turn_joints(v, scratch.step, problem, q, q, n)
     if problem.w_0 > 0.0 and not given:
-        set_mount(attitude, chain, target, problem.mount)
+        set_mount(attitude, chain, target.rotation, problem.mount)
     for c in range(4 * n + 4):
         for r in range(3):
             total = 0.0
@@ -123,20 +129,21 @@ def open_slopes(v, chain, frame, attitude, match, step, problem, points, target,
 
 
 @branch
-def second_order(v, chain, frame, attitude, match, weights, target, problem, q, w_0):
+def second_order(v, arm, match, target, problem, q):
     """Slope of the solver's objective by all coordinates, and its second derivatives by joints and coordinates."""
+    chain, weights, w_0 = arm.chain, target.weights, target.w_0
     n, m = chain.dof, len(weights)
     tie_points(v, match, chain, weights, m)
     differentiate_position(v, match, weights, m, n)
     if w_0 > 0.0:
-        root_of_position(v, frame.root, m, n)
+        root_of_position(v, arm.frame.root, m, n)
     v.scale = 0.0
     for j in range(n):
         v.at_limit[j] = 0 if problem.lower[j] < q[j] < problem.upper[j] else 1
         v.pull[j] = v.slope[1 + 4 * j + Q]
         v.scale += abs(v.mixed[j, 1 + 4 * j + Q]) / n
     if w_0 > 0.0:
-        add_orientation(v, attitude, chain, target, problem.metric, n, w_0)
+        add_orientation(v, arm.attitude, chain, target.rotation, problem.metric, n, w_0)
 
 
 @branch

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
-from armdesign.fitness.kernels.association import MAX_POINTS
-from armdesign.kinematics.kernels.skeleton import MAX_DOF
+import numpy as np
+from numpy.typing import NDArray
+
+from armdesign._types import Array
+from armdesign.fitness.kernels.association import MATCH, MAX_POINTS
+from armdesign.fitness.kernels.orientation import ATTITUDE
+from armdesign.fitness.kernels.temporal import FRAME, MOTION
+from armdesign.kinematics.kernels.dls import STEP
+from armdesign.kinematics.kernels.skeleton import CHAIN, MAX_DOF
 
 IDLE, SAMPLE, DESCEND, POLISH, OPEN, FOLLOW, REPLAY, DONE = range(8)
 MOUNT_IDENTITY, MOUNT_START = 0, 1
@@ -93,7 +100,30 @@ STATE = np.dtype(
         ("valid", np.int64),
     ]
 )
-"""Solver state: where an arm is on its way along the demonstration; one record an arm."""
+"""Solver state: how far an arm has followed the demonstration."""
+
+ARM = np.dtype([("state", STATE), ("chain", CHAIN), ("frame", FRAME), ("attitude", ATTITUDE)])
+"""Everything that is kept of one arm between two trials."""
+
+SCRATCH = np.dtype([("motion", MOTION), ("match", MATCH), ("step", STEP)])
+"""What one trial of one arm needs; a single record serves a whole block, so that it stays in the fastest cache."""
+
+
+class ProblemArrays(NamedTuple):
+    """A problem as the kernels read it.
+
+    Attributes:
+        P: Points, shape (T, m, 3) [m].
+        R: Hand rotations, shape (T, 3, 3), or (1, 3, 3) where orientation has no weight.
+        starts: Start poses, shape (K, n) [rad].
+        record: One PROBLEM record, shape (1,).
+    """
+
+    P: Array
+    R: Array
+    starts: Array
+    record: NDArray[np.void]
+
 
 OUTCOME = np.dtype(
     [

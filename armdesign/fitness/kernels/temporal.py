@@ -9,8 +9,11 @@ segment eliminated: the derivatives are those of the minimum over sigma.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.fitness.kernels.association import MAX_POINTS, associate
 from armdesign.fitness.kernels.orientation import compare_orientation, orientation_jacobian
 from armdesign.kinematics.compilation import branch, leaf
@@ -41,52 +44,62 @@ MOTION = np.dtype(
 SMALLEST_ROOT = 1e-12
 
 
+class Target(NamedTuple):
+    """One frame of the demonstration and how it is weighted.
+
+    Attributes:
+        points: p_1..p_m, shape (m, 3) [m].
+        rotation: R_hand, shape (3, 3).
+        weights: w_1..w_m, shape (m,).
+        w_0: Orientation weight; 0 for none.
+        free: Number of free sigma.
+        metric: GEODESIC, EULER or AXIS.
+    """
+
+    points: Array
+    rotation: Array
+    weights: Array
+    w_0: float
+    free: int
+    metric: int
+
+
 @branch
-def evaluate_frame(frame, match, attitude, chain, points, target, weights, free, w_0, metric):
+def evaluate_frame(arm, scratch, target):
     """Write value and g (eq. 3) for the present pose.
 
     Args:
-        frame: Record of type FRAME, written.
-        match: Record of type MATCH, written.
-        attitude: Record of type ATTITUDE; written where w_0 > 0.
-        chain: Record of type CHAIN, up to date.
-        points: Shape (m, 3) [m].
-        target: R_hand, shape (3, 3).
-        weights: w_1..w_m.
-        free: Number of free sigma.
-        w_0: Orientation weight; 0 for none.
-        metric: Orientation metric.
+        arm: Record of type ARM with the chain up to date; frame is written, attitude where w_0 > 0.
+        scratch: Record of type SCRATCH; match is written.
+        target: Frame to compare the pose with.
     """
-    associate(match, chain, points, weights, free)
-    m = len(points)
+    frame, match, weights = arm.frame, scratch.match, target.weights
+    associate(match, arm.chain, target.points, weights, target.free)
+    m = len(weights)
     frame.square = 0.0
     for i in range(m):
         frame.square += weights[i] * match.distance[i] * match.distance[i]
     frame.root = np.sqrt(frame.square)
-    frame.g = frame.root / m
-    if w_0 > 0.0:
-        compare_orientation(attitude, chain, target, metric)
-        frame.g += w_0 * attitude.error
+    frame.g = frame.root / m  # eq. 3, position part: the 1/m stands outside the root
+    if target.w_0 > 0.0:
+        compare_orientation(arm.attitude, arm.chain, target.rotation, target.metric)
+        frame.g += target.w_0 * arm.attitude.error  # eq. 3, orientation part
         frame.value = frame.g
     else:
         frame.value = 0.5 * frame.square
 
 
 @leaf
-def differentiate_frame(frame, motion, match, attitude, chain, jacobian, weights, w_0, metric):
+def differentiate_frame(arm, scratch, target, jacobian):
     """Write slope, newton and gauss of the position part, and K of the orientation part.
 
     Args:
-        frame: Record of type FRAME, after evaluate_frame.
-        motion: Record of type MOTION, written.
-        match: Record of type MATCH, after evaluate_frame.
-        attitude: Record of type ATTITUDE.
-        chain: Record of type CHAIN.
+        arm: Record of type ARM, after evaluate_frame; frame and attitude are written.
+        scratch: Record of type SCRATCH, after evaluate_frame; motion is written.
+        target: Frame that the pose was compared with.
         jacobian: World Jacobian of the arm, shape (n, 6): linear, then angular.
-        weights: w_1..w_m, shape (m,).
-        w_0: Orientation weight.
-        metric: Orientation metric.
     """
+    frame, chain, motion, match, weights = arm.frame, arm.chain, scratch.motion, scratch.match, target.weights
     n = chain.dof
     for i in range(n):
         frame.slope[i] = 0.0
@@ -102,9 +115,9 @@ def differentiate_frame(frame, motion, match, attitude, chain, jacobian, weights
             turn = jacobian[i, 3] * x + jacobian[i, 4] * y + jacobian[i, 5] * z
             frame.newton[j, i] = frame.gauss[j, i] + turn
     remove_sliding(frame, motion, match, chain, jacobian, weights)
-    if w_0 > 0.0:
+    if target.w_0 > 0.0:
         take_root(frame, n, len(weights))
-        orientation_jacobian(attitude, jacobian, n, metric)
+        orientation_jacobian(arm.attitude, jacobian, n, target.metric)
 
 
 @leaf

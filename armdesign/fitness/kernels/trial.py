@@ -42,13 +42,14 @@ def error_after(attitude, move, n):
 
 
 @branch
-def solve_model(step, frame, attitude, state, problem, n, radius, mu, w_0):
+def solve_model(arm, step, problem, radius, mu, w_0):
     """Leave the best step of the present model in ``step.move``; False where the model is not convex.
 
     With orientation the model is the position part plus w_0 |rho + K x|, a norm with a kink where the orientation is
     met. That is first tried to be the answer (a stiff square); where it costs more than w_0 per radian, the norm is
     reweighted with the error it leads to.
     """
+    state, frame, attitude, n = arm.state, arm.frame, arm.attitude, arm.chain.dof
     if w_0 == 0.0:
         compose(step, frame, attitude, n, state.model, 0.0)
         return propose(step, n, state.q, state.previous, radius, problem.lower, problem.upper, mu)
@@ -68,9 +69,10 @@ def solve_model(step, frame, attitude, state, problem, n, radius, mu, w_0):
 
 
 @leaf
-def predicted_decrease(step, frame, attitude, state, n, w_0):
+def predicted_decrease(arm, step, w_0):
     """How much the model says the objective falls with ``step.move``."""
-    multiply(frame.newton if state.model == NEWTON else frame.gauss, step.move, step.work, n)
+    frame, attitude, n = arm.frame, arm.attitude, arm.chain.dof
+    multiply(frame.newton if arm.state.model == NEWTON else frame.gauss, step.move, step.work, n)
     total = 0.0
     for i in range(n):
         total -= (frame.slope[i] + 0.5 * step.work[i]) * step.move[i]
@@ -88,8 +90,9 @@ def out_of_the_race(state, problem):
 
 
 @branch
-def propose_trial(step, frame, attitude, state, problem, n, w_0, m):
+def propose_trial(arm, step, problem, w_0, m):
     """Propose the next trial from the model at q. Returns False where the frame counts as solved."""
+    state, frame, n = arm.state, arm.frame, arm.chain.dof
     radius = problem.radius if state.phase == FOLLOW else TRUST
     tolerance = max(problem.tolerance, ROUGH) if state.phase == DESCEND else problem.tolerance
     trace = 0.0
@@ -99,7 +102,7 @@ def propose_trial(step, frame, attitude, state, problem, n, w_0, m):
             state.previous[j] = state.q[j]
     while True:
         mu = state.damping * (trace / n + 1e-12)
-        if solve_model(step, frame, attitude, state, problem, n, radius, mu, w_0):
+        if solve_model(arm, step, problem, radius, mu, w_0):
             break
         if state.model == NEWTON:
             state.model = GAUSS
@@ -107,7 +110,7 @@ def propose_trial(step, frame, attitude, state, problem, n, w_0, m):
             return False
         else:
             state.damping *= 10.0
-    state.predicted = predicted_decrease(step, frame, attitude, state, n, w_0)
+    state.predicted = predicted_decrease(arm, step, w_0)
     gain = state.predicted
     if w_0 == 0.0:
         gain = state.g - np.sqrt(max(2.0 * (state.value - state.predicted), 0.0)) / m
