@@ -175,7 +175,8 @@ def check_design(table: DHTable) -> None:
     Raises:
         DesignError: Too many joints, or no length at all.
     """
-    if table.dof > MAX_DOF:
+    if table.dof > MAX_DOF:  # the kernels keep an arm in arrays of fixed size
         raise DesignError(f"the arm has {table.dof} joints", value=table.dof, allowed=f"1 to {MAX_DOF}")
+    # places along the arm, sigma, are shares of its length
     if not np.isfinite(table.length) or table.length <= 0.0:
         raise DesignError("the arm has no length: all a and d are 0", value=table.length)

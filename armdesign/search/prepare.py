@@ -44,6 +44,7 @@ def prepare(
     first = prepare_demonstration(seen[0], for_one(settings), longest=longest)
     if len(seen) == 1 and not holdouts:
         return DesignProblem(first.settings, (first,))
+    # names are compared at once, before the long work on the data of the others
     check_points([*seen, *holdouts], for_one(settings))
     paths = settings.task.more_recordings or [file_of(recording) for recording in seen[1:]]
     unseen = settings.task.holdouts or [file_of(recording) for recording in holdouts]
@@ -61,7 +62,7 @@ def prepare(
 def file_of(recording: Recording) -> str | None:
     """The file that a recording was read from; None for one that was not."""
     path = Path(recording.source)
-    return str(path.resolve()) if path.is_file() else None
+    return str(path.resolve()) if path.is_file() else None  # settings have to hold from any working directory
 
 
 def known(paths: Sequence[str | None]) -> list[str] | None:

@@ -90,7 +90,7 @@ class Result:
     def _repr_html_(self) -> str:
         """The arm in five poses over the paths that were demonstrated."""
         task, q = self.problem.task, self.evaluation.path.q
-        frames = five(len(q))
+        frames = sorted({int(k) for k in np.linspace(0, len(q) - 1, 5)})
         bodies = zip(frames, self.table.skeleton(q[frames]), strict=True)
         arms = [Line(body, name=f"{task.time[k]:.2f} s", width=2.0) for k, body in bodies]
         return shown(f"{self!r}\n\n{self.table!r}", drawing([*arms, *task_lines(task)]))
@@ -128,11 +128,6 @@ def hand_error(scores: Sequence[PathEvaluation]) -> str:
         return "the hand is not reached"
     error = 1e3 * np.concatenate(reached)
     return f"hand error {error.mean():.1f} mm mean, {error.max():.1f} mm largest"
-
-
-def five(frames: int) -> list[int]:
-    """Frames from the first to the last, at most five."""
-    return sorted({int(k) for k in np.linspace(0, frames - 1, 5)})
 
 
 def evaluate(arm: DHTable | str | Path, problem: DesignProblem, name: str = "arm") -> Result:

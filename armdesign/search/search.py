@@ -105,6 +105,7 @@ class Search:
         """Evaluate the next batch of candidates; returns how far the search is then."""
         swarm = self.swarm
         X = swarm.ask()
+        # what comes to lie beyond its cutoff may be dropped on the way: it changes nothing of what the swarm does next
         cutoff = swarm.cutoff if self.settings.prune else np.full(len(X), np.inf)
         hints = swarm.hints
         sloped = swarm.wants_slopes
