@@ -2,7 +2,7 @@
 
 Left to itself, Numba optimises a function and writes machine code for it, and does so again inside each of its
 callers, level by level; four fifths of that is thrown away, since Python calls none but the entries. Inner kernels
-therefore stay an intermediate form here (InnerLibrary), which the entries link, inline and optimise in one go.
+therefore stay an intermediate form (see inner_compiler), which the entries link, inline and optimise in one go.
 
 Numba's cache looks only at the file of the function it caches; a change in a leaf that lives elsewhere would go
 unnoticed and give old numbers. Entries are therefore stamped with the source of the whole package's kernels.
@@ -19,11 +19,7 @@ from typing import Any
 
 import numba
 from numba.core import event
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import PassManager, register_pass
 from numba.core.dispatcher import Dispatcher
-from numba.core.typed_passes import NativeLowering
 
 KERNEL_ROOMS = ("kinematics", "fitness")
 LINKING_SHARE = 0.25
@@ -33,50 +29,12 @@ OnProgress = Callable[[int, int], None]
 """Called with how much is compiled and how much there is, in units of bytecode."""
 
 
-class InnerLibrary(JITCodeLibrary):
-    """Code of an inner kernel, neither optimised across functions nor turned into machine code."""
-
-    def _optimize_final_module(self) -> None:
-        """Leave it to the entry."""
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._finalized = True
-
-
-@register_pass(mutates_CFG=True, analysis_only=False)
-class InnerLowering(NativeLowering):
-    """Lowers an inner kernel and makes it known to its callers, without machine code."""
-
-    _name = "inner_lowering"
-
-    def run_pass(self, state: Any) -> bool:  # noqa: ANN401 (Numba's compiler state)
-        """Lower; in place of machine code goes a built-in method, as Numba asks for, that says what is wrong."""
-        state.flags.no_compile = True
-        super().run_pass(state)
-        entry_point = f"{{{state.func_id.func_name} can be called by other kernels only}}".format
-        state.targetctx.insert_user_function(entry_point, state.cr.fndesc, [state.library])
-        state.cr = state.cr._replace(cfunc=entry_point)
-        return True
-
-
-class InnerCompiler(CompilerBase):
-    """Numba's compiler with InnerLowering in place of its lowering."""
-
-    def define_pipelines(self) -> list[PassManager]:
-        """Passes of an inner kernel."""
-        state = self.state
-        state.library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
-        pipeline = PassManager("inner kernel")
-        for kind, text in DefaultPassBuilder.define_nopython_pipeline(state).passes:
-            pipeline.add_pass(InnerLowering if kind is NativeLowering else kind, text)
-        pipeline.finalize()
-        return [pipeline]
-
-
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_rewrites": True, "no_cfunc_wrapper": True}
-INNER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True, "pipeline_class": InnerCompiler, "_nrt": False}
-"""Inner kernels allocate nothing: without reference counts (_nrt) there is less to lower."""
+try:
+    from armdesign.kinematics.inner_compiler import INNER_OPTIONS
+except (ImportError, AttributeError):  # another Numba inside: every kernel is compiled on its own, which takes longer
+    INNER_OPTIONS = {}
+INNER: dict[str, Any] = {**OPTIONS, **INNER_OPTIONS}
 
 
 def leaf(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (a Numba dispatcher)
@@ -93,9 +51,9 @@ def entry(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (a Numba dispatc
     """Compile a kernel that Python calls, cached on disk wherever a folder for it can be written."""
     try:
         dispatcher = numba.njit(cache=True, **OPTIONS)(function)
-    except RuntimeError:  # no writable place for the cache: compile in every process
+        dispatcher._cache._cache_file._source_stamp = stamp_of(Path(function.__code__.co_filename))
+    except (RuntimeError, AttributeError):  # no writable place, or no stamp that could be set: compile in every process
         return numba.njit(**OPTIONS)(function)
-    dispatcher._cache._cache_file._source_stamp = stamp_of(Path(function.__code__.co_filename))
     return dispatcher
 
 
@@ -112,7 +70,8 @@ def source_stamp() -> str:
     package = Path(__file__).parent.parent
     digest = hashlib.sha256(numba.__version__.encode())
     kernels = (path for room in KERNEL_ROOMS for path in (package / room / "kernels").glob("*.py"))
-    for path in (Path(__file__), *sorted(kernels)):
+    here = Path(__file__)
+    for path in (here, here.with_name("inner_compiler.py"), *sorted(kernels)):
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()
 

@@ -58,7 +58,9 @@ def test_copy_has_the_stamp_of_the_original(copy):
     assert stamp() == compilation.source_stamp()
 
 
-@pytest.mark.parametrize("name", [*map(str, kernel_files()), "kinematics/compilation.py"])
+@pytest.mark.parametrize(
+    "name", [*map(str, kernel_files()), "kinematics/compilation.py", "kinematics/inner_compiler.py"]
+)
 def test_any_change_to_a_kernel_s_source_changes_the_stamp(copy, name):
     path = copy / name
     before = stamp_of_entries(path)
@@ -136,3 +138,10 @@ def test_change_in_a_kernel_compiles_its_callers_anew(copy, monkeypatch):
     inner = copy / "kinematics" / "kernels" / "skeleton.py"
     inner.write_text(inner.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
     assert hits_and_misses() == ["0", "1"]
+
+
+def test_another_numba_inside_compiles_every_kernel_on_its_own(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    without = "import sys; sys.modules['armdesign.kinematics.inner_compiler'] = None\n" + LOAD_AN_ARM
+    run = subprocess.run([sys.executable, "-c", without], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ["0", "1"]
