@@ -68,9 +68,7 @@ def test_two_stretches_are_taken_out_in_any_order():
 
 
 def test_an_arm_that_moves_meanwhile_is_refused_with_the_distance():
-    with pytest.raises(
-        RecordingError, match=r"from 2.5 s to 4.5 s cannot be cut out, 'hand' moves by 20 mm; allowed: at most 5 mm"
-    ):
+    with pytest.raises(RecordingError, match=r"from 2.5 s to 4.5 s .* 'hand' moves by 20 mm; allowed: at most 5 mm"):
         cut_out(recording(resting(0.03)), [(2.5, 4.5)])
     cut_out(recording(resting(0.006)), [(2.5, 4.5)])
     points = {"elbow": resting(0.06), "hand": resting()}

@@ -111,10 +111,7 @@ BAD_HEADERS = {
     "semicolons": ("time;a_x;a_y;a_z\n0,5;1;2;3\n", "looks separated by semicolons, not commas .*Save it with commas"),
     "tabs": ("time\ta_x\ta_y\ta_z\n", "looks separated by tabs"),
     "part of a position": ("time,a_x,a_z\n", "there is 'a_x', 'a_z', but no 'a_y'"),
-    "part of a quaternion": (
-        "time,a_x,a_y,a_z,a_qx,a_qw\n",
-        "there is 'a_qx', 'a_qw', but no 'a_qy' and no 'a_qz'",
-    ),
+    "part of a quaternion": ("time,a_x,a_y,a_z,a_qx,a_qw\n", "there is 'a_qx', 'a_qw', but no 'a_qy' and no 'a_qz'"),
     "twice": ("time,a_x,a_y,a_z,a_y\n", "the name 'a_y' stands twice, in columns 3 and 5"),
     "twice in other letters": ("time,a_x,a_y,a_z,a_Y\n", "'a_y' stands twice"),
     "time twice": ("time,a_x,a_y,a_z,Time\n", "'time' stands twice, in columns 1 and 5"),

@@ -108,8 +108,7 @@ def test_a_format_is_told_by_its_first_bytes_alone(made):
 
 
 @pytest.mark.parametrize(
-    "head",
-    [b"", b"P", b"\0\1\2", bytes(600), b"PK\x03\x04" + bytes(600), b"\0HIERARCHY", b"\0x,y,z", b"HIERARCHYX\n"],
+    "head", [b"", b"P", b"\0\1\2", bytes(600), b"PK\x03\x04" + bytes(600), b"\0HIERARCHY", b"\0x,y,z", b"HIERARCHYX\n"]
 )
 @pytest.mark.parametrize("form", FORMATS[:-1], ids=lambda form: form.name)
 def test_other_bytes_are_of_no_format(form, head):

@@ -31,14 +31,8 @@ SCHEMES = {
         "R.Shoulder R.Elbow R.Wrist L.Shoulder L.Elbow L.Wrist R.Biceps",
         "shoulder=R.Shoulder elbow=R.Elbow wrist=R.Wrist",
     ),
-    "OpenSim, Rajagopal": (
-        "RACR RLEL RMEL RFAradius RFAulna",
-        "shoulder=RACR elbow=RLEL+RMEL wrist=RFAradius+RFAulna",
-    ),
-    "Motive": (
-        "Hip RShoulder RUArm RFArm RHand LShoulder LUArm LFArm LHand",
-        "shoulder=RUArm elbow=RFArm wrist=RHand",
-    ),
+    "OpenSim, Rajagopal": ("RACR RLEL RMEL RFAradius RFAulna", "shoulder=RACR elbow=RLEL+RMEL wrist=RFAradius+RFAulna"),
+    "Motive": ("Hip RShoulder RUArm RFArm RHand LShoulder LUArm LFArm LHand", "shoulder=RUArm elbow=RFArm wrist=RHand"),
     "Motive, subject and colon": (
         "giver:RUArm giver:RFArm giver:RHand",
         "shoulder=giver:RUArm elbow=giver:RFArm wrist=giver:RHand",

@@ -112,9 +112,7 @@ def test_without_an_arm_the_extent_tells_the_unit(factor):
 
 
 def test_a_size_that_fits_nothing_asks_for_the_unit():
-    with pytest.raises(
-        RecordingError, match=r"here.c3d: the file does not say its unit .*none fits: .* units; allowed: m, cm"
-    ):
+    with pytest.raises(RecordingError, match=r"here.c3d: .* does not say its unit .* units; allowed: m, cm"):
         to_recording(take(arm(3e6), units=None))
     with pytest.raises(RecordingError, match="Say it with --units"):
         to_recording(take({"a": np.full((5, 3), np.nan)}, units=None))

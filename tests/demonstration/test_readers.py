@@ -86,9 +86,7 @@ BINARY = {
 
 @pytest.mark.parametrize(("content", "message"), BINARY.values(), ids=BINARY.keys())
 def test_binary_files_name_the_known_formats(tmp_path, content, message):
-    with pytest.raises(
-        RecordingError, match=f"not a recording of a known format; allowed: C3D, .*plain CSV. .*{message}"
-    ):
+    with pytest.raises(RecordingError, match=f"known format; allowed: C3D, .*plain CSV. .*{message}"):
         read_recording(saved(tmp_path, content))
 
 
@@ -112,9 +110,7 @@ def test_files_with_times_are_joined_by_them(tmp_path):
     files = bones(tmp_path, TEXT, TEXT.replace("hand", "elbow"))
     assert list(read_recordings(files).points) == ["b0", "b1"]
     files["b1"] = saved(tmp_path, TEXT.replace("\n2,", "\n2.5,"), "later.csv")
-    with pytest.raises(
-        RecordingError, match=r"0.csv and .*later.csv differ in their times, first in frame 3 \(2 s and"
-    ):
+    with pytest.raises(RecordingError, match=r"0.csv and .*later.csv differ in their times, .* frame 3 \(2 s and"):
         read_recordings(files)
 
 
@@ -149,10 +145,8 @@ def test_the_import_is_light():
 
 
 def test_what_is_legible_stays():
-    assert (
-        legible_text("take.csv, line 3: 'Ellbögen' 手 is odd. Mend it")
-        == "take.csv, line 3: 'Ellbögen' 手 is odd. Mend it"
-    )
+    text = "take.csv, line 3: 'Ellbögen' 手 is odd. Mend it"
+    assert legible_text(text) == text
 
 
 @pytest.mark.parametrize("letter", list("\0\x07\x1b\x7f\x85\u2028\ufeff\n\r\t\x0b"))

@@ -176,12 +176,7 @@ class Selection:
 
 
 def resolve(
-    recording: Recording,
-    base: str | None,
-    points: Sequence[str],
-    orientation: str | None,
-    *,
-    oriented: bool = False,
+    recording: Recording, base: str | None, points: Sequence[str], orientation: str | None, *, oriented: bool = False
 ) -> Selection:
     """Find or make the points that a task is to use.
 

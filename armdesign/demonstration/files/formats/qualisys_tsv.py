@@ -39,14 +39,7 @@ from armdesign.demonstration.files.formats.marker_tables import (
     row_steps,
 )
 from armdesign.demonstration.files.quaternions import are_rotations, from_matrices
-from armdesign.demonstration.files.text_files import (
-    LinesAhead,
-    Place,
-    check_names,
-    open_text,
-    shown,
-    text_head,
-)
+from armdesign.demonstration.files.text_files import LinesAhead, Place, check_names, open_text, shown, text_head
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 

@@ -28,14 +28,7 @@ from armdesign.demonstration.files.formats.marker_tables import (
     read_units,
     row_steps,
 )
-from armdesign.demonstration.files.text_files import (
-    LinesAhead,
-    Place,
-    check_names,
-    open_text,
-    shown,
-    text_head,
-)
+from armdesign.demonstration.files.text_files import LinesAhead, Place, check_names, open_text, shown, text_head
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 
