@@ -16,7 +16,7 @@ from armdesign.demonstration.cleaning.gaps import seconds
 from armdesign.demonstration.recording import Recording, Step
 from armdesign.errors import TaskError
 
-_STILL = 0.01  # [m] a base that moves less counts as standing; skin slides over a shoulder by as much
+_STILL = 0.01  # [m] a base that moves less counts as standing
 _LONGEST_ARM, _SHORTEST_ARM = 2.0, 0.1  # [m]
 
 

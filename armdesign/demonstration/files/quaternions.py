@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from armdesign._types import Array
 
 _PARALLEL = 1e-6  # [rad] below this angle, straight and great-circle interpolation agree to rounding
-_SKEW = 0.01  # files print rotation matrices with as few as three decimals
+_SKEW = 0.01  # far above the rounding of matrices with five decimals, as Qualisys prints them
 
 
 def unit_continuous(quaternions: Array) -> Array:
