@@ -164,6 +164,12 @@ def median_step(time: Array) -> float:
     return float(np.median(np.diff(time)))
 
 
+def median_seen(values: Array) -> float:
+    """Median of the values that are there, shape (T,); NaN if there are none."""
+    there = values[np.isfinite(values)]
+    return float(np.median(there)) if len(there) else float("nan")
+
+
 def first_bad_step(time: Array) -> int | None:
     """Index of the first time that is not a number or not later than the one before; None if there is none."""
     if len(time) == 0 or not np.isfinite(time[0]):

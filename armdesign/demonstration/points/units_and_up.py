@@ -13,7 +13,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.points.guess import Arm
-from armdesign.demonstration.recording import Take
+from armdesign.demonstration.recording import Take, median_seen
 
 CMU = 0.0254 / 0.45
 """Metres per unit of the CMU motion-capture library, whose skeletons are in 0.45 inches."""
@@ -57,7 +57,7 @@ def measure(take: Take, arms: Sequence[Arm]) -> Size:
     for arm in arms:
         roles = [arm.roles[role] for role in ("shoulder", "elbow", "wrist")]
         places = np.array([np.mean([points[name] for name in role], axis=0) for role in roles])
-        length = _median(np.linalg.norm(np.diff(places, axis=0), axis=2).sum(axis=0))
+        length = median_seen(np.linalg.norm(np.diff(places, axis=0), axis=2).sum(axis=0))
         if math.isfinite(length) and length > 0:
             # upper arm 0.186 and forearm 0.146 of a height of 1.66 m (Drillis and Contini 1966)
             return Size("from shoulder over elbow to wrist it is", length, 0.55, _FINE, _EVERY)
@@ -89,13 +89,7 @@ def _extent(points: Mapping[str, Array]) -> float:
         warnings.simplefilter("ignore", RuntimeWarning)  # frames in which nothing was seen
         every = np.stack(list(points.values()))
         sides = np.nanmax(every, axis=0) - np.nanmin(every, axis=0)
-    return _median(sides.max(axis=1))
-
-
-def _median(values: Array) -> float:
-    """Median of the values that are there."""
-    there = values[np.isfinite(values)]
-    return float(np.median(there)) if len(there) else math.nan
+    return median_seen(sides.max(axis=1))
 
 
 _TRUNK = (

@@ -19,7 +19,7 @@ class Format(NamedTuple):
 
     Attributes:
         name: What the format is called in messages.
-        matches: Whether a file beginning with these bytes (``sniff.HEAD_SIZE`` of them at most) has the format.
+        matches: Whether a file beginning with these bytes (``HEAD_SIZE`` of them at most) has the format.
         read: Reads such a file; what is wrong in it is a RecordingError that says what and where.
     """
 

@@ -44,7 +44,7 @@ from armdesign.demonstration.files.formats.frame_clock import check_frames
 from armdesign.demonstration.files.formats.marker_tables import clean_name, count, listed, row_steps, unused_name
 from armdesign.demonstration.files.quaternions import AXES, identity, rotated, turned
 from armdesign.demonstration.files.text_files import MAX_NUMBERS, LinesAhead, Place, check_columns, open_text, text_head
-from armdesign.demonstration.recording import Step, Take
+from armdesign.demonstration.recording import Step, Take, median_seen
 from armdesign.errors import RecordingError
 
 _START = re.compile(r"\s*HIERARCHY\b", re.IGNORECASE)
@@ -189,18 +189,12 @@ def _local(joint: Joint, table: Array) -> tuple[Array, bool]:
     axes, columns = list(joint.positions), list(joint.positions.values())
     moved = np.zeros((3, len(table)))
     moved[axes] = table[:, columns].T
-    away = np.array([_median(values) for values in moved[axes]]) - offset[axes, 0]
+    away = np.array([median_seen(values) for values in moved[axes]]) - offset[axes, 0]
     if joint.parent is None or not np.linalg.norm(away) < _NEAR * np.linalg.norm(offset[axes]):
         return offset + moved, False
     others = [axis for axis in range(3) if axis not in axes]
     moved[others] = offset[others]
     return moved, True
-
-
-def _median(values: Array) -> float:
-    """Median of the values that are there; NaN if there are none."""
-    values = values[np.isfinite(values)]
-    return float(np.median(values)) if len(values) else math.nan
 
 
 def _steps(rows: Rows, motion: _Motion, first: int, replaced: list[str]) -> list[Step]:
