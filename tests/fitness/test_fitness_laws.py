@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 import pytest
 from kernel_probe import Probe
@@ -46,7 +48,7 @@ def fitness_of(table, problem):
 
 def turned_ratios(metric, mount, solver):
     """Robot fitness of random designs in a turned scene with a turned base, relative to that in the scene itself."""
-    P, R = (values[::4] for values in recorded("welding"))
+    P, R = (values[::8] for values in recorded("welding"))
     turn = Rotation.from_euler("z", 1.234).as_matrix()
     options = {"w_0": 0.2, "orientation_metric": metric, "mount": mount, "solver": solver}
     still = problem_for(P, 5, WELDING, R=R, **options)
@@ -161,19 +163,19 @@ LIMITS = {"wide": 180.0, "tight": 60.0}
 @pytest.mark.parametrize("span", LIMITS)
 @pytest.mark.parametrize("eps", [10.0, 0.5])
 def test_continuity_and_joint_limits_hold_in_every_frame(eps, span, oriented):
-    P, R = (values[::2] for values in recorded("welding"))
+    P, R = (values[::6] for values in recorded("welding"))
     weights, w_0 = (WELDING, 0.2) if oriented else (PACKAGING, 0.0)
     bound, radius = np.deg2rad(LIMITS[span]), np.deg2rad(eps)
     problem = problem_for(P, 6, weights, R=R, w_0=w_0, limits=np.tile([-bound, bound], (6, 1)), continuity=eps)
     moved, at_limit, taken = 0, 0, 0
-    for _, _, path in valid_paths(problem, 40):
+    for _, _, path in islice(valid_paths(problem, 40), 5):
         steps = np.linalg.norm(np.diff(path.q, axis=0), axis=1)
         assert steps.max() <= radius * (1.0 + 1e-9)
         assert np.abs(path.q).max() <= bound
         moved += (steps > 0.999 * radius).sum()
         at_limit += (np.abs(path.q) == bound).sum()
         taken += 1
-    assert taken >= 5
+    assert taken == 5
     assert eps > 1.0 or moved > 0  # both must have bound for this to mean anything
     assert span == "wide" or at_limit > 0
 
@@ -213,7 +215,7 @@ def test_a_valid_start_is_within_its_tolerance_and_others_are_invalid():
     for tolerance in (1e-3, 1e-4):
         problem = problem_for(P, 3, PACKAGING, reach_tolerance=tolerance)
         kinds = set()
-        for table in tables(3, 100):
+        for table in tables(3, 40):
             scores, path = follow(table, problem)
             kinds.add(bool(scores.valid[0]))
             if scores.valid[0]:
@@ -264,7 +266,7 @@ def test_the_mount_takes_the_first_error_or_is_the_identity(metric):
 
 @pytest.mark.parametrize("name", ["packaging", "welding"])
 def test_replaying_a_followed_path_gives_the_same_numbers(name):
-    P, R = recorded(name)
+    P, R = (None if values is None else values[::4] for values in recorded(name))
     weights, w_0 = (WELDING, 0.2) if name == "welding" else (PACKAGING, 0.0)
     problem = problem_for(P, 5, weights, R=R, w_0=w_0)
     evaluator = BlockEvaluator(problem, block=3)

@@ -13,15 +13,15 @@ from armdesign.search.evaluation import evaluate_on
 from armdesign.settings.sections import Design
 
 TASKS = {  # recording: joints, weights, w_0, every so many frames
-    "packaging": (4, PACKAGING, 0.0, 1),
-    "welding": (5, WELDING, 0.2, 1),
-    "box_lift": (5, WELDING, 0.2, 3),
-    "handover": (4, PACKAGING, 0.0, 4),
+    "packaging": (4, PACKAGING, 0.0, 4),
+    "welding": (5, WELDING, 0.2, 4),
+    "box_lift": (5, WELDING, 0.2, 9),
+    "handover": (4, PACKAGING, 0.0, 12),
 }
 ORIENTED = ("welding", "box_lift")
 
 
-def best_of_some(problem, space, count=150):
+def best_of_some(problem, space, count=60):
     """The best of a few random designs: a fair arm for the task."""
     Phi = space.sample(np.random.default_rng(11), count)
     scores, _ = RobotFitness(problem, space).evaluate(Phi)
