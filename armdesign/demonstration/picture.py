@@ -92,7 +92,9 @@ def _figure(recording: Recording) -> Figure:
     parts: Any = figure.subfigures(2, 1, height_ratios=[above, below])
     upper, lower = parts
     axes = upper.subplots(2, 2, width_ratios=[size[0], size[1]], height_ratios=[size[2], size[1]])
-    shown = _shown(recording)
+    arm = guess_of(recording).arm
+    shown: Mapping[str, Array] = recording.points if _by_colour(recording) else {}  # drawn in colour
+    shown = shown if arm is None else arm_paths(arm, recording)
     for axis, (title, across, up) in zip((axes[0, 0], axes[0, 1], axes[1, 0]), _VIEWS, strict=True):
         _view(axis, recording, shown, (across, up))
         axis.set(title=title, xlabel=f"{'xyz'[across]} [m]", ylabel=f"{'xyz'[up]} [m]", aspect="equal")
@@ -108,14 +110,6 @@ def _title(recording: Recording) -> str:
     form = recording.about.format or "recording"
     count = f"{len(recording.points)} points, {recording.frames} frames"
     return f"{_short(name, 80)}\n{_short(form, 40)}, {count}, {recording.rate:.4g} frames/s"
-
-
-def _shown(recording: Recording) -> Mapping[str, Array]:
-    """The paths drawn in colour: the arm found by its names, or all points if they are few."""
-    arm = guess_of(recording).arm
-    if arm is None:
-        return recording.points if _by_colour(recording) else {}
-    return arm_paths(arm, recording)
 
 
 def _by_colour(recording: Recording) -> bool:
@@ -137,23 +131,17 @@ def _view(axis: Axes, recording: Recording, shown: Mapping[str, Array], plane: t
         seen = np.flatnonzero(~np.isnan(values[:, 0]))
         if len(seen):
             axis.plot(*values[seen[0], [across, up]], marker="o", markersize=5, **style)
-    _limbs(axis, shown, plane, len(recording.time), _by_colour(recording))
+    if len(shown) > 2 and not (_by_colour(recording) and len(shown) > 5):  # more are hardly one arm
+        joints = np.stack(list(shown.values()), axis=1)
+        whole = np.flatnonzero(~np.isnan(joints).any(axis=(1, 2)))
+        for frame in whole[np.linspace(0, len(whole) - 1, 5).astype(int)] if len(whole) else ():
+            axis.plot(*joints[frame][:, plane].T, color="#555555", linewidth=0.8, alpha=0.6, zorder=2)
     axis.grid(linewidth=0.3)
 
 
 def _every(recording: Recording) -> int:
     """Every how many frames one is drawn."""
     return max(1, recording.frames // _DRAWN)
-
-
-def _limbs(axis: Axes, shown: Mapping[str, Array], plane: tuple[int, int], frames: int, few: bool) -> None:
-    """The arm as a line from point to point in its first and last frame and some between."""
-    if len(shown) < 3 or (few and len(shown) > 5):
-        return
-    joints = np.stack(list(shown.values()), axis=1)
-    whole = np.flatnonzero(~np.isnan(joints).any(axis=(1, 2)))
-    for frame in whole[np.linspace(0, len(whole) - 1, 5).astype(int)] if len(whole) else ():
-        axis.plot(*joints[frame][:, plane].T, color="#555555", linewidth=0.8, alpha=0.6, zorder=2)
 
 
 def _legend(axis: Axes, source: Axes, others: int) -> None:
