@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.command_errors import one_sentence_errors, refuse_without
 from armdesign.cli.command_options import QuietOption
 from armdesign.cli.screen import compiling, say, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
@@ -100,6 +100,11 @@ def export(
         "rate": rate, "speed": speed, "fit_limits": fit_limits, "max_velocity": max_velocity,
         "max_acceleration": max_acceleration, "cutoff": cutoff, "ramp": ramp,
     }  # fmt: skip
+    if not kinds:
+        robot_flags = [f"--{name.replace('_', '-')}" for section in given.values() for name in section]
+        refuse_without("--format", dict.fromkeys(robot_flags, True))
+    if not motions:
+        refuse_without("--trajectory", {f"--{name.replace('_', '-')}": value for name, value in timing.items()})
     options = RobotOptions(
         BodyOptions(**given["body"]),
         LimitOptions(**given["limits"]),

@@ -73,14 +73,14 @@ def refused(run, place):
     """Run a command that has to end with one sentence, exit code 2 and nothing written; gives the sentence."""
 
     def invoke(*args):
-        before = {path: path.read_bytes() for path in place.rglob("*") if path.is_file()}
+        here = Path.cwd()
+        before = {path: path.read_bytes() for path in here.rglob("*") if path.is_file()}
         outcome = run(*args)
-        after = {path: path.read_bytes() for path in place.rglob("*") if path.is_file()}
         assert isinstance(outcome.exception, SystemExit), (outcome.exception, outcome.output)
         assert outcome.exit_code == 2, outcome.output
         assert "Traceback" not in outcome.output
-        assert after == before
-        assert not (place / "runs").exists()
+        assert {path: path.read_bytes() for path in here.rglob("*") if path.is_file()} == before
+        assert not (here / "runs").exists()
         sentence = outcome.output.splitlines()[-1]
         assert sentence.startswith("armdesign: ")
         return sentence

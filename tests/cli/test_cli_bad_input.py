@@ -1,264 +1,252 @@
-"""Bad input: one sentence that says what, where, what is allowed and what to do; exit code 2; nothing written."""
+"""Bad input to any command: one sentence with the value, what is allowed and the way out; exit code 2; no file written.
+
+What a single reader, settings section or formula refuses is tested in its own room; here is one of every kind.
+"""
 
 import re
+import shlex
 
-import numpy as np
 import pytest
 
-
-def lines_of(path):
-    return path.read_text(encoding="utf-8").splitlines()
-
-
-def cells(lines, change):
-    """The lines with every number but the times changed."""
-    rows = [[float(cell) for cell in line.split(",")] for line in lines[1:]]
-    return [lines[0], *(",".join([repr(row[0]), *(repr(change(x)) for x in row[1:])]) for row in rows)]
-
-
-def replaced(lines, row, column, text):
-    parts = lines[row].split(",")
-    parts[lines[0].split(",").index(column)] = text
-    return [*lines[:row], ",".join(parts), *lines[row + 1 :]]
-
-
-def blanked(lines, point):
-    """A point that was never seen."""
-    for row in range(1, len(lines)):
-        for axis in "xyz":
-            lines = replaced(lines, row, f"{point}_{axis}", "")
-    return lines
-
-
-RECORDINGS = {
-    "empty file": (lambda lines: [], "is empty. Export it again"),
-    "prose": (
-        lambda lines: ["Dear diary,", "today I moved my arm."],
-        r"line 1: .* has no column 'time' .*; allowed: time, NAME_x",
-    ),
-    "semicolons": (
-        lambda lines: [line.replace(",", ";") for line in lines],
-        "looks separated by semicolons, not commas",
-    ),
-    "no header": (lambda lines: lines[1:], r"line 1: there is no header, the first line holds numbers"),
-    "no y column": (
-        lambda lines: [line.rsplit(",", 2)[0] + "," + line.rsplit(",", 1)[1] for line in lines],
-        "there is 'hand_x', 'hand_z', but no 'hand_y'. Add what is missing or remove the whole point",
-    ),
-    "two frames": (lambda lines: lines[:3], "has two frames, but a motion takes at least three"),
-    "millimetres": (
-        lambda lines: cells(lines, lambda x: 1000 * x),
-        r"the arm measures 57\d\.\d m; allowed: 0.1 to 2 m. This looks like millimetres: read it with --units mm",
-    ),
-    "kilometres": (
-        lambda lines: cells(lines, lambda x: x / 1000),
-        r"the arm measures 0.00057\d+ m; allowed: 0.1 to 2 m",
-    ),
-    "time stands still": (
-        lambda lines: replaced(lines, 5, "time", lines[4].split(",")[0]),
-        "line 6, column 'time': the time does not increase, 0.06 s comes after 0.06 s",
-    ),
-    "no time": (lambda lines: replaced(lines, 5, "time", ""), "line 6, column 'time': the time is missing"),
-    "a word": (lambda lines: replaced(lines, 5, "hand_x", "oops"), "line 6, column 'hand_x': 'oops' is not a number"),
-    "infinity": (
-        lambda lines: replaced(lines, 5, "hand_x", "inf"),
-        "line 6, column 'hand_x': 'inf' is not a finite number",
-    ),
-    "point never seen": (lambda lines: blanked(lines, "forearm"), "point 'forearm' was not seen in any frame"),
-    "point twice": (lambda lines: [lines[0].replace("forearm", "hand"), *lines[1:]], "'hand_x' stands twice"),
-    "only the base": (
-        lambda lines: [",".join(line.split(",")[:4]) for line in lines],
-        "beside the base 'shoulder' there is no point to follow",
-    ),
-    "comma in a name": (
-        lambda lines: [
-            ",".join(f'"{name}"' for name in lines[0].replace("hand", "hand;left").split(",")).replace(";", ","),
-            *lines[1:],
-        ],
-        "point 'hand,left' has a comma or a quotation mark in its name.*Rename it",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", RECORDINGS)
-def test_recordings_that_cannot_be_used(refused, place, packaging, name):
-    make, message = RECORDINGS[name]
-    (place / "bad.csv").write_text("".join(f"{line}\n" for line in make(lines_of(packaging))))
-    assert re.search(message, refused("search", "bad.csv", "--out", "run"))
-
-
-def test_long_gap_is_named_with_the_ways_out(refused, place, packaging):
-    lines = lines_of(packaging)
-    for row in range(40, 60):
-        lines = replaced(lines, row, "hand_x", "NaN")  # a lone NaN makes the whole position unseen
-    (place / "gap.csv").write_text("\n".join(lines))
-    sentence = refused("search", "gap.csv")
-    assert "point 'hand' is not seen from 0.76 s to 1.18 s, longer than the 0.2 s that may be filled" in sentence
-    assert "--to 0.76 or less, or --from 1.18 or more" in sentence
-    assert "raise --max-gap" in sentence
-
-
-def test_files_that_are_none(refused, place):
-    assert "nothing.csv does not exist. Check the path" in refused("search", "nothing.csv")
-    assert "is a folder" in refused("search", place)
-    (place / "picture.csv").write_bytes(bytes(range(256)) * 40)
-    assert "picture.csv is not a recording of a known format; allowed: C3D, " in refused("search", "picture.csv")
-    assert "File name too long" in refused("search", "x" * 300)
-    assert "no recording given. Write 'armdesign search RECORDING'" in refused("search")
-
-
-def test_points_that_there_are_not_list_those_there_are(refused, packaging):
-    there = "shoulder, upper_arm, forearm, hand"
-    assert f"no point 'elbow'; allowed: {there}" in refused("search", packaging, "--points", "elbow,hand")
-    assert f"no point 'hip' for the base; allowed: {there}" in refused("search", packaging, "--base", "hip")
-    assert "'hand' is given twice" in refused("search", packaging, "--points", "hand,hand")
-    assert "'shoulder' is the base and cannot be among the points" in refused(
-        "search", packaging, "--points", "shoulder,hand"
-    )
-
-
-def test_orientations_that_there_are_not_list_those_there_are(refused, packaging, welding):
-    sentence = refused("search", packaging, "--scenario", "welding")
-    assert "an orientation is to be followed (w_0 > 0), but" in sentence
-    assert "there is no orientation of 'hand'" in sentence
-    assert "nor of any other point" in sentence
-    assert "w_0 = 0" in sentence
-    sentence = refused("search", welding, "--scenario", "welding", "--orientation", "forearm")
-    assert "orientation of 'forearm'" in sentence
-    assert "allowed: hand" in sentence
-
-
-def test_task_out_of_reach_says_how_far_and_how_long_arms_may_be(refused, place, packaging):
-    lines = lines_of(packaging)
-    table = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
-    table[:, 10:13] = table[:, 1:4] + [1.3, 0.0, 0.0]
-    (place / "far.csv").write_text("\n".join([lines[0], *(",".join(map(repr, row)) for row in table.tolist())]))
-    sentence = refused("search", "far.csv")
-    assert "at the start the hand is 1.300 m from the base, and no arm may be longer than L_max = 1.2 m" in sentence
-    assert "Raise design.length" in sentence
-
+from armdesign.cli import COMMANDS
 
 SETTINGS = {
-    "no section": ("[robot]\ndof = 3\n", r"unknown section \[robot\]; allowed: task, design, fitness, solver, search"),
-    "no such entry": ("[design]\ndegrees = 3\n", "unknown setting 'design.degrees'; allowed: dof, alpha, a, d, "),
-    "outside of sections": ("dof = 3\n", "'?dof'?.*allowed: task, design, fitness, solver, search"),
-    "value for a section": ("search = 3\n", r"'search' is a section, not a value. Write \[search\]"),
-    "out of range": ("[design]\ndof = 11\n", "'design.dof' is 11; allowed: a whole number from 1 to 10"),
-    "wrong type": ("[search]\nseed = 'zero'\n", "'search.seed' is 'zero'; allowed: a whole number from 0 to"),
-    "not whole": ("[search]\nseed = 0.5\n", "'search.seed' is 0.5; allowed: a whole number"),
-    "not finite": ("[fitness]\nlambda_f = inf\n", "'fitness.lambda_f' is inf; allowed: a number from 0 to"),
-    "huge": (f"[design]\ndof = {10**400}\n", "'design.dof' is 10+; allowed: a whole number from 1 to 10"),
-    "endless": (f"[search]\nseed = {'1' * 5000}\n", "settings.toml"),
-    "word": ("[search]\nalgorithm = 'ga'\n", "'search.algorithm' is 'ga'; allowed: rapso, pso"),
-    "bounds upside down": (
-        "[design]\na = [0.5, 0.1]\n",
-        r"\[0.5, 0.1\]: its bounds are upside down; .*Write \[0.1, 0.5\]",
-    ),
-    "single bounds upside down": ("[design]\nbounds = { d_1 = [0.5, 0.1] }\n", "'design.bounds.d_1' .*upside down"),
-    "lengths upside down": ("[design]\nlength = [1.2, 0.6]\n", "'design.length' .*upside down"),
-    "no length left": ("[design]\nlength = [1.0, 1.0]\n", "'design.length' is .*; allowed: L_min below L_max"),
-    "lengths nobody has": (
-        "[design]\nlength = [8, 9]\n",
-        "make arms of 0.1 to 2.1 m, but design.length asks for 8 to 9 m",
-    ),
-    "no such bounds": (
-        "[design]\nbounds = { a_9 = [0, 1] }\n",
-        "'design.bounds.a_9'; allowed: alpha_0, a_0, d_0, .*base_yaw",
-    ),
-    "negative length": ("[design]\nbounds = { a_1 = [-0.1, 1] }\n", "'design.bounds.a_1' .*allowed: lengths from 0 up"),
-    "nothing free": (
-        "[design]\nalpha = [0, 0]\na = [0.2, 0.2]\nd = [0.1, 0.1]\n",
-        "every entry of the design is fixed. Free one in .design., or use 'armdesign evaluate'",
-    ),
-    "joint limits for others": (
-        "[design]\njoint_limits = [[-10, 10], [-20, 20]]\n",
-        "'design.joint_limits' has 2 pairs for 3 joints; allowed: 1 or 3 pairs",
-    ),
-    "joint limits without 0": (
-        "[design]\njoint_limits = [[1, 90]]\n",
-        "'design.joint_limits' .*allowed: lower <= 0 <= upper",
-    ),
-    "weights for others": (
-        "[fitness]\nweights = [0.5, 0.5]\n",
-        r"2 weights \(0.5, 0.5\) for 3 points; allowed: 3 weights",
-    ),
-    "weights of another sum": (
-        "[fitness]\nweights = [0.5, 0.5, 0.5]\n",
-        "the weights w_0 = 0 and 0.5, 0.5, 0.5 sum to 1.5; allowed: a sum of 1",
-    ),
-    "hand without weight": ("[fitness]\nweights = [0.5, 0.5, 0.0]\n", "the hand, the last point, has no weight"),
-    "cropped away": ("[task]\nstart = 5.0\n", r"start \(--from\) is 5.0 s: that leaves 0 frames"),
-    "filter too fast": ("[task]\nlow_pass = 25.0\n", "low_pass is 25.0 Hz at 50 frames/s; allowed: .*25 Hz"),
-    "not TOML": ("[design\ndof = 3\n", "not valid TOML: .*line 1.*--write-config"),
+    "section.toml": "[robot]\ndof = 3\n",
+    "entry.toml": "[design]\ndegrees = 3\n",
+    "range.toml": "[design]\ndof = 11\n",
+    "huge.toml": f"[design]\ndof = {10**400}\n",
+    "type.toml": "[search]\nseed = 'zero'\n",
+    "bounds.toml": "[design]\na = [0.5, 0.1]\n",
+    "lengths.toml": "[design]\nlength = [8, 9]\n",
+    "name.toml": "[design]\nbounds = { a_9 = [0, 1] }\n",
+    "fixed.toml": "[design]\nalpha = [0, 0]\na = [0.2, 0.2]\nd = [0.1, 0.1]\n",
+    "limits.toml": "[design]\njoint_limits = [[-10, 10], [-20, 20]]\n",
+    "weights.toml": "[fitness]\nweights = [0.5, 0.5]\n",
+    "hand.toml": "[fitness]\nweights = [0.5, 0.5, 0.0]\n",
+    "crop.toml": "[task]\nstart = 5.0\n",
+    "filter.toml": "[task]\nlow_pass = 25.0\n",
+    "cut.toml": "[design\ndof = 3\n",
+    "both.toml": "[task]\nrecording = 'take.csv'\nfiles = { hand = 'hand.csv' }\n",
 }
+DESIGNS = {
+    "cut.json": '{"dh": {"rows": [[0, 0, 0',
+    "none.json": '{"dh": {}}',
+    "word.json": '{"rows": [["x", 0, 0]]}',
+    "huge.json": f'{{"rows": [[{10**400}, 0, 0]]}}',
+    "endless.json": f'{{"rows": [[{"1" * 5000}, 0, 0]]}}',
+    "yaw.json": '{"base_yaw": "x", "rows": [[0, 0, 0], [0, 0.5, 0.1]]}',
+    "eleven.json": f'{{"rows": {[[1, 0.1, 0]] * 12}}}',
+    "point.json": '{"rows": [[0, 0, 0], [0, 0, 0]]}',
+    "header.csv": "alpha,a\n1,2\n",
+    "comma.csv": "alpha,a,d\n0,0,0\n1,57,0,3,0,1\n",
+    "far.csv": "alpha,a,d\n0,0,0\n0,0.1,0\n0,0,0.1\n",
+    "odd.json": '{"rows": [[1, 0.3, 0], [0, 0.3, 0]], "settings": {"design": {"colour": "red"}}}',
+}
+RECORDINGS = {
+    "empty.csv": lambda text: "",
+    "prose.csv": lambda text: "Dear diary,\ntoday I moved my arm.\n",
+    "headless.csv": lambda text: text.split("\n", 1)[1],
+    "mm.csv": lambda text: re.sub(r",(-?\d+\.\d+)", lambda cell: f",{1000 * float(cell[1])}", text),
+    "still.csv": lambda text: re.sub(r"(\n0\.06,.*)\n[^,]*,", r"\1\n0.06,", text),
+    "word.csv": lambda text: re.sub(r"\n(0\.08),[^,]*,", r"\n\1,oops,", text),
+    "lone.csv": lambda text: re.sub(r"(?m)^((?:[^,]*,){3}[^,]*).*$", r"\1", text),
+    "gap.csv": lambda text: re.sub(r"(?m)^((?:0\.[89]|1\.0)\d*),(.*),[^,]*$", r"\1,\2,NaN", text),
+    "far-off.csv": lambda text: re.sub(r"(?m)^(\d.*),[^,]*,([^,]*),([^,]*)$", r"\1,1.5,\2,\3", text),
+    "two.csv": lambda text: text.replace("forearm", "elbow"),
+}
+CASES = [
+    # the recording
+    ("search", "no recording", "armdesign search RECORDING"),
+    ("search nothing.csv", "nothing.csv", "does not exist"),
+    ("search {place}", "is a folder"),
+    ("search binary.csv", "binary.csv", "known format", "C3D"),
+    ("search {long}", "name too long"),
+    ("search empty.csv", "empty.csv", "is empty"),
+    ("search prose.csv", "line 1", "'time'", "allowed: time, NAME_x"),
+    ("search headless.csv", "line 1", "no header"),
+    ("search mm.csv", r"57\d\.\d m", "allowed: 0.1 to 2 m", "--units mm"),
+    ("search {packaging} --units mm", r"0\.000\d+ m", "allowed: 0.1 to 2 m"),
+    ("search still.csv", "line 6", "'time'", "0.06 s"),
+    ("search word.csv", "line 6", "'oops'"),
+    ("search lone.csv", "'shoulder'", "no point to follow"),
+    ("search gap.csv", "'hand'", "0.2 s", r"--to 0\.\d+", r"--from 1\.\d+", "--max-gap"),
+    ("search far-off.csv", "from the base", "L_max = 1.2 m", "design.length"),
+    ("search 'bad\udcff.csv'", "not UTF-8"),
+    ("search --config both.toml", "task.recording", "task.files"),
+    # its points
+    ("search {packaging} --points elbow,hand", "'elbow'", "allowed: shoulder, upper_arm, forearm, hand"),
+    ("search {packaging} --base hip", "'hip'", "allowed: shoulder, upper_arm, forearm, hand"),
+    ("search {packaging} --points hand,hand", "'hand'", "twice"),
+    ("search {packaging} --points shoulder,hand", "'shoulder'", "base"),
+    ("search {packaging} --scenario welding", "orientation of 'hand'", "w_0 = 0"),
+    ("search {welding} --scenario welding --orientation forearm", "'forearm'", "allowed: hand"),
+    ("recording convert {packaging} out.csv --points R.Elbw", "'R.Elbw'", "allowed: shoulder"),
+    # several demonstrations
+    ("search {packaging} two.csv", r"packaging.csv has .*forearm", r"two.csv has .*elbow", "--points"),
+    ("search {packaging} --holdout two.csv", "two.csv has", "--points"),
+    ("search {packaging} {packaging}", "packaging.csv", "twice"),
+    ("search {packaging} --holdout {packaging}", "packaging.csv", "held out"),
+    ("search {packaging} --demonstrations mean", "--demonstrations", "one demonstration"),
+    ("search {welding} {packaging} --scenario welding", "packaging.csv", "orientation of 'hand'"),
+    ("sweep {packaging} packaging.csv", "one name"),
+    # settings files
+    ("search {packaging} --config nothing.toml", "nothing.toml"),
+    ("search {packaging} --config {place}", "cannot read"),
+    ("search {packaging} --config binary.csv", "not UTF-8"),
+    ("search {packaging} --config cut.toml", "cut.toml", "line 1", "--write-config"),
+    ("search {packaging} --config section.toml", "robot", "allowed: task, design, fitness, solver, search"),
+    ("search {packaging} --config entry.toml", "design.degrees", "allowed: dof, alpha"),
+    ("search {packaging} --config range.toml", "range.toml", "design.dof.* 11;", "allowed: .*1 to 10"),
+    ("search {packaging} --config huge.toml", "design.dof", "allowed: .*1 to 10"),
+    ("search {packaging} --config type.toml", "search.seed.* 'zero';", "allowed: a whole number"),
+    ("search {packaging} --config bounds.toml", r"\[0.5, 0.1\]", r"\[0.1, 0.5\]"),
+    ("search {packaging} --config lengths.toml", "0.1 to 2.1 m", "8 to 9 m"),
+    ("search {packaging} --config name.toml", "a_9", "allowed: alpha_0"),
+    ("search {packaging} --config fixed.toml", "fixed", "armdesign evaluate"),
+    ("search {packaging} --config limits.toml", "2 pairs for 3 joints", "allowed: 1 or 3 pairs"),
+    ("search {packaging} --config weights.toml", "2 weights", "3 points", "allowed: 3 weights"),
+    ("search {packaging} --config hand.toml", "hand", "no weight"),
+    ("search {packaging} --config crop.toml", "5.0 s", "0 frames"),
+    ("search {packaging} --config filter.toml", "25.0 Hz", "allowed: .*25 Hz"),
+    # options
+    *((f"search {{packaging}} --dof={n}", "allowed: a whole number from 1 to 10") for n in ("0", "11", "x", "''")),
+    ("search {packaging} --iterations 1000000000000", "search.iterations", "allowed: a whole number from 1"),
+    ("search {packaging} --workers 0", "--workers is 0", "allowed: a whole number of at least 1"),
+    ("search {packaging} --seed=-1", "search.seed.* -1;", "allowed: a whole number from 0"),
+    ("search {packaging} --algorithm cma", "'cma'", "allowed: rapso, pso"),
+    ("search {packaging} --weights 1/6,1/3,1/3", "0.83", "allowed: a sum of 1"),
+    ("search {packaging} --weights 0,0.1,0.7", "0.8", "--weights 0.2,0,0.1,0.7"),
+    ("search {packaging} --weights 0.5,1/0,0.5", "--weights", "0.5,1/0,0.5", "allowed: a list"),
+    ("search {packaging} --weights 0.5,1e400,0.5", "inf", "allowed: a number from 0 to 1"),
+    ("search {packaging} --scenario welding --points forearm,hand", "three points", "--points", "--weights"),
+    ("search {packaging} --low-pass often", "'often'", "allowed: .*off"),
+    ("search {packaging} --cut a:b", "'a:b'", "allowed: two numbers A:B"),
+    ("search {packaging} --cut 0.5:1.0", r"\d+ mm", "allowed: at most 5 mm"),
+    ("search {packaging} --up w", "'w'", "allowed: x, y, z"),
+    ("search {packaging} --time-limit soon", "'soon'", "90s"),
+    # options that contradict each other, or have no effect
+    ("search {packaging} --budget 500 --particles 9", "--budget", "multibasin"),
+    ("search {packaging} --algorithm multibasin --iterations 5", "--iterations", "rapso, pso"),
+    ("search {packaging} --overwrite", "--overwrite", "--out"),
+    ("search {packaging} --within 3", "--within", "--dof auto"),
+    ("search --resume {place} --seed 3", "--seed", "--out"),
+    ("search {packaging} --resume {place}", "the recording", "--out"),
+    ("sweep {packaging} --algorithm pso --budget 500", "--budget", "multibasin"),
+    ("sweep {packaging} --algorithm pso --d 2", "--d", "rapso"),
+    ("export {run} --rate 50", "--rate", "--trajectory"),
+    ("export {run} --trajectory csv --payload 2", "--payload", "--format"),
+    ("preview {run} --html a.html --port 80", "--port", "--html"),
+    ("compare {run} ur5 --overwrite", "--overwrite", "--json"),
+    # outputs
+    ("search {packaging} --out binary.csv", "binary.csv is a file", "--out"),
+    ("search {packaging} --out binary.csv/run", "binary.csv/run", "--out"),
+    *((f"{each} {{packaging}} --out {{long}}", "cannot write to the output folder")
+      for each in ("search", "search --dof auto", "sweep", "study designs")),
+    ("search {packaging} --out {run}", "already holds a run", "--overwrite"),
+    ("evaluate {run} {packaging} --out {run}", "already holds a run", "--overwrite"),
+    ("recording plot {packaging} --out take.gif", "'.gif'", "allowed: .png, .svg, .pdf"),
+    ("recording convert {packaging} out.trc", "out.trc", "armdesign recording convert"),
+    ("report {run} --out page.pdf", "page.pdf", "page.html --pdf"),
+    # given arms
+    ("evaluate nothing.json {packaging}", "nothing.json", "No such file"),
+    ("evaluate far.csv", "armdesign evaluate DESIGN RECORDING"),
+    ("evaluate binary.csv {packaging}", "not text", "allowed: JSON, TOML or CSV"),
+    ("evaluate cut.json {packaging}", "cut.json", "line 1, column"),
+    ("evaluate none.json {packaging}", "rows", "allowed: rows like"),
+    ("evaluate word.json {packaging}", r"rows\[0\].alpha.* 'x';", "allowed: a finite number"),
+    ("evaluate huge.json {packaging}", r"huge.json: rows\[0\].alpha"),
+    ("evaluate endless.json {packaging}", "endless.json"),
+    ("evaluate yaw.json {packaging}", "base_yaw", "'x'"),
+    ("evaluate eleven.json {packaging}", "11 joints", "allowed: 1 to 10"),
+    ("evaluate point.json {packaging}", "length"),
+    ("evaluate header.csv {packaging}", "'alpha, a'", "allowed: alpha,a,d"),
+    ("evaluate comma.csv {packaging}", r"rows\[1\]", "more cells"),
+    ("evaluate far.csv {packaging}", "does not reach the first frame"),
+    ("evaluate odd.json {packaging}", "odd.json", "design.colour"),
+    ("evaluate {run} {packaging} --convention craig", "'craig'", "allowed: modified, classic"),
+    ("evaluate {run} {packaging} --convention classic", "modified", "classic"),
+    ("evaluate {run} {packaging} --points hand", "3 weights", "1 point", "--weights", "--scenario packaging"),
+    # sweeps and studies
+    ("sweep {packaging} --dof 6-3", "6-3", "Write 3-6"),
+    ("sweep {packaging} --dof three", "'three'", "allowed: whole numbers"),
+    ("sweep {packaging} --seeds 0", "--seeds is 0"),
+    ("sweep {packaging} --d 0", "angle_interval.* 0;", "allowed: a whole number from 1"),
+    ("sweep --resume .", "sweep.toml"),
+    ("sweep {packaging} --out s --resume s", "the recording, --out", "repeat"),
+    ("study temporal --reps 0", "--reps is 0", "allowed: 1 or more"),
+    ("study temporal --dof 3-11", "11 joints", "allowed: 1 to 10"),
+    ("study temporal --algorithm newton", "'newton'", "allowed: ga, pso, woa"),
+    ("study temporal --algorithm ,", "--algorithm is empty"),
+    ("study temporal --budget 120", "120 evaluations", "Raise --budget"),
+    ("study temporal --seed 4294967295 --reps 2", "4294967296", "allowed: .*2.32"),
+    ("study temporal nowhere.toml", "nowhere.toml"),
+    ("study temporal packaging {packaging}", "one name"),
+    ("study temporal --resume .", "holds no study"),
+    ("study robot --algorithm de", "'de'"),
+    ("study robot --particles 40 --iterations 3", "120 evaluations"),
+    ("study rapso --range ''", "--range"),
+    ("study designs --scenario painting", "painting", "allowed: packaging, welding"),
+    # the other commands
+    ("recording info", "armdesign recording info RECORDING"),
+    ("recording info nothing.c3d", "nothing.c3d", "does not exist"),
+    ("recording info {packaging} --units parsec", "'parsec'", "allowed: m, cm"),
+    ("recording plot nothing.c3d", "nothing.c3d", "does not exist"),
+    ("recording convert a b c.csv", "3 paths", "allowed: FILE OUT.csv"),
+    ("recording convert out.csv", "armdesign recording convert RECORDING"),
+    ("recording convert a.c3d out.csv --base-mode fixed", "base mode", "--base-mode"),
+    ("runs nowhere", "nowhere", "does not exist"),
+    ("runs binary.csv", "is a file"),
+    ("alternatives {run} --count 0", "0 alternatives", "allowed: .*1"),
+    ("export {run} --format step", "'step'", "allowed: urdf"),
+    ("report nowhere", "nowhere", "does not exist"),
+    ("preview {run} --speed 0", "speed", "allowed"),
+    ("compare {run} ur6", "ur6"),
+    ("compare {run} ur5 --payload=-1", "--payload is -1 kg", "allowed: 0 to 10000 kg"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SETTINGS)
-def test_settings_that_are_not_allowed_are_named_with_what_is(refused, place, packaging, name):
-    content, message = SETTINGS[name]
-    (place / "settings.toml").write_text(content)
-    assert re.search(message, refused("search", packaging, "--config", "settings.toml", "--out", "run"))
+@pytest.fixture(scope="session")
+def bad_files(packaging, tmp_path_factory):
+    """A folder of files that cannot be used."""
+    folder, text = tmp_path_factory.mktemp("bad"), packaging.read_text()
+    for name, content in (SETTINGS | DESIGNS).items():
+        (folder / name).write_text(content)
+    for name, change in RECORDINGS.items():
+        (folder / name).write_text(change(text))
+    for name, content in (("binary.csv", bytes(range(256)) * 40), ("packaging.csv", text.encode())):
+        (folder / name).write_bytes(content)
+    (folder / "bad\udcff.csv").write_bytes(text.encode())
+    return folder
 
 
-def test_settings_file_is_named_where_it_is_wrong(refused, place, packaging):
-    (place / "mine.toml").write_text("[design]\ndof = 0\n")
-    assert refused("search", packaging, "--config", "mine.toml").startswith("armdesign: mine.toml: ")
+@pytest.mark.parametrize(("line", "parts"), [(line, parts) for line, *parts in CASES], ids=[case[0] for case in CASES])
+def test_bad_input_is_refused_in_one_sentence(
+    refused, bad_files, packaging, welding, packaged, monkeypatch, line, parts
+):
+    monkeypatch.chdir(bad_files)
+    names = {"packaging": packaging, "welding": welding, "run": packaged[0], "place": bad_files, "long": "x" * 300}
+    sentence = refused(*(part.format(**names) for part in shlex.split(line)))
+    for part in parts:
+        assert re.search(part, sentence), sentence
+    assert len(sentence) < 5000
 
 
-def test_settings_files_that_are_none(refused, place, packaging):
-    assert "cannot read the settings nothing.toml" in refused("search", packaging, "--config", "nothing.toml")
-    assert "cannot read the settings" in refused("search", packaging, "--config", place)
-    (place / "binary.toml").write_bytes(b"\xff\xfe\x00")
-    assert "binary.toml are not UTF-8 text" in refused("search", packaging, "--config", "binary.toml")
+def test_every_command_is_among_them():
+    assert {line.split()[0] for line, *_ in CASES} == set(COMMANDS)
 
 
-@pytest.mark.parametrize(
-    ("flags", "message"),
-    [
-        (("--dof", 0), "'design.dof' is 0; allowed: a whole number from 1 to 10"),
-        (("--dof", 20), "'design.dof' is 20; allowed: a whole number from 1 to 10"),
-        (("--particles", 0), "'search.particles' is 0; allowed: a whole number from 1 to"),
-        (("--iterations", 10**30), "'search.iterations' is 10+; allowed: a whole number from 1 to"),
-        (("--workers", 0), "--workers is 0; allowed: a whole number of at least 1"),
-        (("--seed", -1), "'search.seed' is -1; allowed: a whole number from 0 to"),
-        (("--algorithm", "cma"), "'search.algorithm' is 'cma'; allowed: rapso, pso"),
-        (("--scenario", "gluing"), "'fitness.scenario' is 'gluing'; allowed: packaging, welding"),
-        (("--weights", "1/6,1/3"), "2 weights .* for 3 points; allowed: 3 weights w_1..w_3, or 4 with"),
-        (("--weights", "1/6,1/3,1/3"), "sum to 0.83.*; allowed: a sum of 1"),
-        (
-            ("--weights", "0.5,1/0,0.5"),
-            "--weights is '0.5,1/0,0.5'; allowed: a list of 0 to 12 entries, each a number",
-        ),
-        (("--weights", "0.5,half,0.5"), "--weights is '0.5,half,0.5'; allowed: a list"),
-        (("--weights", "0.5,1e400,0.5"), "'fitness.weights.1.' is inf; allowed: a number from 0 to 1"),
-        (("--weights", "-0.5,1,0.5"), r"'fitness.weights\[0\]' is -0.5; allowed: a number from 0 to 1"),
-    ],
-)
-def test_flags_that_are_not_allowed_are_named_with_what_is(refused, packaging, flags, message):
-    assert re.search(message, refused("search", packaging, *flags))
-
-
-def test_outputs_that_cannot_be_written(refused, place, packaging, small):
-    (place / "file").write_text("precious")
-    assert "the output file is a file. Name a folder" in refused("search", packaging, "--out", "file")
-    sentence = refused("search", packaging, "--out", "file/run")
-    assert "cannot write to the output folder file/run" in sentence
-    assert "--out" in sentence
-    assert "cannot write to the output folder" in refused("search", packaging, *small, "--out", "x" * 300)
-    for command in (("search", "--dof", "auto"), ("sweep",), ("study", "designs")):
-        assert "cannot write to the output folder" in refused(*command, packaging, "--out", "x" * 300)
-    assert (place / "file").read_text() == "precious"
+@pytest.mark.parametrize("args", [("serach",), ("search", "--dofs", "3"), ("evaluate",)])
+def test_words_that_are_none_are_refused_without_a_traceback(run, args):
+    outcome = run(*args)
+    assert outcome.exit_code == 2
+    assert "Traceback" not in outcome.output
+    assert "Error" in outcome.output
 
 
 def test_search_that_finds_nothing_says_how_near_it_came(run, place, packaging):
     outcome = run("search", packaging, "--dof", 2, "--particles", 4, "--iterations", 1, "--out", "deep/run")
     assert outcome.exit_code == 4
     sentence = outcome.output.splitlines()[-1]
-    assert re.search(r"within 1 mm of the hand's first point: the nearest stopped \d+\.\d mm short", sentence)
-    assert "Use more joints" in sentence
+    assert re.search(r"within 1 mm .* \d+\.\d mm short", sentence)
+    assert "more joints" in sentence
     assert not (place / "deep" / "run" / "result.json").exists()
-
-
-def test_file_name_that_is_not_utf8_is_refused_before_the_search(refused, place, packaging, small):
-    (place / "bad\udcff.csv").write_bytes(packaging.read_bytes())
-    assert "not UTF-8" in refused("search", "bad\udcff.csv", *small, "--out", "run")

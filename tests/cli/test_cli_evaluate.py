@@ -1,6 +1,7 @@
 """The evaluate command: given arms from runs and files, in either convention."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -131,87 +132,6 @@ def test_long_arm_may_be_longer_than_a_search_allows(run, place, packaging):
     assert outcome.exit_code == 0, outcome.output
 
 
-DESIGNS = {
-    "broken.json": ('{"dh": {"rows": [[0, 0, 0', "not valid JSON: line 1, column 26: "),
-    "empty.json": ("", "not valid JSON: line 1, column 1"),
-    "none.json": ('{"dh": {}}', "holds no DH table: 'rows' is missing or empty; allowed: rows like"),
-    "text.json": ('"arm"', "holds no DH table"),
-    "short.json": ('{"rows": [[0, 0], [0, 0.5, 0.1]]}', "rows[0] is [0, 0]; allowed: rows like"),
-    "entry.json": (
-        '{"rows": [{"alpha": 0, "a": 0, "d": 0, "q": 1}]}',
-        "rows[0] has an unknown entry 'q'; allowed: alpha, a, d",
-    ),
-    "missing.json": ('{"rows": [{"alpha": 0, "a": 0}]}', "rows[0] has no 'd'"),
-    "word.json": ('{"rows": [["x", 0, 0]]}', "rows[0].alpha is 'x'; allowed: a finite number"),
-    "nan.json": ('{"rows": [[NaN, 0, 0]]}', "rows[0].alpha is nan; allowed: a finite number"),
-    "huge.json": (f'{{"rows": [[{10**400}, 0, 0]]}}', "huge.json: rows[0].alpha is 1000"),
-    "endless.json": (f'{{"rows": [[{"1" * 5000}, 0, 0]]}}', "endless.json"),
-    "yaw.json": ('{"base_yaw": "x", "rows": [[0, 0, 0], [0, 0.5, 0.1]]}', "base_yaw is 'x'"),
-    "convention.json": (
-        '{"convention": "craig", "rows": [[0, 0, 0]]}',
-        "convention is 'craig'; allowed: modified, classic",
-    ),
-    "one.json": ('{"rows": [[0, 0, 0.1]]}', "a modified table needs a row per joint and a tool row, this has 1"),
-    "eleven.json": (json.dumps({"rows": [[1, 0.1, 0]] * 12}), "the arm has 11 joints; allowed: 1 to 10"),
-    "point.json": ('{"rows": [[0, 0, 0], [0, 0, 0]]}', "the arm has no length: all a and d are 0"),
-    "broken.toml": ("rows = [[0, 0, 0]", "not valid TOML"),
-    "other.toml": ("x = 1\n", "holds no DH table"),
-    "header.csv": ("alpha,a\n1,2\n", "the header is 'alpha, a'; allowed: alpha,a,d or alpha,a,d,theta"),
-    "semicolon.csv": ("alpha;a;d\n1;2;3\n", "the header is 'alpha;a;d'"),
-    "cell.csv": ("alpha,a,d\n0,0\n1,0.3,0.1\n", "rows[0].d is ''; allowed: a finite number"),
-    "comma.csv": ("alpha,a,d\n0,0,0\n1,57,0,3,0,1\n", "rows[1] has more cells than the header has columns"),
-    "column.csv": ("alpha,a,d,offset\n0,0,0,1\n0,0.5,0.1,0\n", "unknown column 'offset'; allowed: alpha, a, d, theta"),
-    "rows.csv": ("alpha,a,d\n", "holds no DH table"),
-    "far.csv": (
-        "alpha,a,d\n0,0,0\n0,0.1,0\n0,0,0.1\n",
-        "the arm does not reach the first frame: its end-effector stays ",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", DESIGNS)
-def test_designs_that_cannot_be_used(refused, place, packaging, name):
-    content, message = DESIGNS[name]
-    (place / name).write_text(content)
-    sentence = refused("evaluate", name, packaging, "--out", "out")
-    assert message in sentence
-    assert len(sentence) < 5000
-
-
-def test_designs_that_are_none(refused, place, packaging):
-    assert "cannot read the design nothing.json: No such file" in refused("evaluate", "nothing.json", packaging)
-    (place / "folder").mkdir()
-    assert "cannot read the design folder/result.json" in refused("evaluate", "folder", packaging)
-    (place / "binary").write_bytes(bytes(range(256)))
-    assert "the design binary is not text; allowed: JSON, TOML or CSV" in refused("evaluate", "binary", packaging)
-    assert "the header is 'time, shoulder_x" in refused("evaluate", packaging, packaging)
-    assert "File name too long" in refused("evaluate", "x" * 300, packaging)
-
-
-def test_broken_run_is_refused(refused, place, packaged, packaging):
-    text = (packaged[0] / "result.json").read_text()
-    (place / "cut.json").write_text(text[: len(text) // 2])
-    assert "cut.json is not valid JSON: line " in refused("evaluate", "cut.json", packaging)
-    result = json.loads(text)
-    result["settings"]["design"]["colour"] = "red"
-    (place / "odd.json").write_text(json.dumps(result))
-    sentence = refused("evaluate", "odd.json", packaging)
-    assert "odd.json" in sentence
-    assert "unknown setting 'design.colour'" in sentence
-    result["settings"] = {"design": 3}
-    (place / "odder.json").write_text(json.dumps(result))
-    assert "'design' is a section" in refused("evaluate", "odder.json", packaging)
-
-
-def test_conventions_do_not_contradict_each_other(refused, packaged, packaging):
-    assert "convention is 'craig'; allowed: modified, classic" in refused(
-        "evaluate", packaged[0], packaging, "--convention", "craig"
-    )
-    sentence = refused("evaluate", packaged[0], packaging, "--convention", "classic")
-    assert "modified" in sentence
-    assert "classic" in sentence
-
-
 def test_earlier_run_is_kept_unless_overwriting_is_asked_for(refused, run, place, packaged, packaging):
     assert run("evaluate", packaged[0], packaging, "--out", "out").exit_code == 0
     assert "out already holds a run" in refused("evaluate", packaged[0], packaging, "--out", "out")
@@ -223,3 +143,18 @@ def test_settings_that_points_from_the_base_do_not_need_are_named(run, place, pa
     outcome = run("evaluate", packaged[0], packaged[0] / "task.csv", "--base", "origin", "--config", "mine.toml")
     assert outcome.exit_code == 0, outcome.output
     assert "scale" in outcome.output
+
+
+def test_a_run_folder_that_was_moved_is_evaluated_and_repeated(run, place, packaging, small):
+    shutil.copy(packaging, place / "take.csv")
+    assert run("search", "take.csv", *small, "-q", "--out", "run").exit_code == 0
+    (place / "take.csv").unlink()
+    (place / "run").rename(place / "moved")
+    outcome = run("evaluate", "moved", "--out", "again")
+    assert outcome.exit_code == 0, outcome.output
+    assert "take.csv does not exist any more" in outcome.stderr
+    assert "--base origin" in outcome.stderr
+    one, other = (json.loads((place / name / "result.json").read_text()) for name in ("moved", "again"))
+    assert one["fitness"] == other["fitness"]
+    assert run("search", "--config", "moved/settings.toml", "-q", "--out", "repeated").exit_code == 0
+    assert (place / "repeated" / "history.csv").read_bytes() == (place / "moved" / "history.csv").read_bytes()

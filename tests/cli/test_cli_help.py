@@ -75,14 +75,6 @@ def test_help_and_version_as_real_processes_load_nothing_heavy_and_are_quick(pro
     assert time.process_time() - begun < 10.0
 
 
-@pytest.mark.parametrize("args", [("serach",), ("search", "--dofs", "3"), ("evaluate",)])
-def test_wrong_words_are_refused_without_a_traceback(run, args):
-    outcome = run(*args)
-    assert outcome.exit_code == 2
-    assert "Traceback" not in outcome.output
-    assert "Error" in outcome.output
-
-
 def test_completion_knows_commands_options_and_choices(process, environment):
     def completed(words):
         asked = {"_ARMDESIGN_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}

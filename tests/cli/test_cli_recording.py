@@ -135,38 +135,6 @@ def test_several_files_through_the_settings(run, tmp_path):
     assert list(converted.orientations) == ["hand"]
 
 
-@pytest.mark.parametrize(
-    ("args", "message"),
-    [
-        (["info"], "no recording given. Write 'armdesign recording info RECORDING'"),
-        (["info", "absent.c3d"], "absent.c3d does not exist"),
-        (["plot", "absent.c3d"], "absent.c3d does not exist"),
-        (["convert", "absent.c3d", "out.csv"], "absent.c3d does not exist"),
-        (
-            ["convert", "absent.c3d", "out.trc"],
-            "the output out.trc is no .csv file. Write 'armdesign recording convert",
-        ),
-        (["convert", "a", "b", "c.csv"], "3 paths are given; allowed: FILE OUT.csv"),
-        (["convert", "out.csv"], "no recording given. Write 'armdesign recording convert RECORDING"),
-        (["convert", "a.c3d", "out.csv", "--base-mode", "fixed"], "Give --base-mode to the search"),
-    ],
-)
-def test_what_is_wrong_is_one_sentence(run, tmp_path, monkeypatch, args, message):
-    monkeypatch.chdir(tmp_path)
-    result = run("recording", *args)
-    assert result.exit_code == 2
-    assert message in result.stderr
-    assert result.stderr.startswith("armdesign: ")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_points_that_are_not_there(run, take, tmp_path):
-    result = run("recording", "convert", take, tmp_path / "out.csv", "--points", "R.Elbw,R.Wrist")
-    assert result.exit_code == 2
-    assert "there is no point 'R.Elbw'; allowed: R.Elbow" in result.stderr
-    assert not (tmp_path / "out.csv").exists()
-
-
 @pytest.mark.skipif(not BOX.is_file(), reason="the shared recordings are not at hand")
 def test_a_real_take_from_the_file_to_plain_csv(run, tmp_path):
     out = tmp_path / "box.csv"

@@ -231,29 +231,7 @@ def test_any_number_of_joints_from_1_to_10(run, place, packaging, dof):
     assert (place / "run" / "trajectory.csv").read_text().splitlines()[0].endswith(f",joint_{dof}")
 
 
-def test_one_particle_and_one_iteration(run, place, packaging):
-    outcome = run("search", packaging, "--dof", 7, "--particles", 1, "--iterations", 1, "--out", "run")
-    assert outcome.exit_code == 0, outcome.output
-    assert json.loads((place / "run" / "result.json").read_text())["evaluations"] == 1
-
-
 def test_three_frames_are_enough(run, place, packaging, small):
     (place / "three.csv").write_text("\n".join(packaging.read_text().splitlines()[:4]))
     assert run("search", "three.csv", *small, "--out", "run").exit_code == 0
     assert len((place / "run" / "trajectory.csv").read_text().splitlines()) == 4
-
-
-@pytest.mark.parametrize(
-    ("extra", "named"),
-    [(["--seed", "3"], "--seed"), (["--points", "hand"], "--points"), (["--config", "settings.toml"], "--config")],
-)
-def test_a_resumed_search_takes_no_other_settings(run, tmp_path, extra, named):
-    outcome = run("search", "--resume", tmp_path, *extra)
-    assert outcome.exit_code == 2
-    assert f"but {named} is given as well" in outcome.stderr
-
-
-def test_a_resumed_search_takes_no_recording(run, packaging, tmp_path):
-    outcome = run("search", packaging, "--resume", tmp_path)
-    assert outcome.exit_code == 2
-    assert "but the recording is given as well" in outcome.stderr

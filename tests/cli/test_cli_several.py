@@ -119,51 +119,8 @@ def test_write_config_names_them(run, takes):
     ]
 
 
-def test_different_points_are_refused_in_one_sentence(refused, takes):
-    sentence = refused("search", takes / "a.csv", takes / "other.csv")
-    assert "the demonstrations do not have the same points: " in sentence
-    assert "a.csv has upper_arm, forearm, hand; " in sentence
-    assert "other.csv has upper_arm, elbow, hand" in sentence
-    assert "--points" in sentence
-    assert "other.csv has upper_arm, elbow, hand" in refused(
-        "search", takes / "a.csv", "--holdout", takes / "other.csv"
-    )
-    sentence = refused("search", takes / "a.csv", takes / "other.csv", "--points", "upper_arm,forearm,hand")
-    assert "other.csv: there is no point 'forearm'; allowed: " in sentence
-
-
-def test_what_else_is_refused(refused, takes, searched):
-    assert "nothing.csv does not exist" in refused("search", takes / "a.csv", "nothing.csv")
-    assert "--demonstrations is given, but there is one demonstration" in refused(
-        "search", takes / "a.csv", "--demonstrations", "mean"
-    )
-    assert "'fitness.demonstrations' is 'best'; allowed: mean, worst" in refused(
-        "search", takes / "a.csv", takes / "b.csv", "--demonstrations", "best"
-    )
-    assert "takes one at a time" in refused("sweep", "--config", searched[0] / "settings.toml")
-    assert "--within is given without --dof auto" in refused("search", takes / "a.csv", "--within", "5")
-
-
-def test_a_demonstration_counts_once(refused, takes, place, monkeypatch):
-    a, b = takes / "a.csv", takes / "b.csv"
-    assert "a.csv is named twice, and would count double" in refused("search", a, b, a)
-    assert "b.csv is named twice" in refused("search", a, "--holdout", b, "--holdout", b)
-    assert "held out and among the demonstrations that the search sees" in refused("search", a, b, "--holdout", b)
-    monkeypatch.chdir(takes)
-    assert "a.csv is named twice" in refused("search", a, "a.csv")
-
-
-@pytest.mark.parametrize("dof", ["three", "3.5", "", "0", "11", "-2", "auto5"])
-def test_numbers_of_joints_that_are_none(refused, takes, dof):
-    assert "allowed: a whole number from 1 to 10" in refused("search", takes / "a.csv", "--dof", dof)
-
-
-def test_a_demonstration_without_orientation_is_named(refused, welding, place):
-    recording = read_recording(welding)
-    write_plain_csv(place / "plain.csv", Recording(recording.time, recording.points))
-    sentence = refused("search", welding, "plain.csv", "--scenario", "welding")
-    assert "plain.csv" in sentence
-    assert "there is no orientation of 'hand'" in sentence
+def test_a_sweep_takes_one_demonstration_at_a_time(refused, searched):
+    assert "one at a time" in refused("sweep", "--config", searched[0] / "settings.toml")
 
 
 def test_frames_and_rates_may_differ(run, takes, place):

@@ -19,13 +19,6 @@ def studied(run, tmp_path_factory):
     return folder, outcome
 
 
-@pytest.mark.parametrize("name", ["temporal", "robot", "rapso", "designs", "search"])
-def test_every_study_has_help(run, name):
-    outcome = run("study", name, "--help")
-    assert outcome.exit_code == 0
-    assert "--resume" in outcome.output
-
-
 def test_tables_are_printed_and_files_named(studied):
     folder, outcome = studied
     assert "Temporal fitness G [mm] by solver" in outcome.output
@@ -56,38 +49,6 @@ def test_settings_file_is_a_task_with_its_scenario(run, place, welding):
     assert same.exit_code == 0, same.output
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (("--reps", "0"), "--reps is 0: there would be nothing to repeat; allowed: 1 or more"),
-        (("--dof", "0"), "--dof 0 asks for 0 joints; allowed: 1 to 10"),
-        (("--dof", "3-11"), "--dof 3-11 asks for 11 joints; allowed: 1 to 10"),
-        (("--dof", "three"), "--dof 'three' has the entry 'three'; allowed: whole numbers"),
-        (("--algorithm", "pso,newton"), "there is no solver 'newton'; allowed: ga, pso, woa, es, abc, sa"),
-        (("--budget", "120"), "a budget of 120 evaluations is too small for one iteration of 100 agents"),
-        (("--budget", "120"), "the hungriest. Raise --budget"),
-        (("--algorithm", ","), "--algorithm is empty"),
-        (("--seed", "-1"), "--seed is -1"),
-        (("--seed", "4294967295", "--reps", "2"), "the last of 2 repetitions has 4294967296; allowed: "),
-        (("--workers", "0"), "--workers is 0"),
-        (("--scenario", "painting"), "painting"),
-        (("nowhere.csv",), "nowhere.csv"),
-        (("nowhere.toml",), "nowhere.toml"),
-    ],
-    ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
-)
-def test_bad_input_is_one_sentence(refused, words, sentence):
-    assert sentence in refused("study", "temporal", *words)
-
-
-def test_bad_input_of_the_other_studies(refused):
-    assert "there is no search algorithm 'de'" in refused("study", "robot", "--algorithm", "de")
-    assert "a budget of 120 evaluations" in refused("study", "robot", "--particles", "40", "--iterations", "3")
-    assert "Raise --iterations" in refused("study", "robot", "--iterations", "3")
-    assert "--reps is -2" in refused("study", "robot", "--reps", "-2")
-    assert "--range is empty" in refused("study", "rapso", "--range", "")
-
-
 def test_flags_that_a_study_does_not_have_are_said_to_be_settings(refused, run, place, welding):
     recording = read_recording(welding)
     points = {name: values for name, values in recording.points.items() if name != "forearm"}
@@ -112,10 +73,6 @@ def test_what_needs_no_opytimizer_runs_without(run, place, monkeypatch):
     assert outcome.exit_code == 0, outcome.output
 
 
-def test_two_tasks_of_one_name_are_refused(refused, packaging):
-    assert "have one name" in refused("study", "temporal", "packaging", packaging)
-
-
 def test_nothing_may_be_asked_beside_resume(refused, studied):
     sentence = refused("study", "temporal", "--resume", studied[0], "--reps", "2")
     assert "--resume goes on with a study as it was asked for, but --reps is given as well" in sentence
@@ -124,10 +81,6 @@ def test_nothing_may_be_asked_beside_resume(refused, studied):
 def test_another_study_is_not_resumed(refused, studied):
     sentence = refused("study", "robot", "--resume", studied[0])
     assert "holds the study 'temporal', not 'robot'. Go on with: armdesign study temporal --resume" in sentence
-
-
-def test_folder_without_a_study_is_refused(refused, place):
-    assert "holds no study" in refused("study", "temporal", "--resume", place)
 
 
 def test_runs_leaves_out_what_is_no_search(run, studied):

@@ -169,36 +169,6 @@ def test_bar_in_a_terminal_is_below_the_runs_that_have_ended(monkeypatch):
     assert all(len(line) <= 60 for line in lines)
 
 
-@pytest.mark.parametrize(
-    ("flags", "message"),
-    [
-        (("--dof", "6-3"), "--dof has the range 6-3: its ends are upside down. Write 3-6"),
-        (("--dof", "three"), "--dof 'three' has the entry 'three'; allowed: whole numbers, ranges such as 3-6"),
-        (("--dof", "3-11"), "'design.dof' is 11; allowed: a whole number from 1 to 10"),
-        (("--seeds", "0"), "--seeds is 0: a bare number counts the seeds"),
-        (("--algorithm", "rapso,cma"), "'search.algorithm' is 'cma'; allowed: rapso, pso"),
-        (("--algorithm", "pso", "--d", "2"), "--d is given, but it is for rapso only"),
-        (("--d", "0"), "'search.angle_interval' is 0; allowed: a whole number from 1"),
-        (("--particles", "0"), "'search.particles' is 0"),
-        (("--time-limit", "soon"), "--time-limit is 'soon'"),
-        (("--workers", "0"), "--workers is 0; allowed: a whole number of at least 1"),
-        (
-            ("--out", "s", "--resume", "s"),
-            "but the recording, --out is given as well. To extend it, repeat its command",
-        ),
-    ],
-)
-def test_bad_input_is_refused_before_anything_is_written(refused, packaging, flags, message):
-    assert message in refused("sweep", packaging, *flags)
-
-
-def test_recordings_that_do_not_go_together_are_refused(refused, packaging, place):
-    (place / "packaging.csv").write_bytes(packaging.read_bytes())
-    assert "have one name" in refused("sweep", packaging, "packaging.csv")
-    assert "no recording given. Write 'armdesign sweep RECORDING'" in refused("sweep")
-    assert "holds no sweep: sweep.toml is missing" in refused("sweep", "--resume", ".")
-
-
 @needs_signals
 def test_killed_group_of_processes_goes_on_to_the_same_table(run, start, packaging, place):
     rng = random.Random(0)

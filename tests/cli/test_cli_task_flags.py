@@ -75,41 +75,6 @@ def test_every_command_has_all_of_them(run, command):
         assert re.search(rf"{flag}\b.*\w{{3,}}", outcome.output), flag
 
 
-@pytest.mark.parametrize(
-    ("flags", "message"),
-    [
-        (("--low-pass", "often"), "--low-pass is 'often'; allowed: a number above 0 up to 10000 Hz, or \"off\""),
-        (("--low-pass", "-1"), "'task.low_pass' is -1.0; allowed: a number above 0 up to 10000 Hz, or \"off\""),
-        (("--cut", "3"), "--cut is '3'; allowed: two numbers A:B such as 2.5:3.1"),
-        (("--cut", "a:b"), "--cut is 'a:b'; allowed: two numbers A:B"),
-        (("--cut", "2:1"), r"'task.cut\[0\]' is \[2.0, 1.0\]: its bounds are upside down"),
-        (("--cut", "0.5:9"), "cut 0.5:9 reaches an end of the recording"),
-        (("--cut", "0.5:1.0"), r"cannot be cut out, '\w+' moves by \d+ mm; allowed: at most 5 mm"),
-        (("--base-mode", "world"), "'task.base_mode' is 'world'; allowed: shoulder, fixed"),
-        (("--up", "w"), "'task.up' is 'w'; allowed: x, y, z"),
-        (("--units", "feet"), "units is 'feet'; allowed: m, cm, mm, in"),
-        (("--units", "mm"), r"the arm measures 0.000\d+ m; allowed: 0.1 to 2 m"),
-        (("--max-gap", "-1"), "'task.max_gap' is -1.0; allowed: a number from 0 to 60 s"),
-        (("--rate", "0"), "'task.rate' is 0.0; allowed: a number above 0"),
-        (("--scale", "0"), "'task.scale' is 0.0; allowed: a number above 0"),
-        (("--from", "3"), r"start \(--from\) is 3.0 s: that leaves 0 frames"),
-    ],
-)
-def test_what_is_not_allowed_is_said(refused, packaging, flags, message):
-    assert re.search(message, refused("search", packaging, *flags))
-
-
-def test_weights_that_do_not_fit_name_the_way_out(refused, packaged, packaging):
-    sentence = refused("search", packaging, "--weights", "0,0.1,0.7")
-    assert "sum to 0.8; allowed: a sum of 1. Put the orientation's weight first, --weights 0.2,0,0.1,0.7" in sentence
-    sentence = refused("evaluate", packaged[0], packaging, "--points", "hand")
-    assert "there are 3 weights (" in sentence
-    assert "for 1 point; allowed: 1 weight w_1..w_1, or 2 with" in sentence
-    assert "Give others with --weights, or take those that grow along the arm with --scenario packaging" in sentence
-    sentence = refused("search", packaging, "--scenario", "welding", "--points", "forearm,hand")
-    assert "The welding weights are for three points: choose three with --points, or use --weights" in sentence
-
-
 def test_the_ways_out_work(run, place, packaged, packaging, welding, small):
     for flags in (("--weights", "1"), ("--scenario", "packaging")):
         assert run("evaluate", packaged[0], packaging, "--points", "hand", *flags).exit_code == 0
@@ -149,11 +114,6 @@ def test_a_run_is_evaluated_on_its_own_recording_where_none_is_named(run, place,
     assert one["fitness"] == other["fitness"]
     (place / "arm.csv").write_text("alpha,a,d\n0.5,0,0\n1.0,0.3,0.1\n0.5,0.1,0.1\n")
     assert "no recording given. Write 'armdesign evaluate DESIGN RECORDING'" in run("evaluate", "arm.csv").output
-
-
-def test_a_recording_and_files_at_once_are_refused(refused, place, packaging):
-    (place / "both.toml").write_text(f"[task]\nrecording = '{packaging}'\nfiles = {{ hand = 'hand.csv' }}\n")
-    assert "task.recording and task.files are set. Leave one out" in refused("search", "--config", "both.toml")
 
 
 @real
