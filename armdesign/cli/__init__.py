@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import re
 from typing import Annotated, Any
 
 import typer
@@ -47,10 +48,12 @@ class PanelCommand(TyperCommand):
         panels: dict[str, list[tuple[str, str]]] = {}
         for parameter in self.get_params(ctx):
             record, panel = parameter.get_help_record(ctx), getattr(parameter, "rich_help_panel", None)
-            if record is not None and parameter.param_type_name == "argument":
-                panels.setdefault(panel or "Arguments", []).append((parameter.metavar or record[0], record[1]))
-            elif record is not None:
-                panels.setdefault(panel or "Options", []).append(record)
+            if record is None:
+                continue
+            argument = parameter.param_type_name == "argument"
+            name = parameter.metavar or record[0] if argument else record[0]
+            words = re.sub(r"\.?  \[default: (.*)\]$", r" (default \1).", record[1]).removesuffix("  [required]")
+            panels.setdefault(panel or ("Arguments" if argument else "Options"), []).append((name, words))
         for title, records in panels.items():
             with formatter.section(title):
                 formatter.write_dl(records)

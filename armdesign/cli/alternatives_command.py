@@ -18,19 +18,18 @@ from armdesign.runs.reading import read_problem
 @one_sentence_errors
 def alternatives(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="The run folder of a search.")],
-    count: Annotated[int, typer.Option("--count", metavar="N", help="Number of arms.")] = 5,
+    count: Annotated[int, typer.Option("--count", metavar="N", help="Number of arms to show.")] = 5,
     distance: Annotated[
         float,
         typer.Option(
-            "--distance", metavar="X", help="How different they have to be, in terms of the width of the bounds."
+            "--distance", metavar="X", help="Least difference between two arms, as a share of the width of the bounds."
         ),
     ] = 0.3,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Show the best arms of a search that really differ.
 
-    Each is written as a run folder, RUN/alternatives/1, 2, ...: armdesign export, preview, report and compare take each
-    of them.
+    Each is written as a run folder, RUN/alternatives/1, 2, ..., for export, preview, report and compare.
     """
     check_options(count, distance)
     problem = read_problem(run)

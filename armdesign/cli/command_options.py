@@ -14,11 +14,17 @@ OUTPUT = "Output"
 """Panel of the options on what is written and printed."""
 ConfigOption = Annotated[
     Path | None,
-    typer.Option("--config", metavar="FILE", help="TOML file with any of the settings; flags go over it."),
+    typer.Option(
+        "--config",
+        metavar="FILE",
+        help="Settings file in TOML, see search --write-config; options given beside it take precedence.",
+    ),
 ]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no table.", rich_help_panel=OUTPUT)]
+QuietOption = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Print neither progress nor tables.", rich_help_panel=OUTPUT)
+]
 OverwriteOption = Annotated[
-    bool, typer.Option("--overwrite", help="Replace the run in the output folder.", rich_help_panel=OUTPUT)
+    bool, typer.Option("--overwrite", help="Replace the run that the output folder holds.", rich_help_panel=OUTPUT)
 ]
 
 

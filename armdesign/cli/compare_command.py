@@ -53,34 +53,56 @@ def compare(
     ] = None,
     recording: Annotated[
         Path | None,
-        typer.Option("--task", help="The demonstration, or a run folder for its task; default: the first run's task."),
+        typer.Option(
+            "--task", metavar="FILE", help="A recording, or a run folder for its task (default: that of the first run)."
+        ),
     ] = None,
     tool: Annotated[
         list[str] | None,
         typer.Option(
-            "--tool", metavar="[ARM=]LINK", help="Link of a URDF whose origin is the tool; default: the last."
+            "--tool", metavar="[ARM=]LINK", help="Link of a URDF whose origin is the tool; default: the last link."
         ),
     ] = None,
-    evaluations: Annotated[int, typer.Option("--evaluations", help="Base poses tried for each ready-made arm.")] = 1000,
+    evaluations: Annotated[
+        int,
+        typer.Option(
+            "--evaluations", metavar="N", rich_help_panel=BASE, help="Base poses tried for each ready-made arm."
+        ),
+    ] = 1000,
     box: Annotated[
-        float, typer.Option("--box", help="How far from the shoulder a base may stand along each axis [m].")
+        float,
+        typer.Option(
+            "--box",
+            metavar="X",
+            rich_help_panel=BASE,
+            help="How far from the shoulder a base may stand along each axis [m].",
+        ),
     ] = 0.5,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the search for base poses.")] = 0,
-    payload: Annotated[float, typer.Option("--payload", help="Mass carried at the tool, for the torques [kg].")] = 0.0,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="N", rich_help_panel=BASE, help="Seed of the search for base poses.")
+    ] = 0,
+    payload: Annotated[
+        float, typer.Option("--payload", metavar="X", help="Mass carried at the tool, for the torques [kg].")
+    ] = 0.0,
     config: ConfigOption = None,
     *,
     given: Given,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Also write everything as JSON.")] = None,
-    csv_file: Annotated[Path | None, typer.Option("--csv", help="Also write the table as CSV.")] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files that are there.")] = False,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="JSON file to write with all figures.")
+    ] = None,
+    csv_file: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="CSV file to write with the table.")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the files of --json and --csv.")] = False,
     quiet: QuietOption = False,
-    catalogue: Annotated[bool, typer.Option("--list", help="List the ready-made arms that are there and end.")] = False,
+    catalogue: Annotated[bool, typer.Option("--list", help="List the ready-made arms and end.")] = False,
 ) -> None:
     """Compare designs and ready-made arms on the same task.
 
-    The fitness is the same for all. A design's base is at the shoulder. The base of a ready-made arm is sought in a box
-    around it, with its turn; its skeleton is the polyline through its joint origins to the tool. The settings are those
-    of --config, else those of the first run, else the published ones.
+    All arms are scored by one fitness. The base of a design is at the demonstrator's shoulder; that of a ready-made arm
+    is searched in a box around the shoulder, with its turn about the vertical. The skeleton of a ready-made arm is the
+    polyline through its joint origins to the tool. The settings are those of --config, else those of the first run,
+    else the published ones.
     """
     if catalogue:
         typer.echo(catalogue_text())

@@ -31,7 +31,7 @@ def evaluate(
         Path,
         typer.Argument(
             metavar="DESIGN",
-            help="A run folder or its result.json, or a DH table in TOML, JSON or CSV (rad, m).",
+            help="A run folder or its result.json, or a DH table in TOML, JSON or CSV [rad, m].",
         ),
     ],
     recordings: Annotated[
@@ -39,7 +39,7 @@ def evaluate(
         typer.Argument(
             metavar="RECORDING",
             show_default=False,
-            help="The demonstration, or several of one task; default: those in the settings.",
+            help="Recording of the demonstration, or of several of one task; default: those in the settings.",
         ),
     ] = None,
     convention: Annotated[
@@ -53,7 +53,10 @@ def evaluate(
     *,
     given: Given,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Also write a run folder.", rich_help_panel=OUTPUT)
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", rich_help_panel=OUTPUT, help="Run folder to write; by default nothing is written."
+        ),
     ] = None,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,

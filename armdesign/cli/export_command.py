@@ -31,57 +31,86 @@ def export(
         str | None,
         typer.Option(
             "--format",
-            help="Robot files, by commas: urdf, xacro, mjcf, sdf, dh-csv, dh-toml; default: urdf, "
-            "where no trajectory is asked for.",
+            metavar="NAME,...",
+            help="Robot files, one or more of urdf, xacro, mjcf, sdf, dh-csv, dh-toml (default urdf, or none with "
+            "--trajectory).",
         ),
     ] = None,
     trajectory: Annotated[
         str | None,
-        typer.Option("--trajectory", help="Trajectories, by commas: csv, ros (ROS 2 YAML), ros2-bag, npz."),
+        typer.Option(
+            "--trajectory",
+            metavar="NAME,...",
+            help="Trajectory files, one or more of csv, ros (ROS 2 YAML), ros2-bag, npz (default none).",
+        ),
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", help="Folder to write to; default: RUN/export.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder to write to (default RUN/export).")
+    ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files of the same names.")] = False,
     convention: Annotated[
-        str, typer.Option("--convention", metavar="modified|classic", help="Convention of the DH table.")
+        str,
+        typer.Option(
+            "--convention", metavar="modified|classic", help="Convention of the DH table in dh-csv and dh-toml."
+        ),
     ] = "modified",
     rate: Annotated[
         float | None,
         typer.Option(
-            "--rate", metavar="X", rich_help_panel=TRAJECTORY, help="Samples per second; default: as demonstrated."
+            "--rate",
+            metavar="X",
+            rich_help_panel=TRAJECTORY,
+            help="Samples per second [Hz]; default: the rate of the demonstration.",
         ),
     ] = None,
     speed: Annotated[
         float | None,
         typer.Option(
-            "--speed", metavar="X", rich_help_panel=TRAJECTORY, help="Factor on the demonstrated speed (default 1)."
+            "--speed",
+            metavar="X",
+            rich_help_panel=TRAJECTORY,
+            help="Speed of the motion as a multiple of the demonstrated one (default 1).",
         ),
     ] = None,
     fit_limits: Annotated[
         bool,
         typer.Option(
-            "--fit-limits", rich_help_panel=TRAJECTORY, help="Slow down as far as the two limits below ask for."
+            "--fit-limits",
+            rich_help_panel=TRAJECTORY,
+            help="Slow the motion down until it keeps --max-velocity and --max-acceleration.",
         ),
     ] = False,
     max_velocity: Annotated[
         float | None,
-        typer.Option("--max-velocity", metavar="X", rich_help_panel=TRAJECTORY, help="Joint speed limit [rad/s]."),
+        typer.Option(
+            "--max-velocity", metavar="X", rich_help_panel=TRAJECTORY, help="Speed limit of every joint [rad/s]."
+        ),
     ] = None,
     max_acceleration: Annotated[
         float | None,
         typer.Option(
-            "--max-acceleration", metavar="X", rich_help_panel=TRAJECTORY, help="Joint acceleration limit [rad/s^2]."
+            "--max-acceleration",
+            metavar="X",
+            rich_help_panel=TRAJECTORY,
+            help="Acceleration limit of every joint [rad/s^2].",
         ),
     ] = None,
     cutoff: Annotated[
         float | None,
         typer.Option(
-            "--cutoff", metavar="X", rich_help_panel=TRAJECTORY, help="Frequency that smoothing keeps by half [Hz]."
+            "--cutoff",
+            metavar="X",
+            rich_help_panel=TRAJECTORY,
+            help="Cut-off frequency of the smoothing, which halves an oscillation of it [Hz] (default 6).",
         ),
     ] = None,
     ramp: Annotated[
         float | None,
         typer.Option(
-            "--ramp", metavar="X", rich_help_panel=TRAJECTORY, help="Length of the ramps from and to rest [s]."
+            "--ramp",
+            metavar="X",
+            rich_help_panel=TRAJECTORY,
+            help="Time to start from rest, and to come to rest [s] (default 0.5).",
         ),
     ] = None,
     quiet: QuietOption = False,

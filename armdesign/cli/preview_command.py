@@ -17,16 +17,19 @@ from armdesign.runs.reading import read_result
 
 @one_sentence_errors
 def preview(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN", help="Run folders with a result; shown side by side.")],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN", help="Run folders with a result, shown side by side.")],
     html: Annotated[
-        Path | None, typer.Option("--html", metavar="FILE", help="Write one self-contained file and end.")
+        Path | None,
+        typer.Option("--html", metavar="FILE", help="Write the page to this file, which needs no others, and end."),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --html.")] = False,
     browse: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in the browser.")] = True,
     port: Annotated[
         int | None, typer.Option("--port", metavar="N", help="Port on 127.0.0.1; default: a free one.")
     ] = None,
-    speed: Annotated[float, typer.Option("--speed", metavar="X", help="Times true speed to play at.")] = 1.0,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="X", help="Playback speed as a multiple of the real one.")
+    ] = 1.0,
 ) -> None:
     """Show arms performing their task in the browser.
 

@@ -33,9 +33,10 @@ app = typer.Typer(
 )
 
 FileArgument = Annotated[
-    Path | None, typer.Argument(metavar="FILE", help="The recording, in any known format; or name it in --config.")
+    Path | None,
+    typer.Argument(metavar="FILE", help="The recording, in any known format; may also be named in --config."),
 ]
-ReplaceOption = Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")]
+ReplaceOption = Annotated[bool, typer.Option("--overwrite", help="Replace files of the same names.")]
 
 
 @app.command(cls=PanelCommand)
@@ -46,7 +47,7 @@ def info(
     config: ConfigOption = None,
     *,
     given: Given,
-    as_json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False,
 ) -> None:
     """Say what a recording holds.
 
@@ -64,7 +65,12 @@ def info(
 def plot(
     file: FileArgument = None,
     out: Annotated[
-        Path | None, typer.Option("--out", help="Picture to write, .png, .svg or .pdf; default: FILE's name with .png.")
+        Path | None,
+        typer.Option(
+            "--out",
+            metavar="FILE",
+            help="Picture to write, .png, .svg or .pdf (default: the recording's name with .png).",
+        ),
     ] = None,
     config: ConfigOption = None,
     *,
@@ -91,7 +97,7 @@ def convert(
     *,
     given: Given,
     overwrite: ReplaceOption = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not say what was done.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Write the points of a task as plain CSV.
 

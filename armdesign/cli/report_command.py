@@ -24,18 +24,21 @@ SUFFIXES = (".html", ".htm")
 def report(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a result.")],
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE.html", help="Page to write; default: report.html in RUN.")
+        Path | None, typer.Option("--out", metavar="FILE.html", help="Page to write (default RUN/report.html).")
     ] = None,
     pdf: Annotated[
-        bool, typer.Option("--pdf", help="Print it as PDF beside it too; needs a Chromium browser.")
+        bool, typer.Option("--pdf", help="Also write the page as PDF beside it; needs a Chromium browser.")
     ] = False,
     simulate: Annotated[
-        bool, typer.Option("--simulate", help="Add how the arm follows the hand in MuJoCo; needs armdesign[sim].")
+        bool,
+        typer.Option(
+            "--simulate", help="Add a simulation of the arm following the hand in MuJoCo; needs armdesign[sim]."
+        ),
     ] = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace FILE.html; that in RUN is replaced anyway.")
+        bool, typer.Option("--overwrite", help="Replace the page of --out; that in RUN is replaced in any case.")
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Do not say what was written.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
     *,
     given: Given,
 ) -> None:

@@ -1,4 +1,4 @@
-"""``armdesign runs``: where the runs below a folder stand."""
+"""``armdesign runs``: the runs below a folder and their states."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ UNITS = ((86400, "d"), (3600, "h"), (60, "min"), (1, "s"))
 
 @one_sentence_errors
 def runs(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to look below.")] = Path("runs"),
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to search for runs.")] = Path("runs"),
 ) -> None:
     """List the runs below a folder and their states.
 
-    With the best fitness so far, progress and time since the last change. States: finished; interrupted or stopped (go
-    on with --resume); running; failed (nothing found); evaluated (a given arm, not a search); broken.
+    With the best robot fitness r so far, progress and time since the last change. States: finished; interrupted or
+    stopped (go on with search --resume); running; failed (ended without a valid arm); evaluated (a given arm, not a
+    search); broken (files missing or damaged).
     """
     found = read_runs(folder)
     if not found:

@@ -63,7 +63,7 @@ def search(
         typer.Argument(
             metavar="RECORDING",
             show_default=False,
-            help="The demonstration, or several of one task; may also be named in the settings file.",
+            help="Recording of the demonstration, or of several of one task; may also be named in the settings file.",
         ),
     ] = None,
     config: ConfigOption = None,
@@ -73,21 +73,21 @@ def search(
         float | None,
         typer.Option(
             "--within", metavar="X", rich_help_panel=ARM,
-            help="With --dof auto: gain of f by more joints that does not pay [%] (default 4).",
+            help="With --dof auto: the fewest joints whose path fitness f is within X % of the best (default 4).",
         ),
     ] = None,
     enough: Annotated[
         float | None,
         typer.Option(
             "--enough", metavar="X", rich_help_panel=ARM,
-            help="With --dof auto: f below which an arm is good enough [mm] (default 5).",
+            help="With --dof auto: path fitness f below which more joints bring nothing [mm] (default 5).",
         ),
     ] = None,
     holdout: Annotated[
         list[Path] | None,
         typer.Option(
             "--holdout", metavar="FILE", rich_help_panel=RECORDING,
-            help="A demonstration the search does not see; the arm is scored on it. Repeatable.",
+            help="Another demonstration, on which the arm that was found is scored. Repeatable.",
         ),
     ] = None,
     workers: WorkersOption = None,
@@ -96,20 +96,22 @@ def search(
         Path | None,
         typer.Option(
             "--resume", metavar="DIR",
-            help="Go on with the search in this run folder; with --budget, --iterations or a stop rule beyond its end.",
+            help="Go on with the search in this run folder; a larger --budget or --iterations, or another stop rule, "
+            "extends it.",
         ),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", metavar="DIR", help="Run folder to write (default runs/NAME).", rich_help_panel=OUTPUT
+            "--out", metavar="DIR", rich_help_panel=OUTPUT,
+            help="Run folder to write (default runs/RECORDING-ALGORITHM-nN-seedS).",
         ),
     ] = None,
     report: Annotated[
         bool,
         typer.Option(
             "--report/--no-report", show_default=False, rich_help_panel=OUTPUT,
-            help="Also write preview.html and report.html (default).",
+            help="Whether to write preview.html and report.html (default: --report).",
         ),
     ] = True,
     overwrite: OverwriteOption = False,
@@ -118,7 +120,7 @@ def search(
         bool,
         typer.Option(
             "--write-config", rich_help_panel=OUTPUT,
-            help="Print all settings with their documentation as TOML and end.",
+            help="Print all settings, with their documentation, as TOML for --config and end.",
         ),
     ] = False,
 ) -> None:  # fmt: skip

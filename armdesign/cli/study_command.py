@@ -95,7 +95,8 @@ def study(
         int | None, typer.Option("--seed", metavar="N", help="Seed of the first repetition (default 0).")
     ] = None,
     dof: Annotated[
-        str | None, typer.Option("--dof", metavar="N", help="Numbers of joints n: one (3), a range (3-6) or 3,5.")
+        str | None,
+        typer.Option("--dof", metavar="N", help="Numbers of joints n: one (3), a range (3-6) or a list (3,5)."),
     ] = None,
     config: ConfigOption = None,
     given: Given,
@@ -188,7 +189,11 @@ def robot(
 def rapso(
     d: Annotated[
         str | None,
-        typer.Option("--d", metavar="N", help="Numbers D of angle intervals: 2, 2-5 or 2,4 (default 2-5)."),
+        typer.Option(
+            "--d",
+            metavar="N",
+            help="Numbers D of angle intervals: one (2), a range (2-5) or a list (2,4) (default 2-5).",
+        ),
     ] = None,
     range_of: Annotated[
         str | None,

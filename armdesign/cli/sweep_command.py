@@ -42,17 +42,24 @@ RUNS = "Runs"
 def sweep(
     context: typer.Context,
     recordings: Annotated[
-        list[Path] | None, typer.Argument(metavar="RECORDING", help="The demonstrations.", show_default=False)
+        list[Path] | None,
+        typer.Argument(
+            metavar="RECORDING", show_default=False,
+            help="Recordings, each a task of its own; one may also be named in the settings file.",
+        ),
     ] = None,
     dof: Annotated[
         str | None,
-        typer.Option("--dof", metavar="N", rich_help_panel=RUNS, help="Numbers of joints n: 3, 3-6 or 3,5."),
+        typer.Option(
+            "--dof", metavar="N", rich_help_panel=RUNS,
+            help="Numbers of joints n: one (3), a range (3-6) or a list (3,5).",
+        ),
     ] = None,
     seeds: Annotated[
         str | None,
         typer.Option(
             "--seeds", metavar="N", rich_help_panel=RUNS,
-            help="How many seeds, from 0 on; or a list: 5-9, or 3,4, or 7-7 for 7 alone.",
+            help="How many seeds, counted from 0 (10); or which: a range (5-9, or 7-7 for 7 alone) or a list (3,4).",
         ),
     ] = None,
     algorithm: Annotated[
@@ -60,14 +67,14 @@ def sweep(
         typer.Option(
             "--algorithm", metavar="|".join(ALGORITHM_SETTINGS), rich_help_panel=RUNS,
             autocompletion=lambda: [*ALGORITHM_SETTINGS],
-            help="Search algorithm (default multibasin), or several: pso,rapso.",
+            help="Search algorithm, or several by commas: pso,rapso (default multibasin).",
         ),
     ] = None,
     d: Annotated[
         str | None,
         typer.Option(
             "--d", metavar="N", rich_help_panel=RUNS,
-            help="Angle intervals D of rapso: 2, 2-5 or 2,4. pso has none and runs once, not per D.",
+            help="Numbers D of angle intervals of rapso: one (2), a range (2-5) or a list (2,4).",
         ),
     ] = None,
     config: ConfigOption = None,

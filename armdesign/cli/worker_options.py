@@ -1,4 +1,4 @@
-"""Who evaluates the candidates of a command: this process, worker processes, or a cluster."""
+"""Where the candidates of a command are evaluated: in this process, in worker processes, or on a cluster."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ WorkersOption = Annotated[
     int | None,
     typer.Option(
         "--workers", metavar="N", rich_help_panel=COMPUTING,
-        help="Worker processes on this machine; default: all cores where it pays.",
+        help="Worker processes on this machine; default: one per core, fewer for a small search.",
     ),
 ]  # fmt: skip
 ClusterOption = Annotated[
     str | None,
     typer.Option(
         "--cluster", metavar="ADDRESS", rich_help_panel=COMPUTING,
-        help="Dask scheduler whose workers evaluate instead of this machine's cores, e.g. tcp://host:8786.",
+        help="Address of a Dask scheduler whose workers compute instead of this machine, e.g. tcp://host:8786.",
     ),
 ]  # fmt: skip
 PAYS_PER_WORKER = 2000
