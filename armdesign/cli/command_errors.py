@@ -53,7 +53,8 @@ def refuse_beside_resume(context: typer.Context, what: str, fix: str, also: tupl
         if str(parameter.opts[0]).startswith("-")
         else f"the {str(parameter.name).removesuffix('s')}"
         for parameter in context.command.params
-        if parameter.name not in (*RESUME_FLAGS, *also) and was_given(context, str(parameter.name))
+        if parameter.name not in (*RESUME_FLAGS, *also)
+        and getattr(context.get_parameter_source(str(parameter.name)), "name", "") == "COMMANDLINE"
     ]
     if given:
         message = f"--resume goes on with {what} as it was asked for, but {', '.join(given)} is given as well"
@@ -93,12 +94,6 @@ def refuse_other_algorithms(given: Mapping[str, object], algorithms: Sequence[st
                 f"{flag} is given, but the algorithm is {', '.join(algorithms)}", value=value,
                 allowed=f"{flag} with {', '.join(owners)}", fix="Leave it out, or choose another --algorithm",
             )  # fmt: skip
-
-
-def was_given(context: typer.Context, name: str) -> bool:
-    """Whether a parameter was written on the command line."""
-    source = context.get_parameter_source(name)
-    return source is not None and source.name == "COMMANDLINE"
 
 
 def refuse_existing(*targets: Path, overwrite: bool) -> None:

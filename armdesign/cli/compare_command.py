@@ -105,7 +105,8 @@ def compare(
     else the published ones.
     """
     if catalogue:
-        typer.echo(catalogue_text())
+        known = [f"{arm.name:<8} {arm.title}" for arm in ready_made_arms().values()]
+        typer.echo("\n".join(known) or "example-robot-data is not installed.")
         return
     if json_file is None and csv_file is None:
         refuse_without("--json or --csv", {"--overwrite": overwrite})
@@ -116,7 +117,11 @@ def compare(
     scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
     folder = task_folder(recording, arms or []) if recording is not None or config is None else None
     if folder is None:
-        settings = first_settings(arms or []) if config is None else settings_from_flags(config, {})
+        if config is None:
+            carried = (carried_settings(Path(arm)) for arm in arms or [])
+            settings = next((found for found in carried if found is not None), Settings())
+        else:
+            settings = settings_from_flags(config, {})
         if config is not None and recording is None:
             settings = from_run_folder(settings, config.parent)
         opened = open_arms(arms or [], settings, tool or ())
@@ -143,12 +148,6 @@ def compare(
         typer.echo()
         show_table(EFFORT, [effort_cells(row) for row in comparison.rows])
         show_text("\n".join(comparison_notes(comparison)))
-
-
-def catalogue_text() -> str:
-    """The ready-made arms that are there."""
-    known = ready_made_arms().values()
-    return "\n".join(f"{arm.name:<8} {arm.title}" for arm in known) or "example-robot-data is not installed."
 
 
 def task_folder(recording: Path | None, arms: Sequence[str]) -> Path | None:
@@ -178,15 +177,6 @@ def task_of_run(folder: Path, given: Sequence[str]) -> DesignProblem:
             value=list(given), fix="Leave them out, or give a recording with --task",
         )  # fmt: skip
     return read_problem(folder)
-
-
-def first_settings(arms: Sequence[str]) -> Settings:
-    """The settings that the first of the runs carries, else the published ones.
-
-    Raises:
-        SettingsError: They are not valid.
-    """
-    return next((found for arm in arms if (found := carried_settings(Path(arm))) is not None), Settings())
 
 
 def task_of_recording(

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from armdesign import views
-from armdesign.cli.command_errors import one_sentence_errors, refuse_without
+from armdesign.cli.command_errors import one_sentence_errors, refuse_existing, refuse_without
 from armdesign.cli.screen import compiling
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.files import write_whole
@@ -40,7 +40,12 @@ def preview(
     if html is not None:
         if port is not None:
             raise SettingsError("--port is of no use with --html: a file needs no server", fix="Leave one of them out")
-        write_page(runs, speed, html, overwrite=overwrite)
+        if html.is_dir():
+            raise RunFolderError(f"cannot write {html}: it is a folder", value=str(html), fix="Give the name of a file")
+        refuse_existing(html, overwrite=overwrite)
+        page = draw(runs, speed)
+        write_whole(html, page)
+        typer.echo(f"Written: {html} ({len(page.encode()) / 1e6:.1f} MB)")
         return
     refuse_without("--html", {"--overwrite": overwrite})
     with views.preview.PageServer(port) as server:
@@ -52,19 +57,3 @@ def draw(runs: list[Path], speed: float) -> str:
     with compiling(quiet=False):
         finished = [read_result(folder) for folder in runs]
     return views.preview.preview_html(finished, speed)
-
-
-def write_page(runs: list[Path], speed: float, target: Path, *, overwrite: bool) -> None:
-    """Write the page of run folders to a file.
-
-    Raises:
-        RunFolderError: There is a file already, or it cannot be written.
-    """
-    if target.is_file() and not overwrite:
-        fix = "Give another name, or --overwrite to replace it"
-        raise RunFolderError(f"{target} exists already", value=str(target), fix=fix)
-    if target.is_dir():
-        raise RunFolderError(f"cannot write {target}: it is a folder", value=str(target), fix="Give the name of a file")
-    page = draw(runs, speed)
-    write_whole(target, page)
-    typer.echo(f"Written: {target} ({len(page.encode()) / 1e6:.1f} MB)")

@@ -16,6 +16,7 @@ from rich.progress import BarColumn, TaskID, TextColumn
 from rich.progress import Progress as RichProgress
 from rich.table import Table
 
+from armdesign.experiments.sweep.run_sweep import SweepStatus
 from armdesign.fitness.block import compilation_progress
 from armdesign.search.search import Progress
 
@@ -169,6 +170,33 @@ def progress_text(progress: Progress) -> str:
         best = f"r {progress.fitness:.4f}  f {progress.path_fitness * 1e3:.1f}, E {progress.area * 1e3:.1f} mm"
     digits = len(str(progress.iterations))
     return f"{progress.iteration:{digits}d}/{progress.iterations}  {best}  valid {progress.valid}  {clock(left)} left"
+
+
+class SweepBar(StatusBar):
+    """A line for every run of a sweep that has ended; in a terminal a bar below them, with the runs under way."""
+
+    def __call__(self, status: SweepStatus) -> None:
+        """Show what is new, if it is time to."""
+        done, failed = status.finished + status.failed, f" ({status.failed} failed)" if status.failed else ""
+        counts = f"{done}/{status.total} runs{failed}"
+        if status.left is not None and (self.terminal or status.left >= 1.0):
+            counts += f"  {clock(status.left)} left"
+        if status.ended is not None:
+            best = "" if status.fitness is None else f", r {status.fitness:.4f}"
+            outcome = status.outcome
+            how = "" if outcome is None else outcome.state + best + (f": {outcome.reason}" if outcome.reason else "")
+            say(f"{counts}  {status.ended}  {how}")
+        if self.terminal:
+            running = " | ".join(f"{name} {search_text(progress)}" for name, progress in status.running.items())
+            self.draw(done, status.total, f"{counts}  {running}"[: self.console.width - 12])
+
+
+def search_text(progress: Progress | None) -> str:
+    """Iteration and best fitness of a search that is one of several."""
+    if progress is None:
+        return "begins"
+    best = "-" if progress.fitness == float("inf") else f"{progress.fitness:.4f}"
+    return f"{progress.iteration}/{progress.iterations} r {best}"
 
 
 class CompilationBar(StatusBar):

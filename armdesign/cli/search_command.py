@@ -295,7 +295,14 @@ def carry_on(
 def opening(problem: DesignProblem) -> list[str]:
     """Sentences on what is going to be searched, and on what was decided on the way."""
     settings, task = problem.settings, problem.task
-    lines = [*problem.notes, *warnings_of_others(problem)]
+    # what else was done to further demonstrations is in their task.json
+    warnings = [
+        f"{Path(each.name).name}: {step.sentence}"
+        for each in problem.every[1:]
+        for step in each.steps
+        if step.name == "warning"
+    ]
+    lines = [*problem.notes, *warnings]
     shown = ", ".join(f"{name} {w:.3g}" for name, w in zip(task.points, settings.fitness.weights, strict=True))
     if settings.fitness.orientation_weight:
         shown += f", orientation of {settings.task.orientation} {settings.fitness.orientation_weight:.3g}"
@@ -305,16 +312,6 @@ def opening(problem: DesignProblem) -> list[str]:
         f"{settings.search.size}, seed {settings.search.seed}."
     )
     return lines
-
-
-def warnings_of_others(problem: DesignProblem) -> list[str]:
-    """What is doubtful about further demonstrations; everything that was done to them is in their task.json."""
-    return [
-        f"{Path(each.name).name}: {step.sentence}"
-        for each in problem.every[1:]
-        for step in each.steps
-        if step.name == "warning"
-    ]
 
 
 def show_result(result: Result, files: Sequence[Path]) -> None:

@@ -90,7 +90,7 @@ def flag(section: type[Section], name: str, kind: Kind) -> inspect.Parameter:
     if isinstance(kind, Switch):
         declared, annotation = f"{declared}/--no-{declared[2:]}", bool | None
     else:
-        annotation = list[str] | None if repeatable(kind) else str | None  # type: ignore[assignment]
+        annotation = list[str] | None if isinstance(kind, Several) and isinstance(kind.item, Interval) else str | None  # type: ignore[assignment]
     options = kind.options if isinstance(kind, Choice) else ()
     option = typer.Option(
         declared,
@@ -103,11 +103,6 @@ def flag(section: type[Section], name: str, kind: Kind) -> inspect.Parameter:
     return inspect.Parameter(
         name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=Annotated[annotation, option]
     )
-
-
-def repeatable(kind: Kind) -> bool:
-    """Whether a flag is given once for every entry of a list."""
-    return isinstance(kind, Several) and isinstance(kind.item, Interval)
 
 
 def metavar(kind: Kind) -> str | None:

@@ -13,10 +13,10 @@ import typer
 from armdesign.cli import PanelCommand
 from armdesign.cli.command_errors import one_sentence_errors, refuse_beside_resume
 from armdesign.cli.command_options import ConfigOption, QuietOption
+from armdesign.cli.screen import SweepBar
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.study_request import StudyFlags, request_from_flags, words
 from armdesign.cli.sweep_command import leave, lines_of_failures, say_stopping, unit_workers
-from armdesign.cli.sweep_progress import SweepBar
 from armdesign.cli.worker_options import COMPUTING, ClusterOption, check_workers
 from armdesign.errors import resume_command
 from armdesign.experiments.studies import StudyRequest, StudyResult

@@ -144,16 +144,13 @@ def about(word: str) -> Iterator[None]:
         flags = [flag for flag in TASK_FLAGS if flag in str(error)]
         if not (where or flags):
             raise
-        fix = settings_instead(word, flags) if flags else None
+        fix = None
+        if flags and Path(word).suffix.lower() == ".toml":
+            fix = f"In {word} these are entries of [task] and [fitness]"
+        elif flags:
+            how = f"armdesign search {word} {flags[0]} ... --write-config > task.toml"
+            fix = f"A study takes this from a settings file: write one by '{how}' and name it as the task"
         raise type(error)(f"{where}{error}", value=error.value, fix=fix) from error
-
-
-def settings_instead(word: str, flags: Sequence[str]) -> str:
-    """What to do where a study does not have the flags that an error names."""
-    if Path(word).suffix.lower() == ".toml":
-        return f"In {word} these are entries of [task] and [fitness]"
-    how = f"armdesign search {word} {flags[0]} ... --write-config > task.toml"
-    return f"A study takes this from a settings file: write one by '{how}' and name it as the task"
 
 
 def open_task(name: str, word: str, settings: Settings, scenario: str | None) -> tuple[str, Recording, Settings]:

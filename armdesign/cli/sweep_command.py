@@ -12,9 +12,8 @@ import typer
 from armdesign.cli.command_errors import INTERRUPTED, one_sentence_errors, refuse_beside_resume, refuse_other_algorithms
 from armdesign.cli.command_options import OUTPUT, ConfigOption, QuietOption, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
-from armdesign.cli.screen import clock, compiling, say_in_handler, show_table, show_text
+from armdesign.cli.screen import SweepBar, clock, compiling, say_in_handler, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
-from armdesign.cli.sweep_progress import SweepBar
 from armdesign.cli.worker_options import COMPUTING, ClusterOption, check_workers, cluster_client
 from armdesign.errors import SettingsError, counted, resume_command
 from armdesign.experiments.sweep import RunTable, Sweep, read_sweep, run_sweep, unit_worker, units_of
@@ -126,7 +125,7 @@ def sweep(
         lists = asked_lists(settings, dof, seeds, algorithm, d)
         refuse_other_algorithms(given["search"], lists["algorithms"])
         asked, tasks = prepared_for(recordings, settings, lists, scenario, weights)
-        folder = out or default_folder(asked)
+        folder = out or Path("runs") / f"{Path(asked.recordings[0]).stem}-sweep"
     count = workers or available_cores()
     if dry_run:
         show_plan(folder, asked, tasks, count)
@@ -190,11 +189,6 @@ def prepared_for(
             fix="Choose the same number of --points in all, or make two sweeps",
         )
     return Sweep(common_settings(own), tuple(paths), **lists), tasks
-
-
-def default_folder(asked: Sweep) -> Path:
-    """runs/NAME-sweep, named after the first recording."""
-    return Path("runs") / f"{Path(asked.recordings[0]).stem}-sweep"
 
 
 def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool) -> None:

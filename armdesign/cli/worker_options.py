@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -61,9 +61,8 @@ def check_workers(workers: int | None, cluster: str | None) -> None:
         check_address(cluster)
 
 
-def open_backend(
-    problem: DesignProblem, workers: int | None, cluster: str | None = None
-) -> AbstractContextManager[Backend]:
+@contextmanager
+def open_backend(problem: DesignProblem, workers: int | None, cluster: str | None = None) -> Iterator[Backend]:
     """The backend of a search: a cluster, or as many worker processes as asked for, by default as many as pay.
 
     Args:
@@ -73,18 +72,14 @@ def open_backend(
     """
     check_workers(workers, None if workers is None else cluster)
     if cluster is not None:
-        return open_cluster(problem, cluster)
+        from armdesign.search.backends.dask_workers import DaskCluster  # noqa: PLC0415 (an optional extra)
+
+        with cluster_client(cluster) as client, DaskCluster(client, problem, say=say) as backend:
+            yield backend
+        return
     paying = problem.settings.search.candidates // PAYS_PER_WORKER
     count = workers if workers is not None else max(1, min(available_cores(), paying))
-    return InProcess(problem) if count == 1 else WorkerPool(problem, count)
-
-
-@contextmanager
-def open_cluster(problem: DesignProblem, address: str) -> Iterator[Backend]:
-    """The workers of a Dask scheduler as a backend; see ``cluster_client``."""
-    from armdesign.search.backends.dask_workers import DaskCluster  # noqa: PLC0415 (an optional extra)
-
-    with cluster_client(address) as client, DaskCluster(client, problem, say=say) as backend:
+    with InProcess(problem) if count == 1 else WorkerPool(problem, count) as backend:
         yield backend
 
 

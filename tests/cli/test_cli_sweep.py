@@ -152,7 +152,7 @@ def test_dry_run_knows_more_candidates_and_pso_as_longer(packaging):
 
 
 def test_bar_in_a_terminal_is_below_the_runs_that_have_ended(monkeypatch):
-    from armdesign.cli.sweep_progress import SweepBar  # noqa: PLC0415
+    from armdesign.cli.screen import SweepBar  # noqa: PLC0415
     from armdesign.experiments.sweep import Outcome, SweepStatus  # noqa: PLC0415
     from armdesign.search.search import Progress  # noqa: PLC0415
 

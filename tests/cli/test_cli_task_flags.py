@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.cli.screen import SearchBar
+from armdesign.cli.screen import SearchBar, SweepBar
 from armdesign.cli.setting_flags import flagged
-from armdesign.cli.sweep_progress import SweepBar
 from armdesign.search.search import Progress
 from armdesign.settings.sections import Task as TaskSettings
 
