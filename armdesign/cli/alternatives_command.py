@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.command_options import option
 from armdesign.cli.screen import compiling, show_table, written_text
 from armdesign.fitness.block import compile_kernels
 from armdesign.runs.alternatives import Alternative, check_options, read_designs, write_alternatives
@@ -18,12 +19,9 @@ from armdesign.runs.reading import read_problem
 @one_sentence_errors
 def alternatives(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="The run folder of a search.")],
-    count: Annotated[int, typer.Option("--count", metavar="N", help="Number of arms to show.")] = 5,
+    count: Annotated[int, option("--count", "N", "Number of arms to show.")] = 5,
     distance: Annotated[
-        float,
-        typer.Option(
-            "--distance", metavar="X", help="Least difference between two arms, as a share of the width of the bounds."
-        ),
+        float, option("--distance", "X", "Least difference between two arms, as a share of the width of the bounds.")
     ] = 0.3,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:

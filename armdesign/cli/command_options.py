@@ -10,6 +10,20 @@ import typer
 
 from armdesign.settings.sections import Settings, read_settings
 
+
+def option(flag: str, metavar: str | None, words: str, panel: str | None = None, **more: Any) -> Any:  # noqa: ANN401
+    """An option of a command.
+
+    Args:
+        flag: Its name; of a switch also the name that turns it off.
+        metavar: How the help writes its value; None for a switch.
+        words: The help, with the unit and what holds by default.
+        panel: Title of the options that the help lists it among.
+        more: Further arguments of typer.Option.
+    """
+    return typer.Option(flag, metavar=metavar, help=words, rich_help_panel=panel, **more)
+
+
 OUTPUT = "Output"
 """Panel of the options on what is written and printed."""
 ConfigOption = Annotated[

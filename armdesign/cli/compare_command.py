@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from armdesign.cli.command_errors import one_sentence_errors, refuse_existing, refuse_without
-from armdesign.cli.command_options import ConfigOption, QuietOption, settings_from_flags
+from armdesign.cli.command_options import ConfigOption, QuietOption, option, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.cli.screen import StatusBar, clock, compiling, say, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
@@ -53,49 +53,26 @@ def compare(
     ] = None,
     recording: Annotated[
         Path | None,
-        typer.Option(
-            "--task", metavar="FILE", help="A recording, or a run folder for its task (default: that of the first run)."
-        ),
+        option("--task", "FILE", "A recording, or a run folder for its task (default: that of the first run)."),
     ] = None,
     tool: Annotated[
         list[str] | None,
-        typer.Option(
-            "--tool", metavar="[ARM=]LINK", help="Link of a URDF whose origin is the tool; default: the last link."
-        ),
+        option("--tool", "[ARM=]LINK", "Link of a URDF whose origin is the tool; default: the last link."),
     ] = None,
-    evaluations: Annotated[
-        int,
-        typer.Option(
-            "--evaluations", metavar="N", rich_help_panel=BASE, help="Base poses tried for each ready-made arm."
-        ),
-    ] = 1000,
+    evaluations: Annotated[int, option("--evaluations", "N", "Base poses tried for each ready-made arm.", BASE)] = 1000,
     box: Annotated[
-        float,
-        typer.Option(
-            "--box",
-            metavar="X",
-            rich_help_panel=BASE,
-            help="How far from the shoulder a base may stand along each axis [m].",
-        ),
+        float, option("--box", "X", "How far from the shoulder a base may stand along each axis [m].", BASE)
     ] = 0.5,
-    seed: Annotated[
-        int, typer.Option("--seed", metavar="N", rich_help_panel=BASE, help="Seed of the search for base poses.")
-    ] = 0,
-    payload: Annotated[
-        float, typer.Option("--payload", metavar="X", help="Mass carried at the tool, for the torques [kg].")
-    ] = 0.0,
+    seed: Annotated[int, option("--seed", "N", "Seed of the search for base poses.", BASE)] = 0,
+    payload: Annotated[float, option("--payload", "X", "Mass carried at the tool, for the torques [kg].")] = 0.0,
     config: ConfigOption = None,
     *,
     given: Given,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="JSON file to write with all figures.")
-    ] = None,
-    csv_file: Annotated[
-        Path | None, typer.Option("--csv", metavar="FILE", help="CSV file to write with the table.")
-    ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the files of --json and --csv.")] = False,
+    json_file: Annotated[Path | None, option("--json", "FILE", "JSON file to write with all figures.")] = None,
+    csv_file: Annotated[Path | None, option("--csv", "FILE", "CSV file to write with the table.")] = None,
+    overwrite: Annotated[bool, option("--overwrite", None, "Replace the files of --json and --csv.")] = False,
     quiet: QuietOption = False,
-    catalogue: Annotated[bool, typer.Option("--list", help="List the ready-made arms and end.")] = False,
+    catalogue: Annotated[bool, option("--list", None, "List the ready-made arms and end.")] = False,
 ) -> None:
     """Compare designs and ready-made arms on the same task.
 

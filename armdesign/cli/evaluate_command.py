@@ -9,7 +9,14 @@ from typing import Annotated, Any
 import typer
 
 from armdesign.cli.command_errors import one_sentence_errors, refuse_without
-from armdesign.cli.command_options import OUTPUT, ConfigOption, OverwriteOption, QuietOption, settings_from_flags
+from armdesign.cli.command_options import (
+    OUTPUT,
+    ConfigOption,
+    OverwriteOption,
+    QuietOption,
+    option,
+    settings_from_flags,
+)
 from armdesign.cli.input_recordings import from_run_folder, open_demonstrations
 from armdesign.cli.screen import compiling, say, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
@@ -44,23 +51,22 @@ def evaluate(
     ] = None,
     convention: Annotated[
         str | None,
-        typer.Option(
-            "--convention", metavar="modified|classic", autocompletion=lambda: ["modified", "classic"],
-            help="Convention of the DH table; default: what the file says, else modified.",
+        option(
+            "--convention",
+            "modified|classic",
+            "Convention of the DH table; default: what the file says, else modified.",
+            autocompletion=lambda: ["modified", "classic"],
         ),
     ] = None,
     config: ConfigOption = None,
     *,
     given: Given,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", metavar="DIR", rich_help_panel=OUTPUT, help="Run folder to write; by default nothing is written."
-        ),
+        Path | None, option("--out", "DIR", "Run folder to write; by default nothing is written.", OUTPUT)
     ] = None,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Score a given arm on a task.
 
     Prints its fitness and the error of each point; --out writes them with the trajectory and the URDF as a run folder.

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from armdesign.cli.command_errors import one_sentence_errors, refuse_without
-from armdesign.cli.command_options import QuietOption
+from armdesign.cli.command_options import QuietOption, option
 from armdesign.cli.screen import compiling, say, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.export.dh_text import check_convention
@@ -29,89 +29,61 @@ def export(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a result.")],
     robot_format: Annotated[
         str | None,
-        typer.Option(
+        option(
             "--format",
-            metavar="NAME,...",
-            help="Robot files, one or more of urdf, xacro, mjcf, sdf, dh-csv, dh-toml (default urdf, or none with "
+            "NAME,...",
+            "Robot files, one or more of urdf, xacro, mjcf, sdf, dh-csv, dh-toml (default urdf, or none with "
             "--trajectory).",
         ),
     ] = None,
     trajectory: Annotated[
         str | None,
-        typer.Option(
+        option(
             "--trajectory",
-            metavar="NAME,...",
-            help="Trajectory files, one or more of csv, ros (ROS 2 YAML), ros2-bag, npz (default none).",
+            "NAME,...",
+            "Trajectory files, one or more of csv, ros (ROS 2 YAML), ros2-bag, npz (default none).",
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder to write to (default RUN/export).")
-    ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace files of the same names.")] = False,
+    out: Annotated[Path | None, option("--out", "DIR", "Folder to write to (default RUN/export).")] = None,
+    overwrite: Annotated[bool, option("--overwrite", None, "Replace files of the same names.")] = False,
     convention: Annotated[
-        str,
-        typer.Option(
-            "--convention", metavar="modified|classic", help="Convention of the DH table in dh-csv and dh-toml."
-        ),
+        str, option("--convention", "modified|classic", "Convention of the DH table in dh-csv and dh-toml.")
     ] = "modified",
     rate: Annotated[
         float | None,
-        typer.Option(
-            "--rate",
-            metavar="X",
-            rich_help_panel=TRAJECTORY,
-            help="Samples per second [Hz]; default: the rate of the demonstration.",
-        ),
+        option("--rate", "X", "Samples per second [Hz]; default: the rate of the demonstration.", TRAJECTORY),
     ] = None,
     speed: Annotated[
         float | None,
-        typer.Option(
-            "--speed",
-            metavar="X",
-            rich_help_panel=TRAJECTORY,
-            help="Speed of the motion as a multiple of the demonstrated one (default 1).",
-        ),
+        option("--speed", "X", "Speed of the motion as a multiple of the demonstrated one (default 1).", TRAJECTORY),
     ] = None,
     fit_limits: Annotated[
         bool,
-        typer.Option(
+        option(
             "--fit-limits",
-            rich_help_panel=TRAJECTORY,
-            help="Slow the motion down until it keeps --max-velocity and --max-acceleration.",
+            None,
+            "Slow the motion down until it keeps --max-velocity and --max-acceleration.",
+            TRAJECTORY,
         ),
     ] = False,
     max_velocity: Annotated[
-        float | None,
-        typer.Option(
-            "--max-velocity", metavar="X", rich_help_panel=TRAJECTORY, help="Speed limit of every joint [rad/s]."
-        ),
+        float | None, option("--max-velocity", "X", "Speed limit of every joint [rad/s].", TRAJECTORY)
     ] = None,
     max_acceleration: Annotated[
-        float | None,
-        typer.Option(
-            "--max-acceleration",
-            metavar="X",
-            rich_help_panel=TRAJECTORY,
-            help="Acceleration limit of every joint [rad/s^2].",
-        ),
+        float | None, option("--max-acceleration", "X", "Acceleration limit of every joint [rad/s^2].", TRAJECTORY)
     ] = None,
     cutoff: Annotated[
         float | None,
-        typer.Option(
+        option(
             "--cutoff",
-            metavar="X",
-            rich_help_panel=TRAJECTORY,
-            help="Cut-off frequency of the smoothing, which halves an oscillation of it [Hz] (default 6).",
+            "X",
+            "Cut-off frequency of the smoothing, which halves an oscillation of it [Hz] (default 6).",
+            TRAJECTORY,
         ),
     ] = None,
     ramp: Annotated[
         float | None,
-        typer.Option(
-            "--ramp",
-            metavar="X",
-            rich_help_panel=TRAJECTORY,
-            help="Time to start from rest, and to come to rest [s] (default 0.5).",
-        ),
+        option("--ramp", "X", "Time to start from rest, and to come to rest [s] (default 0.5).", TRAJECTORY),
     ] = None,
     quiet: QuietOption = False,
     *,

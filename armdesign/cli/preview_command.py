@@ -9,6 +9,7 @@ import typer
 
 from armdesign import views
 from armdesign.cli.command_errors import one_sentence_errors, refuse_existing, refuse_without
+from armdesign.cli.command_options import option
 from armdesign.cli.screen import compiling
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.files import write_whole
@@ -19,17 +20,12 @@ from armdesign.runs.reading import read_result
 def preview(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN", help="Run folders with a result, shown side by side.")],
     html: Annotated[
-        Path | None,
-        typer.Option("--html", metavar="FILE", help="Write the page to this file, which needs no others, and end."),
+        Path | None, option("--html", "FILE", "Write the page to this file, which needs no others, and end.")
     ] = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the file of --html.")] = False,
-    browse: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in the browser.")] = True,
-    port: Annotated[
-        int | None, typer.Option("--port", metavar="N", help="Port on 127.0.0.1; default: a free one.")
-    ] = None,
-    speed: Annotated[
-        float, typer.Option("--speed", metavar="X", help="Playback speed as a multiple of the real one.")
-    ] = 1.0,
+    overwrite: Annotated[bool, option("--overwrite", None, "Replace the file of --html.")] = False,
+    browse: Annotated[bool, option("--open/--no-open", None, "Open the page in the browser.")] = True,
+    port: Annotated[int | None, option("--port", "N", "Port on 127.0.0.1; default: a free one.")] = None,
+    speed: Annotated[float, option("--speed", "X", "Playback speed as a multiple of the real one.")] = 1.0,
 ) -> None:
     """Show arms performing their task in the browser.
 

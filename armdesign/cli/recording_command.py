@@ -10,7 +10,7 @@ import typer
 
 from armdesign.cli import PanelCommand
 from armdesign.cli.command_errors import one_sentence_errors, refuse_existing
-from armdesign.cli.command_options import ConfigOption, settings_from_flags
+from armdesign.cli.command_options import ConfigOption, option, settings_from_flags
 from armdesign.cli.input_recordings import named_source
 from armdesign.cli.screen import say
 from armdesign.cli.setting_flags import Given, takes_settings
@@ -36,7 +36,7 @@ FileArgument = Annotated[
     Path | None,
     typer.Argument(metavar="FILE", help="The recording, in any known format; may also be named in --config."),
 ]
-ReplaceOption = Annotated[bool, typer.Option("--overwrite", help="Replace files of the same names.")]
+ReplaceOption = Annotated[bool, option("--overwrite", None, "Replace files of the same names.")]
 
 
 @app.command(cls=PanelCommand)
@@ -47,7 +47,7 @@ def info(
     config: ConfigOption = None,
     *,
     given: Given,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the same as JSON.")] = False,
+    as_json: Annotated[bool, option("--json", None, "Print the same as JSON.")] = False,
 ) -> None:
     """Say what a recording holds.
 
@@ -66,11 +66,7 @@ def plot(
     file: FileArgument = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out",
-            metavar="FILE",
-            help="Picture to write, .png, .svg or .pdf (default: the recording's name with .png).",
-        ),
+        option("--out", "FILE", "Picture to write, .png, .svg or .pdf (default: the recording's name with .png)."),
     ] = None,
     config: ConfigOption = None,
     *,

@@ -9,6 +9,7 @@ import typer
 
 from armdesign import views
 from armdesign.cli.command_errors import one_sentence_errors, refuse_existing
+from armdesign.cli.command_options import option
 from armdesign.cli.screen import compiling
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
@@ -23,20 +24,16 @@ SUFFIXES = (".html", ".htm")
 @takes_settings(LimitOptions, BodyOptions, SimulationOptions)
 def report(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a result.")],
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE.html", help="Page to write (default RUN/report.html).")
-    ] = None,
+    out: Annotated[Path | None, option("--out", "FILE.html", "Page to write (default RUN/report.html).")] = None,
     pdf: Annotated[
-        bool, typer.Option("--pdf", help="Also write the page as PDF beside it; needs a Chromium browser.")
+        bool, option("--pdf", None, "Also write the page as PDF beside it; needs a Chromium browser.")
     ] = False,
     simulate: Annotated[
         bool,
-        typer.Option(
-            "--simulate", help="Add a simulation of the arm following the hand in MuJoCo; needs armdesign[sim]."
-        ),
+        option("--simulate", None, "Add a simulation of the arm following the hand in MuJoCo; needs armdesign[sim]."),
     ] = False,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the page of --out; that in RUN is replaced in any case.")
+        bool, option("--overwrite", None, "Replace the page of --out; that in RUN is replaced in any case.")
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
     *,

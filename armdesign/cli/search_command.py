@@ -23,6 +23,7 @@ from armdesign.cli.command_options import (
     ConfigOption,
     OverwriteOption,
     QuietOption,
+    option,
     settings_from_flags,
     with_weights,
 )
@@ -71,59 +72,67 @@ def search(
     given: Given,
     within: Annotated[
         float | None,
-        typer.Option(
-            "--within", metavar="X", rich_help_panel=ARM,
-            help="With --dof auto: the fewest joints whose path fitness f is within X % of the best (default 4).",
+        option(
+            "--within",
+            "X",
+            "With --dof auto: the fewest joints whose path fitness f is within X % of the best (default 4).",
+            ARM,
         ),
     ] = None,
     enough: Annotated[
         float | None,
-        typer.Option(
-            "--enough", metavar="X", rich_help_panel=ARM,
-            help="With --dof auto: path fitness f below which more joints bring nothing [mm] (default 5).",
+        option(
+            "--enough",
+            "X",
+            "With --dof auto: path fitness f below which more joints bring nothing [mm] (default 5).",
+            ARM,
         ),
     ] = None,
     holdout: Annotated[
         list[Path] | None,
-        typer.Option(
-            "--holdout", metavar="FILE", rich_help_panel=RECORDING,
-            help="Another demonstration, on which the arm that was found is scored. Repeatable.",
+        option(
+            "--holdout",
+            "FILE",
+            "Another demonstration, on which the arm that was found is scored. Repeatable.",
+            RECORDING,
         ),
     ] = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     resume: Annotated[
         Path | None,
-        typer.Option(
-            "--resume", metavar="DIR",
-            help="Go on with the search in this run folder; a larger --budget or --iterations, or another stop rule, "
+        option(
+            "--resume",
+            "DIR",
+            "Go on with the search in this run folder; a larger --budget or --iterations, or another stop rule, "
             "extends it.",
         ),
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", metavar="DIR", rich_help_panel=OUTPUT,
-            help="Run folder to write (default runs/RECORDING-ALGORITHM-nN-seedS).",
-        ),
+        Path | None, option("--out", "DIR", "Run folder to write (default runs/RECORDING-ALGORITHM-nN-seedS).", OUTPUT)
     ] = None,
     report: Annotated[
         bool,
-        typer.Option(
-            "--report/--no-report", show_default=False, rich_help_panel=OUTPUT,
-            help="Whether to write preview.html and report.html (default: --report).",
+        option(
+            "--report/--no-report",
+            None,
+            "Whether to write preview.html and report.html (default: --report).",
+            OUTPUT,
+            show_default=False,
         ),
     ] = True,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
     write_config: Annotated[
         bool,
-        typer.Option(
-            "--write-config", rich_help_panel=OUTPUT,
-            help="Print all settings, with their documentation, as TOML for --config and end.",
+        option(
+            "--write-config",
+            None,
+            "Print all settings, with their documentation, as TOML for --config and end.",
+            OUTPUT,
         ),
     ] = False,
-) -> None:  # fmt: skip
+) -> None:
     """Search the arm that follows a recorded demonstration best.
 
     Several demonstrations of one task are followed by one arm. Writes a run folder: result.json, arm.urdf,
@@ -282,7 +291,8 @@ def carry_on(
             on_interrupt=on_interrupt,
             on_note=say,
         )
-    names = [SETTINGS, TASK, TASK_JSON, *files]
+    # of a further demonstration only its folder is named
+    names = [SETTINGS, TASK, TASK_JSON, *dict.fromkeys(name.split("/")[0] for name in files)]
     if report:
         names += views.writing.write_views(folder, result, files[URDF])
     if not quiet:

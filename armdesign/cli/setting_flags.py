@@ -90,7 +90,8 @@ def flag(section: type[Section], name: str, kind: Kind) -> inspect.Parameter:
     if isinstance(kind, Switch):
         declared, annotation = f"{declared}/--no-{declared[2:]}", bool | None
     else:
-        annotation = list[str] | None if isinstance(kind, Several) and isinstance(kind.item, Interval) else str | None  # type: ignore[assignment]
+        repeatable = isinstance(kind, Several) and isinstance(kind.item, Interval)
+        annotation = list[str] | None if repeatable else str | None  # type: ignore[assignment]
     options = kind.options if isinstance(kind, Choice) else ()
     option = typer.Option(
         declared,

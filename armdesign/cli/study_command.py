@@ -12,7 +12,7 @@ import typer
 
 from armdesign.cli import PanelCommand
 from armdesign.cli.command_errors import one_sentence_errors, refuse_beside_resume
-from armdesign.cli.command_options import ConfigOption, QuietOption
+from armdesign.cli.command_options import ConfigOption, QuietOption, option
 from armdesign.cli.screen import SweepBar
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.study_request import StudyFlags, request_from_flags, words
@@ -77,47 +77,40 @@ def study(
     tasks: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="TASK", show_default=False,
+            metavar="TASK",
+            show_default=False,
             help="Recordings, settings files (.toml) that name one, or the examples packaging and welding "
             "(default: both examples).",
         ),
     ] = None,
     *,
-    quick: Annotated[bool, typer.Option("--quick", help="A small study, a few minutes on two cores.")] = False,
+    quick: Annotated[bool, option("--quick", None, "A small study, a few minutes on two cores.")] = False,
     reps: Annotated[
         int | None,
-        typer.Option(
-            "--reps", metavar="N",
-            help="Repetitions for every task and n: searches with a seed each; in study temporal, random arms.",
+        option(
+            "--reps",
+            "N",
+            "Repetitions for every task and n: searches with a seed each; in study temporal, random arms.",
         ),
     ] = None,
-    seed: Annotated[
-        int | None, typer.Option("--seed", metavar="N", help="Seed of the first repetition (default 0).")
-    ] = None,
+    seed: Annotated[int | None, option("--seed", "N", "Seed of the first repetition (default 0).")] = None,
     dof: Annotated[
-        str | None,
-        typer.Option("--dof", metavar="N", help="Numbers of joints n: one (3), a range (3-6) or a list (3,5)."),
+        str | None, option("--dof", "N", "Numbers of joints n: one (3), a range (3-6) or a list (3,5).")
     ] = None,
     config: ConfigOption = None,
     given: Given,
     workers: Annotated[
-        int | None,
-        typer.Option(
-            "--workers", metavar="N", rich_help_panel=COMPUTING,
-            help="Runs at a time, each in its own process; default: all cores.",
-        ),
+        int | None, option("--workers", "N", "Runs at a time, each in its own process; default: all cores.", COMPUTING)
     ] = None,
     cluster: ClusterOption = None,
     out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", help="Folder of the study, new or to extend (default runs/study-NAME)."),
+        Path | None, option("--out", "DIR", "Folder of the study, new or to extend (default runs/study-NAME).")
     ] = None,
     resume: Annotated[
-        Path | None,
-        typer.Option("--resume", metavar="DIR", help="Go on with the study in this folder; needs nothing else."),
+        Path | None, option("--resume", "DIR", "Go on with the study in this folder; needs nothing else.")
     ] = None,
     quiet: QuietOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Begin, extend or go on with a study.
 
     Args:
@@ -152,14 +145,10 @@ def study(
 @study_command("temporal")
 def temporal(
     budget: Annotated[
-        int | None,
-        typer.Option("--budget", metavar="N", help="Evaluations of every metaheuristic per frame (default 20000)."),
+        int | None, option("--budget", "N", "Evaluations of every metaheuristic per frame (default 20000).")
     ] = None,
     algorithm: Annotated[
-        str | None,
-        typer.Option(
-            "--algorithm", metavar="NAME,...", help="Solvers: ga,pso,woa,es,abc,sa,slsqp,dls-16; default: all."
-        ),
+        str | None, option("--algorithm", "NAME,...", "Solvers: ga,pso,woa,es,abc,sa,slsqp,dls-16; default: all.")
     ] = None,
 ) -> dict[str, Any]:
     """Compare solvers of a single frame.
@@ -172,10 +161,7 @@ def temporal(
 @study_command("robot", "particles", "iterations")
 def robot(
     algorithm: Annotated[
-        str | None,
-        typer.Option(
-            "--algorithm", metavar="NAME,...", help="Searches: abc,ga,pso-opytimizer,sa,pso,rapso; default: all."
-        ),
+        str | None, option("--algorithm", "NAME,...", "Searches: abc,ga,pso-opytimizer,sa,pso,rapso; default: all.")
     ] = None,
 ) -> dict[str, Any]:
     """Compare the searches of the paper for the whole robot.
@@ -189,15 +175,10 @@ def robot(
 def rapso(
     d: Annotated[
         str | None,
-        typer.Option(
-            "--d",
-            metavar="N",
-            help="Numbers D of angle intervals: one (2), a range (2-5) or a list (2,4) (default 2-5).",
-        ),
+        option("--d", "N", "Numbers D of angle intervals: one (2), a range (2-5) or a list (2,4) (default 2-5)."),
     ] = None,
     range_of: Annotated[
-        str | None,
-        typer.Option("--range", metavar="valid,box", help="Readings of the range in eq. 8 (default: both)."),
+        str | None, option("--range", "valid,box", "Readings of the range in eq. 8 (default: both).")
     ] = None,
 ) -> dict[str, Any]:
     """Compare RA-PSO with PSO, seed by seed.
@@ -209,23 +190,20 @@ def rapso(
 
 @study_command("designs", "particles", "iterations")
 def designs(
-    algorithm: Annotated[
-        str | None, typer.Option("--algorithm", metavar="NAME", help="rapso (default), pso or multibasin.")
-    ] = None,
+    algorithm: Annotated[str | None, option("--algorithm", "NAME", "rapso (default), pso or multibasin.")] = None,
     within: Annotated[
         float | None,
-        typer.Option(
-            "--within", metavar="X",
-            help="Choose the fewest joints whose path fitness f is within X % of the best of more (default 4).",
+        option(
+            "--within",
+            "X",
+            "Choose the fewest joints whose path fitness f is within X % of the best of more (default 4).",
         ),
     ] = None,
     enough: Annotated[
         float | None,
-        typer.Option(
-            "--enough", metavar="X", help="Path fitness f below which a further gain does not count [mm] (default 5)."
-        ),
+        option("--enough", "X", "Path fitness f below which a further gain does not count [mm] (default 5)."),
     ] = None,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Find the number of joints and the final design.
 
     r, f and E over n, and the DH table of the chosen arm.
@@ -235,10 +213,8 @@ def designs(
 
 @study_command("search", "particles")
 def searches(
-    budget: Annotated[int | None, typer.Option("--budget", metavar="N", help="Candidates of every search.")] = None,
-    algorithm: Annotated[
-        str | None, typer.Option("--algorithm", metavar="NAME,...", help="Search algorithms; default: all.")
-    ] = None,
+    budget: Annotated[int | None, option("--budget", "N", "Candidates of every search.")] = None,
+    algorithm: Annotated[str | None, option("--algorithm", "NAME,...", "Search algorithms; default: all.")] = None,
 ) -> dict[str, Any]:
     """Compare this package's own searches.
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from armdesign.cli.command_errors import INTERRUPTED, one_sentence_errors, refuse_beside_resume, refuse_other_algorithms
-from armdesign.cli.command_options import OUTPUT, ConfigOption, QuietOption, settings_from_flags
+from armdesign.cli.command_options import OUTPUT, ConfigOption, QuietOption, option, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.cli.screen import SweepBar, clock, compiling, say_in_handler, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
@@ -43,70 +43,57 @@ def sweep(
     recordings: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="RECORDING", show_default=False,
+            metavar="RECORDING",
+            show_default=False,
             help="Recordings, each a task of its own; one may also be named in the settings file.",
         ),
     ] = None,
     dof: Annotated[
-        str | None,
-        typer.Option(
-            "--dof", metavar="N", rich_help_panel=RUNS,
-            help="Numbers of joints n: one (3), a range (3-6) or a list (3,5).",
-        ),
+        str | None, option("--dof", "N", "Numbers of joints n: one (3), a range (3-6) or a list (3,5).", RUNS)
     ] = None,
     seeds: Annotated[
         str | None,
-        typer.Option(
-            "--seeds", metavar="N", rich_help_panel=RUNS,
-            help="How many seeds, counted from 0 (10); or which: a range (5-9, or 7-7 for 7 alone) or a list (3,4).",
+        option(
+            "--seeds",
+            "N",
+            "How many seeds, counted from 0 (10); or which: a range (5-9, or 7-7 for 7 alone) or a list (3,4).",
+            RUNS,
         ),
     ] = None,
     algorithm: Annotated[
         str | None,
-        typer.Option(
-            "--algorithm", metavar="|".join(ALGORITHM_SETTINGS), rich_help_panel=RUNS,
+        option(
+            "--algorithm",
+            "|".join(ALGORITHM_SETTINGS),
+            "Search algorithm, or several by commas: pso,rapso (default multibasin).",
+            RUNS,
             autocompletion=lambda: [*ALGORITHM_SETTINGS],
-            help="Search algorithm, or several by commas: pso,rapso (default multibasin).",
         ),
     ] = None,
     d: Annotated[
         str | None,
-        typer.Option(
-            "--d", metavar="N", rich_help_panel=RUNS,
-            help="Numbers D of angle intervals of rapso: one (2), a range (2-5) or a list (2,4).",
-        ),
+        option("--d", "N", "Numbers D of angle intervals of rapso: one (2), a range (2-5) or a list (2,4).", RUNS),
     ] = None,
     config: ConfigOption = None,
     *,
     given: Given,
     workers: Annotated[
         int | None,
-        typer.Option(
-            "--workers", metavar="N", rich_help_panel=COMPUTING,
-            help="Searches at a time, each in its own process; default: all cores.",
-        ),
+        option("--workers", "N", "Searches at a time, each in its own process; default: all cores.", COMPUTING),
     ] = None,
     cluster: ClusterOption = None,
     resume: Annotated[
-        Path | None,
-        typer.Option("--resume", metavar="DIR", help="Go on with the sweep in this folder; needs nothing else."),
+        Path | None, option("--resume", "DIR", "Go on with the sweep in this folder; needs nothing else.")
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", metavar="DIR", rich_help_panel=OUTPUT,
-            help="Folder of the sweep, new or to extend (default runs/NAME-sweep).",
-        ),
+        Path | None, option("--out", "DIR", "Folder of the sweep, new or to extend (default runs/NAME-sweep).", OUTPUT)
     ] = None,
     dry_run: Annotated[
         bool,
-        typer.Option(
-            "--dry-run", rich_help_panel=OUTPUT,
-            help="Print the runs and an estimate of their time, and end; writes nothing.",
-        ),
+        option("--dry-run", None, "Print the runs and an estimate of their time, and end; writes nothing.", OUTPUT),
     ] = False,
     quiet: QuietOption = False,
-) -> None:  # fmt: skip
+) -> None:
     """Run many searches, one for every combination of settings.
 
     Every combination of recordings, --algorithm, --dof, --d and --seeds is one. Writes a folder of run folders and

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
+from armdesign.cli.command_options import option
 from armdesign.cli.screen import say
 from armdesign.errors import SettingsError
 from armdesign.search.backends.backend import Backend, InProcess
@@ -23,18 +22,22 @@ COMPUTING = "Computing"
 """Panel of the options below."""
 WorkersOption = Annotated[
     int | None,
-    typer.Option(
-        "--workers", metavar="N", rich_help_panel=COMPUTING,
-        help="Worker processes on this machine; default: one per core, fewer for a small search.",
+    option(
+        "--workers",
+        "N",
+        "Worker processes on this machine; default: one per core, fewer for a small search.",
+        COMPUTING,
     ),
-]  # fmt: skip
+]
 ClusterOption = Annotated[
     str | None,
-    typer.Option(
-        "--cluster", metavar="ADDRESS", rich_help_panel=COMPUTING,
-        help="Address of a Dask scheduler whose workers compute instead of this machine, e.g. tcp://host:8786.",
+    option(
+        "--cluster",
+        "ADDRESS",
+        "Address of a Dask scheduler whose workers compute instead of this machine, e.g. tcp://host:8786.",
+        COMPUTING,
     ),
-]  # fmt: skip
+]
 PAYS_PER_WORKER = 2000
 """Candidates a search must have per worker before a further process pays for its start."""
 

@@ -152,7 +152,7 @@ def test_a_run_folder_that_was_moved_is_evaluated_and_repeated(run, place, packa
     (place / "run").rename(place / "moved")
     outcome = run("evaluate", "moved", "--out", "again")
     assert outcome.exit_code == 0, outcome.output
-    assert "take.csv does not exist any more" in outcome.stderr
+    assert "take.csv does not exist any more" in " ".join(outcome.stderr.split())
     assert "--base origin" in outcome.stderr
     one, other = (json.loads((place / name / "result.json").read_text()) for name in ("moved", "again"))
     assert one["fitness"] == other["fitness"]

@@ -37,7 +37,8 @@ def test_resuming_what_is_finished_prints_the_tables_again(run, studied):
     ]
 
 
-def test_settings_file_is_a_task_with_its_scenario(run, place, welding):
+def test_settings_file_is_a_task_with_its_scenario_also_without_opytimizer(run, place, welding, monkeypatch):
+    monkeypatch.setitem(sys.modules, "opytimizer", None)
     (place / "seam.toml").write_text(f'[task]\nrecording = "{welding.as_posix()}"\n[fitness]\nscenario = "welding"\n')
     outcome = run("study", "temporal", *TINY, "--out", "study", "-q", "seam.toml")
     assert outcome.exit_code == 0, outcome.output
@@ -65,12 +66,6 @@ def test_flags_that_a_study_does_not_have_are_said_to_be_settings(refused, run, 
 def test_missing_extra_is_one_sentence_with_the_way_out(refused, monkeypatch, name):
     monkeypatch.setitem(sys.modules, "opytimizer", None)
     assert "not installed. Run: pip install 'armdesign[bench]'" in refused("study", name, "--dof", "3")
-
-
-def test_what_needs_no_opytimizer_runs_without(run, place, monkeypatch):
-    monkeypatch.setitem(sys.modules, "opytimizer", None)
-    outcome = run("study", "temporal", *TINY, "--out", "study", "-q", "packaging")
-    assert outcome.exit_code == 0, outcome.output
 
 
 def test_nothing_may_be_asked_beside_resume(refused, studied):
