@@ -108,7 +108,7 @@ def seek_starts(problem: Problem, rows: Array, yaw: Array) -> Starts:
     evaluator = BlockEvaluator(first_frame(problem))
     batch = Batch(rows, yaw, np.full(len(rows), np.inf))
     began = time.perf_counter()
-    outcome = next(evaluator._run(batch, lambda: None))
+    outcome = evaluator._run(batch)
     seconds = time.perf_counter() - began
     poses = outcome["best_q"][:, : problem.dof].copy()
     return Starts(poses, outcome["valid"] == 1, outcome["start_steps"].copy(), seconds)

@@ -1,8 +1,7 @@
-"""Batches of candidates on their way through the slots, one behind the other."""
+"""Candidates on their way through the slots."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +44,7 @@ class CandidateQueue:
     """Candidates in the order in which they begin, and what has come of them.
 
     Attributes:
-        batch: All of them so far.
+        batch: All of them.
         outcome: OUTCOME records of those that are done, shape (N,).
         cursor: How many have begun.
         unfinished: How many are not done.
@@ -55,26 +54,9 @@ class CandidateQueue:
         """Begin with a batch."""
         self.batch = batch
         self.outcome: Outcome = np.zeros(len(batch.rows), dtype=OUTCOME)
-        self.ends, self.cursor, self.unfinished, self.given = [len(batch.rows)], 0, len(batch.rows), 0
+        self.cursor, self.unfinished = 0, len(batch.rows)
 
     @property
     def exhausted(self) -> bool:
         """Whether all have begun."""
         return self.cursor == len(self.batch.rows)
-
-    def add(self, batch: Batch) -> None:
-        """Put another batch behind the others."""
-        self.batch = Batch(*(np.concatenate(pair) for pair in zip(self.batch, batch, strict=True)))
-        self.outcome = np.concatenate([self.outcome, np.zeros(len(batch.rows), dtype=OUTCOME)])
-        self.ends.append(len(self.batch.rows))
-        self.unfinished += len(batch.rows)
-
-    def complete(self) -> Iterator[Outcome]:
-        """Outcomes, shape (N,), of the next batches that are done and have not been given yet."""
-        while self.given < len(self.ends) and self.cursor >= self.ends[self.given]:
-            first = self.ends[self.given - 1] if self.given else 0
-            part = self.outcome[first : self.ends[self.given]]
-            if not part["done"].all():
-                return
-            self.given += 1
-            yield part

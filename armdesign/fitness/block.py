@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 
@@ -130,7 +130,7 @@ class BlockEvaluator:
         Returns:
             The scores.
         """
-        return next(self.stream(batch_of(rows, yaw, cutoff, poses, mounts), lambda: None))
+        return self._scores(self._run(batch_of(rows, yaw, cutoff, poses, mounts)))
 
     def with_paths(self, batch: Batch) -> tuple[Scores, Array]:
         """Fitness of many candidates with their joint paths.
@@ -139,19 +139,7 @@ class BlockEvaluator:
             The scores, and the paths, shape (N, T, n) [rad]; NaN where a candidate is invalid or dropped.
         """
         paths = np.full((len(batch.rows), self.problem.frames, self.problem.dof), np.nan)
-        outcome = next(self._run(batch, lambda: None, paths=paths))
-        return self._scores(outcome), paths
-
-    def stream(self, first: Batch, more: Callable[[], Batch | None]) -> Iterator[Scores]:
-        """Scores of batches in their order; the arms of the next batch begin beside the last ones of this.
-
-        Args:
-            first: The first batch.
-            more: Gives the next batch, or None if there is none yet; asked whenever arms could begin. The stream ends
-                when all are done and there is none.
-        """
-        for outcome in self._run(first, more):
-            yield self._scores(outcome)
+        return self._scores(self._run(batch, paths=paths)), paths
 
     def follow(
         self, table: DHTable, pose: Array | None = None, mount: Array | None = None
@@ -199,23 +187,19 @@ class BlockEvaluator:
     def _traced(self, batch: Batch) -> tuple[Scores, PathResult]:
         """Scores of a single candidate with its path."""
         trace = np.zeros((1, self._trace_length), dtype=TRACE)
-        outcome = next(self._run(batch, lambda: None, trace))
+        outcome = self._run(batch, trace)
         return self._scores(outcome), self._path(trace[0], outcome[0])
 
-    def _run(
-        self,
-        batch: Batch,
-        more: Callable[[], Batch | None],
-        trace: NDArray[np.void] | None = None,
-        paths: Array | None = None,
-    ) -> Iterator[NDArray[np.void]]:
-        """Follow the demonstration with every candidate; gives the OUTCOME records (N,) of a batch once all are done.
+    def _run(self, batch: Batch, trace: NDArray[np.void] | None = None, paths: Array | None = None) -> NDArray[np.void]:
+        """Follow the demonstration with every candidate.
 
         Args:
-            batch: The first batch.
-            more: See ``stream``.
+            batch: The candidates.
             trace: TRACE records to fill, shape (1, K T) for K paths, where there is but one candidate.
-            paths: Joint paths to fill, shape (N, T, n), where there is but one batch.
+            paths: Joint paths to fill, shape (N, T, n).
+
+        Returns:
+            Their OUTCOME records, shape (N,).
         """
         queue = CandidateQueue(self._checked(batch))
         for slots in self.slots:
@@ -223,23 +207,15 @@ class BlockEvaluator:
         slots = self._narrowest(queue.unfinished)
         slots.clear()
         self._exchange(slots, queue)
-        yield from queue.complete()
-        while True:
-            if queue.exhausted and (batch_behind := more()) is not None:
-                queue.add(self._checked(batch_behind))
-                slots = self._moved(slots, queue.unfinished)
-                self._exchange(slots, queue)
-                yield from queue.complete()
-            if not queue.unfinished:
-                return
+        while queue.unfinished:
             done = slots.advance(self.problem, slots.traces if trace is None else trace)
             if done:
                 if paths is not None:
                     slots.hand_in(paths)
                 queue.unfinished -= done
                 self._exchange(slots, queue)
-                yield from queue.complete()
                 slots = self._moved(slots, queue.unfinished)
+        return queue.outcome
 
     def _checked(self, batch: Batch) -> Batch:
         """The batch as the kernels read it.

@@ -6,8 +6,7 @@ mount, the others are followed with it, and from the first one's start pose, whe
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import NamedTuple, Protocol, TypeVar
@@ -37,10 +36,6 @@ class Objective(Protocol):
         self, Phi: ArrayLike, cutoff: Array | None = None, poses: Array | None = None, *, slopes: bool = False
     ) -> tuple[Scores, Rejections]:
         """See RobotFitness.evaluate."""
-        ...
-
-    def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
-        """See RobotFitness.stream."""
         ...
 
 
@@ -93,7 +88,7 @@ class Stage(NamedTuple):
 
     Attributes:
         k: The demonstration, from 0.
-        fitness: Its objective; every stage has its own, since one begins before the other ends.
+        fitness: Its objective.
         again: Whether it is for those that have not come to their start from that of the first.
     """
 
@@ -124,11 +119,11 @@ class Demonstrations:
         self.count, self.dof, self.worst = len(problems), problems[0].dof, worst
         self.one_mount = settles_mount(problems[0])
         self.mount_takes_whole_path = self.one_mount and int(problems[0].record["start_paths"][0]) > 1
-        self.stages = [Stage(0, RobotFitness(problems[0], space, block))]
-        for k, problem in enumerate(problems[1:], start=1):
+        self.stages: list[Stage] = []
+        for k, problem in enumerate(problems):
             self.stages.append(Stage(k, RobotFitness(problem, space, block)))
-            if self.one_mount:
-                self.stages.append(Stage(k, RobotFitness(problem, space, block), again=True))
+            if k > 0 and self.one_mount:
+                self.stages.append(self.stages[-1]._replace(again=True))
 
     def evaluate(
         self, Phi: ArrayLike, cutoff: Array | None = None, poses: Array | None = None, *, slopes: bool = False
@@ -150,58 +145,18 @@ class Demonstrations:
         Raises:
             DesignError: The start poses have another shape.
         """
-        return next(self.stream(Generation(Phi, cutoff, poses, slopes=slopes), lambda: None))
-
-    def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
-        """Score generations one behind the other; on every demonstration one begins beside the last arms of another.
-
-        Args:
-            first: The first, as for ``evaluate``.
-            more: Gives the next, or None if there is none yet.
-        """
-
-        def next_round() -> Round | None:
-            generation = more()
-            return None if generation is None else self._begun(generation)
-
-        rounds = self._walked(self.stages[0], self._begun(first), next_round)
-        for stage in self.stages[1:]:
-            rounds = self._behind(rounds, stage)
-        for done in rounds:
-            yield self._outcome(done)
-
-    def _begun(self, generation: Generation) -> Round:
-        """A generation before the first demonstration."""
-        Phi = np.atleast_2d(np.asarray(generation.Phi, dtype=float))
-        shape = (len(Phi), self.count * self.dof)
-        if generation.poses is not None and generation.poses.shape != shape:
-            raise DesignError(f"the start poses have shape {generation.poses.shape}", allowed=shape)
-        cutoff = np.full(len(Phi), np.inf) if generation.cutoff is None else np.asarray(generation.cutoff, dtype=float)
-        return Round(Phi, cutoff, generation.poses, generation.slopes and not self.one_mount)
-
-    def _behind(self, rounds: Iterator[Round], stage: Stage) -> Iterator[Round]:
-        """Walk the rounds that come out of the stage before."""
-        return self._walked(stage, next(rounds), lambda: next(rounds, None))
-
-    def _walked(self, stage: Stage, first: Round, more: Callable[[], Round | None]) -> Iterator[Round]:
-        """Walk rounds through a stage."""
-        under_way: deque[tuple[Round, Flags]] = deque()
-
-        def generation(entering: Round) -> Generation:
-            under_way.append((entering, self._chosen(stage, entering)))
-            return self._generation(stage.k, *under_way[-1])
-
-        def next_generation() -> Generation | None:
-            entering = more()
-            return None if entering is None else generation(entering)
-
-        entering: Round | None = first
-        while entering is not None:  # a stream may end at a generation of which nothing is left to walk
-            for scores, removed in stage.fitness.stream(generation(entering), next_generation):
-                done, chosen = under_way.popleft()
-                done.enter(stage.k, chosen, scores, removed)
-                yield done
-            entering = more()
+        designs = np.atleast_2d(np.asarray(Phi, dtype=float))
+        shape = (len(designs), self.count * self.dof)
+        if poses is not None and poses.shape != shape:
+            raise DesignError(f"the start poses have shape {poses.shape}", allowed=shape)
+        limit = np.full(len(designs), np.inf) if cutoff is None else np.asarray(cutoff, dtype=float)
+        entering = Round(designs, limit, poses, slopes and not self.one_mount)
+        for stage in self.stages:
+            chosen = self._chosen(stage, entering)
+            part = self._generation(stage.k, entering, chosen)
+            scores, removed = stage.fitness.evaluate(part.Phi, part.cutoff, part.poses, part.mounts, slopes=part.slopes)
+            entering.enter(stage.k, chosen, scores, removed)
+        return self._outcome(entering)
 
     def _chosen(self, stage: Stage, entering: Round) -> Flags:
         """The candidates a stage is to walk: those that are valid on the demonstrations before, shape (N,)."""

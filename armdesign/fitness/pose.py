@@ -100,7 +100,7 @@ class PoseSolver(BlockEvaluator):
         rows, yaw = as_rows([table])
         count = len(self.problem.starts)
         same_arm = batch_of(np.repeat(rows, count, axis=0), np.repeat(yaw, count), poses=self.problem.starts)
-        outcome = next(self._run(same_arm, lambda: None))
+        outcome = self._run(same_arm)
         best = outcome[int(np.argmin(outcome["f_sum"]))]
         q = best["best_q"][: table.dof].copy()
         path = self.replay(table, q[None])

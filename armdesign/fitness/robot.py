@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -132,53 +130,17 @@ class RobotFitness:
         Raises:
             DesignError: A start pose or a mount has another shape, or is missing.
         """
-        return next(self.stream(Generation(Phi, cutoff, poses, mounts, slopes), lambda: None))
-
-    def stream(self, first: Generation, more: Callable[[], Generation | None]) -> Iterator[tuple[Scores, Rejections]]:
-        """Score generations one behind the other, each beginning beside the last arms of the one before.
-
-        Args:
-            first: The first one.
-            more: Gives the next, or None if there is none yet; the stream ends when all are done and there is none.
-                One of which slopes are wanted is walked alone.
-        """
-        waiting: deque[Generation] = deque([first])
-        while waiting:
-            if waiting[0].slopes:
-                yield self._with_slopes(waiting.popleft())
-            else:
-                yield from self._streamed(waiting.popleft(), more, waiting)
-
-    def _streamed(
-        self, first: Generation, more: Callable[[], Generation | None], waiting: deque[Generation]
-    ) -> Iterator[tuple[Scores, Rejections]]:
-        """Score generations of which no slopes are wanted, until one comes of which they are: that one is to wait."""
-        tested: deque[Tested] = deque()
-
-        def batch(generation: Generation) -> Batch:
-            tested.append(self._test(generation))
-            return tested[-1].batch
-
-        def next_batch() -> Batch | None:
-            generation = None if waiting else more()
-            if generation is not None and generation.slopes:
-                waiting.append(generation)
-                return None
-            return None if generation is None else batch(generation)
-
-        for scores in self.evaluator.stream(batch(first), next_batch):
-            yield tested.popleft().scored(scores)
-
-    def _with_slopes(self, generation: Generation) -> tuple[Scores, Rejections]:
-        """Score a generation, with the gradients of what is valid and was not dropped."""
+        generation = Generation(Phi, cutoff, poses, mounts, slopes)
         tested = self._test(generation)
-        walked, paths = self.evaluator.with_paths(tested.batch)
-        scored = np.isfinite(walked.fitness)
+        if not slopes:
+            return tested.scored(self.evaluator.evaluate(*tested.batch))
+        outcome, paths = self.evaluator.with_paths(tested.batch)
+        scored = np.isfinite(outcome.fitness)
         batch, record = tested.batch.whole(), self.problem.record[0]
         f, E = self.sensitivity.slopes(batch.rows[scored], batch.yaw[scored], paths[scored], batch.mounts[scored])
-        slopes = np.full((len(scored), int(self.space.free.sum())), np.nan)
-        slopes[scored] = (record["lambda_f"] * f + record["lambda_E"] * E)[:, self.space.free]
-        return tested.scored(replace(walked, slopes=slopes))
+        gradients = np.full((len(scored), int(self.space.free.sum())), np.nan)
+        gradients[scored] = (record["lambda_f"] * f + record["lambda_E"] * E)[:, self.space.free]
+        return tested.scored(replace(outcome, slopes=gradients))
 
     def _test(self, generation: Generation) -> Tested:
         """Make out the candidates that have to be walked."""

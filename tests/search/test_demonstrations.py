@@ -10,7 +10,7 @@ import pytest
 from armdesign.demonstration import Recording, read_recording, write_plain_csv
 from armdesign.errors import ArmDesignError, RunFolderError, SearchError, TaskError
 from armdesign.export.robot_file import finished_robot
-from armdesign.fitness.robot import Generation, Rejections
+from armdesign.fitness.robot import Rejections
 from armdesign.runs.checkpoint import CURRENT
 from armdesign.runs.folder import claim_folder
 from armdesign.runs.reading import read_problem, read_result
@@ -134,9 +134,8 @@ def test_pruning_drops_what_is_beyond_its_cutoff_and_changes_nothing_else(prepar
 @pytest.mark.parametrize("scenario", ["packaging", "welding"])
 def test_scores_do_not_depend_on_blocks_and_chunks(prepared, designs, scores, scenario):
     whole = scores(0, 1, 2, scenario=scenario)
-    chunks = iter([Generation(designs[9:11]), Generation(designs[11:])])
     objective = prepared([0, 1, 2], scenario=scenario).objective(block=3)
-    answers = list(objective.stream(Generation(designs[:9]), lambda: next(chunks, None)))
+    answers = [objective.evaluate(designs[part]) for part in (slice(0, 9), slice(9, 11), slice(11, None))]
     for name, values in vars(whole).items():
         together = np.concatenate([getattr(part, name) for part, _ in answers])
         np.testing.assert_array_equal(together, values, err_msg=name)

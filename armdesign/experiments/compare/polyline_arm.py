@@ -169,7 +169,7 @@ class PolylineEvaluator(BlockEvaluator):
             cutoff: Fitness beyond which one may be dropped, shape (N,); none by default.
         """
         batch = self._batch(bases, cutoff)
-        return self._scores(next(self._run(batch, lambda: None)))
+        return self._scores(self._run(batch))
 
     def follow_from(self, base: ArrayLike) -> tuple[Scores, PathResult]:
         """Fitness at one base pose, with the path of the arm's n joints; the path is empty if the start is missed."""
