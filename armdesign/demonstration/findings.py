@@ -18,6 +18,23 @@ from armdesign.errors import TaskError
 
 _STILL = 0.01  # [m] a base that moves less counts as standing
 _LONGEST_ARM, _SHORTEST_ARM = 2.0, 0.1  # [m]
+JOINTS = ("shoulder", "elbow", "wrist", "hand")
+# Upper arm 0.186, forearm 0.146 and hand 0.108 of the height (Drillis and Contini 1966), for people of 1.2 to 2.2 m,
+# with room for markers beside the joints; the hand's point may be anywhere on it.
+HUMAN = {
+    ("shoulder", "elbow"): ("upper arm", 0.2, 0.42),
+    ("elbow", "wrist"): ("forearm", 0.17, 0.34),
+    ("wrist", "hand"): ("hand", 0.02, 0.22),
+}
+"""What lies between two joints, and the lengths it has in people, markers on the skin included [m]."""
+LONGEST = 1.1  # [m] from the shoulder over all points; 0.44 of a height of 2.2 m is 0.97 m
+FASTEST = 8.0  # [m/s] a hand at work stays far below
+_STEADY, _LEAST_SPREAD = 0.05, 0.008  # standard deviation of a bone's length: share of it, and [m]
+_SHORTER, _ALWAYS, _SAMPLE, _MOST = 0.05, 0.99, 400, 6
+_MOVES, _MORE = 0.05, 1.5  # [m]; how much more a base may move than the hand
+_PARTS = r"(?:sho|elb|wr[ai]|fin|upa|frm|fra|uarm|farm|arm|upper|fore|hand)"
+_LEFT = re.compile(rf"left|(?<![a-z])l[._ ]?{_PARTS}\w*", re.IGNORECASE)
+_RIGHT = re.compile(rf"right|(?<![a-z])r[._ ]?{_PARTS}\w*", re.IGNORECASE)
 
 
 def recording_step(recording: Recording) -> Step:
@@ -104,25 +121,6 @@ def _length_fix(length: float, scale: float) -> str:
     if length > _LONGEST_ARM:
         return "Choose --base and --points along one arm, from the shoulder to the hand, or set --units or --scale"
     return "Choose --base at the shoulder and --points along the arm up to the hand, or set --units or --scale"
-
-
-JOINTS = ("shoulder", "elbow", "wrist", "hand")
-# Upper arm 0.186, forearm 0.146 and hand 0.108 of the height (Drillis and Contini 1966), for people of 1.2 to 2.2 m,
-# with room for markers beside the joints; the hand's point may be anywhere on it.
-HUMAN = {
-    ("shoulder", "elbow"): ("upper arm", 0.2, 0.42),
-    ("elbow", "wrist"): ("forearm", 0.17, 0.34),
-    ("wrist", "hand"): ("hand", 0.02, 0.22),
-}
-"""What lies between two joints, and the lengths it has in people, markers on the skin included [m]."""
-LONGEST = 1.1  # [m] from the shoulder over all points; 0.44 of a height of 2.2 m is 0.97 m
-FASTEST = 8.0  # [m/s] a hand at work stays far below
-_STEADY, _LEAST_SPREAD = 0.05, 0.008  # standard deviation of a bone's length: share of it, and [m]
-_SHORTER, _ALWAYS, _SAMPLE, _MOST = 0.05, 0.99, 400, 6
-_MOVES, _MORE = 0.05, 1.5  # [m]; how much more a base may move than the hand
-_PARTS = r"(?:sho|elb|wr[ai]|fin|upa|frm|fra|uarm|farm|arm|upper|fore|hand)"
-_LEFT = re.compile(rf"left|(?<![a-z])l[._ ]?{_PARTS}\w*", re.IGNORECASE)
-_RIGHT = re.compile(rf"right|(?<![a-z])r[._ ]?{_PARTS}\w*", re.IGNORECASE)
 
 
 def sanity_steps(recording: Recording, base: str, points: Sequence[str]) -> tuple[Step, ...]:

@@ -42,6 +42,11 @@ CLEANING_ENTRIES = tuple(
 
 LOW_PASS = 6.0  # usual for movements of people (Winter, Biomechanics and Motor Control of Human Movement)
 """Cutoff for captured recordings where none is set [Hz]."""
+STILL = 0.005  # [m] what a point may have moved from one end of a cut to the other
+STILL_TURN = math.radians(3.0)  # the same of an orientation
+STILL_SPEED = 1.0  # [m/s] of the joint, where frames follow so fast that 5 mm would be a jerk
+REST = 0.1  # [s] before and behind a cut, in which the hand may move no further than that
+Stretch = tuple[float, float]
 
 
 def settled_cleaning(settings: TaskSettings, recording: Recording) -> TaskSettings:
@@ -156,13 +161,6 @@ def crop(recording: Recording, start: float | None = None, stop: float | None = 
     result = recording.changed(recording.time[keep], lambda positions: positions[keep], lambda q: q[keep])
     first, last = float(result.time[0]), float(result.time[-1])
     return result, (Step("crop", f"Cropped to {seconds(first)} to {seconds(last)}.", {"from": first, "to": last}),)
-
-
-STILL = 0.005  # [m] what a point may have moved from one end of a cut to the other
-STILL_TURN = math.radians(3.0)  # the same of an orientation
-STILL_SPEED = 1.0  # [m/s] of the joint, where frames follow so fast that 5 mm would be a jerk
-REST = 0.1  # [s] before and behind a cut, in which the hand may move no further than that
-Stretch = tuple[float, float]
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,11 @@ from armdesign.errors import RecordingError, SettingsError
 
 _MIN_NORM = 1e-3  # a quaternion shorter than this has no direction worth trusting
 _NORM_NOTE = 1e-2  # norms further from 1 than this are mentioned
+_EVEN = 0.2  # steps within 20 % of the median count as even (printed times are rounded)
+_MAX_RATE = 10_000.0  # [1/s]
+_MIN_CUTOFF = 1e-4  # of the frame rate; far below, the filter's coefficients run out of digits
+# Two passes of a second-order Butterworth damp by 3 dB where one pass has (f / f_c)^4 = sqrt(2) - 1.
+_TWO_PASSES = (math.sqrt(2.0) - 1.0) ** 0.25
 
 
 def unify_quaternions(recording: Recording) -> tuple[Recording, tuple[Step, ...]]:
@@ -38,13 +43,6 @@ def unify_quaternions(recording: Recording) -> tuple[Recording, tuple[Step, ...]
             sentence = f"Normalised the quaternions of '{name}', {norms_were}."
             steps.append(Step("quaternions", sentence, {"of": name, "least": least, "greatest": greatest}))
     return recording.changed(recording.time, lambda positions: positions, unit_continuous), tuple(steps)
-
-
-_EVEN = 0.2  # steps within 20 % of the median count as even (printed times are rounded)
-_MAX_RATE = 10_000.0  # [1/s]
-_MIN_CUTOFF = 1e-4  # of the frame rate; far below, the filter's coefficients run out of digits
-# Two passes of a second-order Butterworth damp by 3 dB where one pass has (f / f_c)^4 = sqrt(2) - 1.
-_TWO_PASSES = (math.sqrt(2.0) - 1.0) ** 0.25
 
 
 def filter_low_pass(recording: Recording, cutoff: float) -> tuple[Recording, tuple[Step, ...]]:

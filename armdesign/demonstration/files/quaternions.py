@@ -9,6 +9,8 @@ from armdesign._types import Array
 
 _PARALLEL = 1e-6  # [rad] below this angle, straight and great-circle interpolation agree to rounding
 _SKEW = 0.01  # far above the rounding of matrices with five decimals, as Qualisys prints them
+AXES = "XYZ"
+ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 
 
 def unit_continuous(quaternions: Array) -> Array:
@@ -115,10 +117,6 @@ def product(left: Array, right: Array) -> Array:
     u, v, p, q = a[..., :3], b[..., :3], a[..., 3:], b[..., 3:]
     scalar = p * q - np.sum(u * v, axis=-1, keepdims=True)
     return np.concatenate([p * v + q * u + np.cross(u, v), scalar], axis=-1)
-
-
-AXES = "XYZ"
-ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 
 
 def identity(frames: int) -> Array:

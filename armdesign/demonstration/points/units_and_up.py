@@ -25,6 +25,18 @@ _WHOLE_BODY = 15  # points
 # Two neighbouring units, 0.0564 m (CMU) and 0.0254 m (inch), differ by 2.22 = 1.49^2, and decades by
 # 10 = sqrt(10)^2: within these factors of the usual length at most one unit fits.
 _FINE, _COARSE = 1.49, math.sqrt(10.0)
+_TRUNK = (
+    "acromion", "acromium", "acro", "acrotip", "acr", "shoulder", "sho", "neck", "c7", "t1", "clav", "ster", "strn",
+)  # fmt: skip
+_HIGH = ("head", "fhd", "bhd", *_TRUNK)
+_PELVIS = ("asis", "asi", "psis", "psi", "pelvis", "hips", "hip", "sacrum", "sacr")
+_LOW = ("ankle", "ank", "heel", "hee", "toe", "foot", "calc", "cal", "mt5", "mt1", "lmal", "mmal")
+_SIDE = re.compile(r"^(?:right|left|r|l)?(.*?)(?:right|left|r|l)?$")
+_UPRIGHT = 0.85  # cosine; a trunk that leans by less than 30 degrees
+_MOSTLY = 0.9  # of the frames, as somebody may bend down for a moment
+_LEAST_BODY, _LEAST_TRUNK = 0.5, 0.25  # [m] from the feet, and from the pelvis, to the shoulders
+_FLOOR = (-0.05, 0.12)  # [m] the lowest points of somebody who stands on the floor
+_STANDING = (1.2, 2.4)  # [m]
 
 
 @dataclass(frozen=True)
@@ -90,21 +102,6 @@ def _extent(points: Mapping[str, Array]) -> float:
         every = np.stack(list(points.values()))
         sides = np.nanmax(every, axis=0) - np.nanmin(every, axis=0)
     return median_seen(sides.max(axis=1))
-
-
-_TRUNK = (
-    "acromion", "acromium", "acro", "acrotip", "acr", "shoulder", "sho", "neck", "c7", "t1", "clav", "ster", "strn",
-)  # fmt: skip
-_HIGH = ("head", "fhd", "bhd", *_TRUNK)
-_PELVIS = ("asis", "asi", "psis", "psi", "pelvis", "hips", "hip", "sacrum", "sacr")
-_LOW = ("ankle", "ank", "heel", "hee", "toe", "foot", "calc", "cal", "mt5", "mt1", "lmal", "mmal")
-_SIDE = re.compile(r"^(?:right|left|r|l)?(.*?)(?:right|left|r|l)?$")
-_UPRIGHT = 0.85  # cosine; a trunk that leans by less than 30 degrees
-_MOSTLY = 0.9  # of the frames, as somebody may bend down for a moment
-_LEAST_BODY, _LEAST_TRUNK = 0.5, 0.25  # [m] from the feet, and from the pelvis, to the shoulders
-_FRAMES = 500  # looked at
-_FLOOR = (-0.05, 0.12)  # [m] the lowest points of somebody who stands on the floor
-_STANDING = (1.2, 2.4)  # [m]
 
 
 class Up(NamedTuple):

@@ -55,6 +55,8 @@ _STILL = 0.01  # [deg] angles of a T-pose
 _JUMP = 5.0  # [deg] from there to the first frame of the motion
 _NEAR = 0.25  # of the offset's length
 _FIX = "Export the motion again"
+MAX_JOINTS = 5_000
+_CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in AXES)
 
 
 class _Motion(NamedTuple):
@@ -207,11 +209,6 @@ def _steps(rows: Rows, motion: _Motion, first: int, replaced: list[str]) -> list
         sentence = "Position channels near the OFFSET were taken in its place instead of being added to it"
         steps.append(Step("offsets", f"{sentence}: {listed(replaced)}.", {"joints": replaced}))
     return steps
-
-
-MAX_JOINTS = 5_000
-_CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in AXES)
-_FIX = "Export the motion again"
 
 
 @dataclass

@@ -19,6 +19,8 @@ _EVEN = 1e-3  # printed times this near to even ones, in frames, are not rounded
 _SAME_RATE = 0.01  # rates printed as 60 and meant as 59.94 agree
 _LEFT_OUT = "Frames are left out in {places} places, most of them from {span}."
 _FIX = "Export the recording again"
+_PRINTED = 1.1e-3  # [s] printed times are rounded or cut off to milliseconds or finer
+_NUMBERS_LEFT_OUT = "Frame numbers are left out in {places} places, at most from {span}."
 
 
 class Clock(NamedTuple):
@@ -166,10 +168,6 @@ def _rate_steps(time: Array, declared: float | None) -> tuple[Step, ...]:
         return ()
     sentence = f"The header declares {declared:.6g} frames/s, but the times tell {found:.6g}; the times were taken."
     return (Step("rate", sentence, {"declared": declared, "found": found}),)
-
-
-_PRINTED = 1.1e-3  # [s] printed times are rounded or cut off to milliseconds or finer
-_NUMBERS_LEFT_OUT = "Frame numbers are left out in {places} places, at most from {span}."
 
 
 def motive_clock(rows: Rows, facts: Mapping[str, str]) -> Clock:

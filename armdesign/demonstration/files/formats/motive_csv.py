@@ -57,6 +57,14 @@ from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 
 _KNOWN = ("1.2", "1.20", "1.21", "1.22", "1.23", "1.24", "1.25")
+_MAX_LINES = 40  # of a header
+_START = re.compile(r'\s*"?format version"?\s*([,;\t])', re.IGNORECASE)
+_BARE = re.compile(  # the rows below line 1, or the last of them alone
+    r',"?type"?,|,,"?(rigid body|bone|marker)( marker)?"?,|"?frame"?,"?time( \(seconds\))?"?,("?timecode"?,)?"?x"?,',
+    re.IGNORECASE,
+)
+_ROWS = ("type", "name", "id", "parent")
+_FIX = "Export the take from Motive again"
 
 
 def matches(head: bytes) -> bool:
@@ -169,16 +177,6 @@ def _item_steps(names: Mapping[str, Item], order: str) -> list[Step]:
         steps.append(Step("solved", sentence, {"solved": solved}))
     changed = {name: item.name for name, item in names.items() if name not in {item.name, f"{item.name} (solved)"}}
     return steps + names_steps(list(changed), changed)
-
-
-_MAX_LINES = 40  # of a header
-_START = re.compile(r'\s*"?format version"?\s*([,;\t])', re.IGNORECASE)
-_BARE = re.compile(  # the rows below line 1, or the last of them alone
-    r',"?type"?,|,,"?(rigid body|bone|marker)( marker)?"?,|"?frame"?,"?time( \(seconds\))?"?,("?timecode"?,)?"?x"?,',
-    re.IGNORECASE,
-)
-_ROWS = ("type", "name", "id", "parent")
-_FIX = "Export the take from Motive again"
 
 
 @dataclass
