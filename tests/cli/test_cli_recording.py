@@ -56,10 +56,6 @@ def test_units_axis_and_mirror_can_be_said(run, take):
     result = run("recording", "info", take, "--units", "cm", "--up", "z", "--mirror")
     for part in ("Lengths are in centimetres, as asked for although the file says mm", "z points up", "Mirrored"):
         assert part in result.stdout
-    for flag, value in (("--units", "parsec"), ("--up", "w")):
-        result = run("recording", "info", take, flag, value)
-        assert result.exit_code == 2
-        assert "allowed" in result.stderr
 
 
 @pytest.mark.parametrize("ending", ["png", "svg"])
@@ -78,9 +74,6 @@ def test_plot_names_its_picture_after_the_file(run, take, tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     assert "Written: take.png" in run("recording", "plot", "take.trc").stdout
     assert (tmp_path / "take.png").is_file()
-    result = run("recording", "plot", "take.trc", "--out", "take.gif")
-    assert result.exit_code == 2
-    assert "cannot be written as '.gif'; allowed: .png, .svg, .pdf" in result.stderr
 
 
 @pytest.mark.parametrize("flags", [[], ["--rate", "30"], ["--from", "0.2", "--to", "0.8", "--scale", "2"]])

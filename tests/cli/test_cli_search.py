@@ -4,6 +4,7 @@ import json
 import re
 import tomllib
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -80,15 +81,6 @@ def test_default_folder_tells_what_it_holds_and_is_never_used_twice(run, place, 
     }
 
 
-def test_earlier_run_is_kept_unless_overwriting_is_asked_for(refused, run, place, packaging, small):
-    assert run("search", packaging, *small, "--out", "run").exit_code == 0
-    sentence = refused("search", packaging, *small, "--seed", 1, "--out", "run")
-    assert "run already holds a run" in sentence
-    assert "--overwrite" in sentence
-    assert run("search", packaging, *small, "--seed", 1, "--out", "run", "--overwrite").exit_code == 0
-    assert json.loads((place / "run" / "result.json").read_text())["seed"] == 1
-
-
 @pytest.fixture
 def stopped(run, place, packaging, small, monkeypatch):
     """The folder of a search that was stopped at once in its second iteration."""
@@ -147,8 +139,10 @@ def test_odd_point_names(run, place, packaging, small):
 
 
 def test_flags_go_over_the_file(settings_of, place):
-    (place / "mine.toml").write_text("[search]\nparticles = 11\nseed = 5\ninertia = 0.7\n[design]\ndof = 4\n")
+    text = "[search]\nparticles = 11\nseed = 5\ninertia = 0.7\n[design]\ndof = 4\n[task]\nrecording = 'absent.csv'\n"
+    (place / "mine.toml").write_text(text)
     settings, _ = settings_of("--config", place / "mine.toml", "--seed", 6)
+    assert Path(settings["task"]["recording"]).name == "packaging.csv"
     assert settings["search"]["particles"] == 10
     assert settings["search"]["seed"] == 6
     assert settings["search"]["inertia"] == 0.7
@@ -165,11 +159,6 @@ def test_recording_in_a_file_counts_from_the_file(run, place, packaging, small, 
     assert outcome.exit_code == 0, outcome.output
     settings = tomllib.loads((place / "elsewhere" / "run" / "settings.toml").read_text())
     assert settings["task"]["recording"] == str((place / "data" / "mine.csv").resolve())
-
-
-def test_recording_on_the_command_line_goes_over_the_file_s(settings_of, place, packaging):
-    (place / "mine.toml").write_text('[task]\nrecording = "absent.csv"\n')
-    assert settings_of("--config", place / "mine.toml")[0]["task"]["recording"] == str(packaging.resolve())
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from armdesign.runs.lock import holder_of
 from armdesign.search.backends.processes import WorkerProcesses
 
 TINY = ("--particles", 8, "--iterations", 3)
-COMMAND = "from armdesign.cli import main; main()"
 needs_signals = pytest.mark.skipif(sys.platform == "win32", reason="signals")
 
 
@@ -32,7 +31,7 @@ def start(environment, place):
 
     def begin(*args):
         log = (place / f"log-{len(started)}").open("w+")
-        command = [sys.executable, "-c", COMMAND, *map(str, args)]
+        command = [sys.executable, "-c", "from armdesign.cli import main; main()", *map(str, args)]
         child = subprocess.Popen(command, stdout=log, stderr=log, env=environment, start_new_session=True)
         started.append((child, log))
         return child

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armdesign.cli.screen import SearchBar, SweepBar
+from armdesign.cli.screen import CompilationBar, SearchBar, SweepBar
 from armdesign.cli.setting_flags import flagged
 from armdesign.search.search import Progress
 from armdesign.settings.sections import Task as TaskSettings
@@ -31,8 +31,11 @@ FLAGS = {
     "--cut": ("0.7:0.9", "cut", [[0.7, 0.9]]),
     "--rate": ("25", "rate", 25.0),
     "--scale": ("1.5", "scale", 1.5),
+    "--mirror": (None, "mirror", True),
+    "--no-mirror": (None, "mirror", False),
+    "--outliers": (None, "outliers", True),
+    "--no-repeats": (None, "repeats", False),
 }
-SWITCHES = {"--mirror": "mirror", "--outliers": "outliers", "--repeats": "repeats"}
 
 
 def settings(run, *flags):
@@ -44,13 +47,7 @@ def settings(run, *flags):
 @pytest.mark.parametrize("flag", FLAGS)
 def test_a_flag_is_a_setting(run, flag):
     text, name, value = FLAGS[flag]
-    assert settings(run, flag, text)[name] == value
-
-
-@pytest.mark.parametrize("flag", SWITCHES)
-def test_a_switch_goes_both_ways(run, flag):
-    assert settings(run, flag)[SWITCHES[flag]] is True
-    assert settings(run, flag.replace("--", "--no-"))[SWITCHES[flag]] is False
+    assert settings(run, flag, *([] if text is None else [text]))[name] == value
 
 
 def test_flags_go_over_the_file(run, place):
@@ -70,7 +67,7 @@ def test_every_task_setting_but_the_files_has_a_flag():
 def test_every_command_has_all_of_them(run, command):
     outcome = run(*command, "--help")
     assert outcome.exit_code == 0
-    for flag in (*FLAGS, *SWITCHES):
+    for flag in FLAGS:
         assert re.search(rf"{flag}\b.*\w{{3,}}", outcome.output), flag
 
 
@@ -79,14 +76,6 @@ def test_the_ways_out_work(run, place, packaged, packaging, welding, small):
         assert run("evaluate", packaged[0], packaging, "--points", "hand", *flags).exit_code == 0
     flags = ("--scenario", "welding", "--weights", "0.2,0,0.1,0.7")
     assert run("search", welding, *flags, *small, "--out", "run").exit_code == 0
-
-
-def test_one_is_one_joint_and_one_iteration(run, place, packaging):
-    (place / "long.toml").write_text("[design]\ntool_length = 0.7\n")
-    outcome = run(
-        "search", packaging, "--config", "long.toml", "--dof", 1, "--particles", 1, "--iterations", 1, "--out", "run"
-    )
-    assert "Searching an arm of 1 joint with rapso, 1 particle, 1 iteration, seed 0." in outcome.output
 
 
 def test_a_recording_in_millimetres_is_the_same_task(run, place, packaging, small):
@@ -188,3 +177,15 @@ def test_what_follows_a_bar_begins_on_a_line_of_its_own(monkeypatch):
     with SearchBar(), SweepBar():
         pass
     assert terminal.text == before
+
+
+@pytest.mark.parametrize(("patience", "said"), [(0.0, 1), (60.0, 0)])
+def test_compiling_is_announced_once_where_it_takes_a_while(monkeypatch, capsys, patience, said):
+    monkeypatch.setattr("armdesign.cli.screen.PATIENCE", patience)
+    with CompilationBar() as bar:
+        for done in (1, 5, 9):
+            bar(done, 9)
+    assert capsys.readouterr().err.count("Compiling the kernels") == said
+    with CompilationBar() as bar:
+        bar(9, 9)  # all of it comes from the disk cache
+    assert capsys.readouterr().err == ""
