@@ -21,7 +21,7 @@ class Batch(NamedTuple):
         rows: DH rows (alpha, a, d, theta), tool last, shape (N, n + 1, 4) [rad, m, m, rad].
         yaw: Base yaw, shape (N,) [rad].
         cutoff: Fitness beyond which a candidate may be dropped, shape (N,).
-        poses: Start poses already known, shape (N, n) [rad]; a row that is not finite stands for none.
+        poses: Start poses already known, shape (N, n) [rad]; NaN where there is none.
         mounts: Hand frames in the end-effector's frame, shape (N, 3, 3); NaN where the start decides.
     """
 
@@ -32,7 +32,7 @@ class Batch(NamedTuple):
     mounts: Array = NONE_GIVEN
 
     def whole(self) -> Batch:
-        """The same with every array as the kernels read it, what is not given filled with NaN."""
+        """This batch with contiguous arrays, as the kernels read them; what is not given is filled with NaN."""
         count, n = len(self.rows), self.rows.shape[1] - 1
         poses = np.full((count, n), np.nan) if self.poses.shape == NONE_GIVEN.shape else self.poses
         mounts = np.full((count, 3, 3), np.nan) if self.mounts.shape == NONE_GIVEN.shape else self.mounts

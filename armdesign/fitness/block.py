@@ -123,7 +123,7 @@ class BlockEvaluator:
             yaw: Base yaw, shape (N,) [rad].
             cutoff: Fitness beyond which a candidate may be dropped, shape (N,); none by default.
             poses: Start poses known from elsewhere, shape (N, n) [rad]. The first frame is solved from that pose
-                alone, which spares the search for it; a row that is not finite stands for none.
+                alone, which spares the search for it; NaN where there is none.
             mounts: Hand frames in the end-effector's frame, shape (N, 3, 3), that hold instead of the one the
                 settings ask for; NaN where there is none.
 
@@ -253,8 +253,8 @@ class BlockEvaluator:
         record, frames, n = self.problem.record[0], self.problem.frames, self.problem.dof
         valid, pruned = outcome["valid"] == 1, outcome["pruned"] == 1
         scored = valid & ~pruned
-        f, E = outcome["f_sum"] / frames, outcome["E_sum"] / frames
-        r = record["lambda_f"] * f + record["lambda_E"] * E
+        f, E = outcome["f_sum"] / frames, outcome["E_sum"] / frames  # eq. 5 over T frames; E likewise (section 5)
+        r = record["lambda_f"] * f + record["lambda_E"] * E  # eq. 6
         for values in (r, f, E):
             values[~scored] = np.inf
         oriented = record["w_0"] > 0.0

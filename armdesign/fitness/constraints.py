@@ -101,6 +101,7 @@ class DesignSpace:
         lower, upper = self.bounds
         rows, _ = self.rows(designs)
         length = np.abs(rows[:, :, 1:3]).sum(axis=(1, 2))
+        # section 6: two consecutive joints on one axis, |alpha_i| < 1 deg and a_i < 1 mm, i >= 1
         coaxial = (np.abs(rows[:, 1:-1, 0]) < self.coaxial[0]) & (np.abs(rows[:, 1:-1, 1]) < self.coaxial[1])
         inside = ((designs >= lower) & (designs <= upper)).all(axis=1)
         verdict: NDArray[np.bool_] = (
@@ -164,9 +165,9 @@ class DesignSpace:
         widths = (upper - lower)[lengths]
         k = int(lengths.sum())
         designs = lower + unit * (upper - lower)
-        log_simplex = k * np.log(max(room, 1e-300)) - sum(np.log(np.arange(1, k + 1)))
+        log_simplex = k * np.log(max(room, 1e-300)) - sum(np.log(np.arange(1, k + 1)))  # volume room^k / k!
         if k and log_simplex < np.log(widths).sum():
-            spacings = rng.standard_exponential((SAMPLE_BATCH, k + 1))
+            spacings = rng.standard_exponential((SAMPLE_BATCH, k + 1))  # ~ uniform in the simplex once normalised
             designs[:, lengths] = lower[lengths] + room * spacings[:, :k] / spacings.sum(axis=1, keepdims=True)
         return designs
 

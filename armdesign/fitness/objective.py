@@ -1,7 +1,8 @@
 """Robot fitness over several demonstrations of one task: their mean, or that of the worst.
 
-A design is valid if it is on every demonstration. One tool is bolted on once: where the first demonstration settles the
-mount, the others are followed with it, and from the first one's start pose, where that brings them to their start.
+A design is valid if it is valid on every demonstration. A tool is mounted once for all of them: where the first
+demonstration settles the mount, the others are followed with it, and from the first one's start pose, where that brings
+them to their start.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ class Round:
 
 
 class Stage(NamedTuple):
-    """A walk of all candidates along one demonstration.
+    """The evaluation of all candidates on one demonstration.
 
     Attributes:
         k: The demonstration, from 0.
@@ -159,7 +160,7 @@ class Demonstrations:
         return self._outcome(entering)
 
     def _chosen(self, stage: Stage, entering: Round) -> Flags:
-        """The candidates a stage is to walk: those that are valid on the demonstrations before, shape (N,)."""
+        """The candidates a stage is to evaluate: those that are valid on the demonstrations before, shape (N,)."""
         chosen = entering.valid(stage.k)
         if stage.again:
             sought = ~np.isfinite(entering.given_poses(stage.k, self.dof)).all(axis=1)
@@ -167,12 +168,13 @@ class Demonstrations:
         return chosen
 
     def _generation(self, k: int, entering: Round, chosen: Flags) -> Generation:
-        """What demonstration k is to walk; a stage that walks again finds the scores of the first attempt there."""
+        """What is to be evaluated on demonstration k; a second attempt finds the scores of the first one there."""
         again = k < len(entering.parts)
         poses, mounts = entering.given_poses(k, self.dof), None
         if k > 0 and self.one_mount:
             first, mounts = entering.parts[0], entering.parts[0].mount[chosen]
             given = np.isfinite(poses).all(axis=1, keepdims=True)
+            # the start pose of the first demonstration is tried first: with one mount it is often near the right one
             poses = poses if again else np.where(given, poses, first.q0)
         cutoff = self._cutoff(k, entering)[chosen]
         return Generation(entering.Phi[chosen], cutoff, poses[chosen], mounts, entering.slopes)
@@ -185,10 +187,10 @@ class Demonstrations:
         if k == 0 and self.mount_takes_whole_path:
             return np.full(len(entering.Phi), np.inf)
         if self.worst:
-            return np.where(entering.pruned(k), -np.inf, entering.cutoff)
+            return np.where(entering.pruned(k), -np.inf, entering.cutoff)  # the maximum exceeds it as soon as one does
         scored = entering.valid(k) & ~entering.pruned(k)
         spent = total([np.zeros(len(scored)), *(part.fitness for part in entering.parts[:k])])
-        allowed = self.count * entering.cutoff * (1.0 + SLACK)
+        allowed = self.count * entering.cutoff * (1.0 + SLACK)  # a mean <= cutoff is a sum <= K cutoff
         return np.where(scored, allowed - np.where(scored, spent, 0.0), -np.inf)
 
     def _outcome(self, done: Round) -> tuple[Scores, Rejections]:

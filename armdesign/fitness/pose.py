@@ -42,7 +42,7 @@ class Pose:
 class PoseSolver(BlockEvaluator):
     """Minimises g of one frame over the joint limits, one descent from each of K low-discrepancy start poses.
 
-    There is no ball around a previous pose, the hand is not held to its point, and the mount is the identity whatever
+    There is no ball around a previous pose, the hand has no raised weight, and the mount is the identity whatever
     the settings say: within a single frame it could turn any orientation error to 0. The first K start poses are the
     same for every larger K, so that more starts never find less.
     """
@@ -76,7 +76,7 @@ class PoseSolver(BlockEvaluator):
         alone = replace(fitness, mount="identity")
         solver = replace(solver or Solver(), starts=starts)
         problem = make_problem(points, np.eye(3)[None], 1.0, limits, alone, solver)
-        problem.record["held_weights"] = problem.record["weights"]
+        problem.record["polish_weights"] = problem.record["weights"]
         problem.record["start_free"] = problem.record["free"]
         problem.record["mount"] = MOUNT_IDENTITY
         problem.record["reach"] = np.inf

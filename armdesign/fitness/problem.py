@@ -16,8 +16,8 @@ from armdesign.fitness.kernels.orientation import METRICS
 from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY, MOUNT_START, PROBLEM, ProblemArrays
 from armdesign.settings.sections import Fitness, Solver
 
-DRAWN_HAND = 10.0  # weight of the hand while starts are compared, high enough to lead it to its point
-HELD_HAND = 1000.0  # weight of the hand while the start is solved, so that it ends on its point
+DESCENT_HAND = 10.0  # weight of the hand in the phases SAMPLE and DESCEND, high enough to lead it to its point
+POLISH_HAND = 1000.0  # weight of the hand in the phase POLISH, so that it ends within 1 mm of its point
 SCENARIOS = {"packaging": (0.0, (1 / 6, 1 / 3, 1 / 2)), "welding": (0.2, (0.0, 0.1, 0.7))}
 """Published weights (w_0, (w_1, w_2, w_3)), method section 8."""
 
@@ -101,7 +101,11 @@ def make_problem(
 
 def fill_fitness(record: np.void, fitness: Fitness, m: int, dt: float) -> None:
     """Write the fitness settings into a PROBLEM record, in metres and radians."""
-    for name, hand in (("weights", fitness.weights[-1]), ("drawn_weights", DRAWN_HAND), ("held_weights", HELD_HAND)):
+    for name, hand in (
+        ("weights", fitness.weights[-1]),
+        ("descent_weights", DESCENT_HAND),
+        ("polish_weights", POLISH_HAND),
+    ):
         record[name][:m] = fitness.weights
         record[name][m - 1] = hand
     record["w_0"] = fitness.orientation_weight or 0.0
@@ -112,7 +116,7 @@ def fill_fitness(record: np.void, fitness: Fitness, m: int, dt: float) -> None:
     record["delta"], record["reach"] = fitness.delta, fitness.reach_tolerance
     record["every"] = fitness.reach_frames == "all"
     degrees = fitness.continuity if fitness.continuity_speed is None else fitness.continuity_speed * dt
-    record["radius"] = np.deg2rad(degrees)
+    record["radius"] = np.deg2rad(degrees)  # eps of eq. 4, a speed times dt where one is given
 
 
 def fill_solver(record: np.void, solver: Solver, limits: Array, effort: StartEffort) -> None:
@@ -136,6 +140,7 @@ def resolve_weights(fitness: Fitness, m: int) -> tuple[float, tuple[float, ...]]
     """
     w_0, preset = SCENARIOS[fitness.scenario]
     if fitness.scenario == "packaging":
+        # w_i proportional to i, as 1/6, 1/3, 1/2 are
         preset = tuple(np.arange(1.0, m + 1) / (m * (m + 1) / 2)) if m != len(preset) else preset
     weights = fitness.weights or preset
     if fitness.orientation_weight is not None:
@@ -200,7 +205,7 @@ def start_poses(count: int, limits: Array) -> Array:
         Shape (K, n) [rad].
     """
     n = len(limits)
-    root = 1.0
+    root = 1.0  # fixed point g = (1 + g)^(1 / (n + 1)); 64 rounds reach the last bit
     for _ in range(64):
         root = (1.0 + root) ** (1.0 / (n + 1))
     steps = root ** -np.arange(1.0, n + 1)

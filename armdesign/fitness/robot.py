@@ -23,8 +23,8 @@ class Generation(NamedTuple):
     Attributes:
         Phi: Designs, shape (N, D) [rad, m].
         cutoff: Fitness beyond which a candidate may be dropped, shape (N,); None for never.
-        poses: Start poses known from elsewhere, shape (N, n) [rad]: the first frame is solved from that pose alone. A
-            row that is not finite stands for none, None for none at all.
+        poses: Start poses known from elsewhere, shape (N, n) [rad]: the first frame is solved from that pose alone. NaN
+            or None where there is none.
         mounts: Hand frames in the end-effector's frame, shape (N, 3, 3), that hold instead of the one the settings ask
             for; NaN or None where there is none.
         slopes: Whether the gradients of r are wanted, too.
@@ -78,16 +78,16 @@ class Tested(NamedTuple):
     Attributes:
         admissible: Which candidates lie in Omega_l, shape (N,).
         chosen: Which of them may reach the start, shape (N,).
-        batch: Those, to be walked.
+        batch: Those, to be evaluated.
     """
 
     admissible: NDArray[np.bool_]
     chosen: NDArray[np.bool_]
     batch: Batch
 
-    def scored(self, walked: Scores) -> tuple[Scores, Rejections]:
+    def scored(self, evaluated: Scores) -> tuple[Scores, Rejections]:
         """Scores of all candidates from those of the chosen ones, and what removed the others."""
-        scores = spread(walked, self.chosen)
+        scores = spread(evaluated, self.chosen)
         return scores, Rejections(
             constraints=int((~self.admissible).sum()),
             reach=int((self.admissible & ~self.chosen).sum()),
@@ -143,7 +143,7 @@ class RobotFitness:
         return tested.scored(replace(outcome, slopes=gradients))
 
     def _test(self, generation: Generation) -> Tested:
-        """Make out the candidates that have to be walked."""
+        """Find the candidates that have to be evaluated."""
         designs = np.atleast_2d(np.asarray(generation.Phi, dtype=float))
         count, n = len(designs), self.problem.dof
         cutoff = given("cutoffs", generation.cutoff, (count,), np.inf)
@@ -163,7 +163,7 @@ class RobotFitness:
         """
         pieces = np.hypot(rows[:, :, 1], rows[:, :, 2])
         outer = pieces.sum(axis=1)
-        inner = 2.0 * pieces.max(axis=1) - outer
+        inner = 2.0 * pieces.max(axis=1) - outer  # the longest piece minus the sum of all others
         distance = np.linalg.norm(self.problem.P[0, -1])
         slack = float(self.problem.record["reach"][0]) + 1e-9
         verdict: NDArray[np.bool_] = (outer >= distance - slack) & (inner <= distance + slack)

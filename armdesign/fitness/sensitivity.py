@@ -20,7 +20,7 @@ class Slopes(NamedTuple):
 
     Attributes:
         path_fitness: Of f, shape (N, 3 (n + 1) + 1).
-        area: Of E, likewise.
+        area: Of E, shape (N, 3 (n + 1) + 1).
     """
 
     path_fitness: Array

@@ -92,7 +92,7 @@ class DHTable:
     @property
     def length(self) -> float:
         """Total length L = sum(|a_i| + |d_i|), tool included [m]."""
-        return float(np.sum(np.abs(self.a) + np.abs(self.d)))
+        return float(np.sum(np.abs(self.a) + np.abs(self.d)))  # section 2
 
     def base(self) -> Array:
         """Base frame before row 0, Rz(base_yaw), shape (4, 4)."""
@@ -188,7 +188,7 @@ class DHTable:
         return cls(np.r_[0.0, alpha], np.r_[0.0, a], np.r_[d, 0.0], np.r_[theta, 0.0])
 
     def to_classic(self) -> ClassicDH:
-        """The same arm in classic form; what does not fit a joint's row is kept as a base and a tool frame."""
+        """This arm in classic form; what does not fit a joint's row is kept as a base and a tool frame."""
         first = rot_x(self.alpha[0]) @ translation(self.a[0], 0.0, 0.0)
         last = translation(0.0, 0.0, self.d[-1]) @ rot_z(self.theta[-1])
         rows = np.stack([self.alpha[1:], self.a[1:], self.d[:-1], self.theta[:-1]], axis=1)

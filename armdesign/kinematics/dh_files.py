@@ -75,7 +75,7 @@ def fixed_row(path: Path, name: str, row: object) -> list[float]:
 
 
 def design_file(path: str | Path) -> Path:
-    """The file to read: a run folder stands for its result.json.
+    """The file to read; of a run folder its result.json.
 
     Raises:
         DesignError: There can be no such path.

@@ -39,7 +39,7 @@ def drawing(lines: Sequence[Line]) -> str:
     """Lines from one side and from above, at one scale, as two SVG elements.
 
     Args:
-        lines: The first is drawn first, below the others; empty text where nothing of them is to be seen.
+        lines: The first is drawn first, below the others; without any finite place the result is empty.
     """
     every = np.concatenate([line.places for line in lines] or [np.zeros((0, 3))])
     every = every[np.isfinite(every).all(axis=1)]

@@ -58,7 +58,7 @@ class BlockViews(NamedTuple):
 
 
 class ArmBlock:
-    """B arms of n joints as one Pinocchio model, hanging side by side from the universe.
+    """B arms of n joints as one Pinocchio model, side by side at the base of the world.
 
     One ``computeJointJacobians`` serves all of them; compiled kernels read the results and write new arms in place.
     The views into Pinocchio's memory are checked against its own accessors on construction.

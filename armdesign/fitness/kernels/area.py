@@ -31,7 +31,7 @@ def frame_area(chain, match, points, delta):
     for i in range(len(points)):
         end = chain.arc[match.segment[i]] + match.along[i]
         length = end - begin
-        pieces = int(np.ceil(length / delta - ROUNDING))
+        pieces = int(np.ceil(length / delta - ROUNDING))  # section 5: ceil(length / delta)
         if pieces > 0:
             piece = length / pieces
             ax = points[i - 1, 0] if i > 0 else 0.0
@@ -42,6 +42,7 @@ def frame_area(chain, match, points, delta):
             inverse = 1.0 / square if square > 0.0 else 0.0
             part = 0.0
             for j in range(pieces):
+                # pieces come in order of arc length, so the segment index k only ever grows
                 arc = begin + (j + 0.5) * piece
                 while k + 1 < chain.segments and chain.arc[k + 1] <= arc:
                     k += 1
@@ -54,4 +55,4 @@ def frame_area(chain, match, points, delta):
                 part += np.sqrt(x * x + y * y + z * z)
             total += part * piece
         begin = end
-    return total / chain.length
+    return total / chain.length  # E_t of section 5

@@ -1,7 +1,7 @@
 """Gradient of the area E_t by every coordinate of an arm, see variations.
 
 The sum over the pieces is gone through once: what pushes each piece is gathered per segment as a force and a moment,
-what moves it along the arm is handed to the cuts it lies between. The number of pieces is held.
+what moves it along the arm is passed on to the cuts it lies between. The number of pieces is kept constant.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def pull_piece(pull, chain, k, along, start, end, piece, inner):
     s = min(max((x * bx + y * by + z * bz) / square, 0.0), 1.0) if square > 0.0 else 0.0
     x, y, z = x - s * bx, y - s * by, z - s * bz
     distance = np.sqrt(x * x + y * y + z * z)
-    scale = piece / distance if distance > 0.0 else 0.0
+    scale = piece / distance if distance > 0.0 else 0.0  # gradient of |x| is x / |x|, weighted by the piece's length
     x, y, z = scale * x, scale * y, scale * z
     force, moment = pull.force[k], pull.moment[k]
     force[0], force[1], force[2] = force[0] + x, force[1] + y, force[2] + z

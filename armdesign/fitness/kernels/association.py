@@ -72,8 +72,8 @@ def associate(match, chain, points, weights, free):
 
 @leaf
 def closest_points(match, chain, points, free):
-    """Each point's own closest place. Returns whether they already stand in order along the arm."""
-    in_order = True
+    """Each point's own closest place. Returns whether these are already in order along the arm."""
+    in_order = True  # sigma_1 <= ... <= sigma_m, section 3
     reached = 0.0
     for i in range(free):
         best = np.inf
@@ -85,7 +85,7 @@ def closest_points(match, chain, points, free):
             square = x * x + y * y + z * z
             match.projection[i, k], match.offset[i, k] = foot, square
             along = min(max(foot, 0.0), chain.extent[k])
-            square += along * (along - 2.0 * foot)
+            square += along * (along - 2.0 * foot)  # |p - s|^2 by Pythagoras: |p - start|^2 - foot^2 + (foot - along)^2
             match.near[i, k] = square
             if square < best:
                 best = square

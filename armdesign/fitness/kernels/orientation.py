@@ -45,6 +45,7 @@ def compare_orientation(attitude, chain, target, metric):
             for k in range(3):
                 total += chain.tip_rotation[i, k] * attitude.mount[k, j]
             attitude.hand[i, j] = total
+    # section 3: three metrics of e_R, each as the norm of a residual rho
     if metric == GEODESIC:
         rotation_between(attitude.hand, target, attitude.turn, attitude.rho)
     elif metric == EULER:
@@ -65,6 +66,7 @@ def rotation_between(hand, target, D, rho):
     sine = np.sqrt(x * x + y * y + z * z)
     cosine = 0.5 * (D[0, 0] + D[1, 1] + D[2, 2] - 1.0)
     angle = np.arctan2(sine, cosine)
+    # near half a turn the antisymmetric part vanishes and no longer gives the axis
     if sine > 1e-6 or cosine > 0.0:
         scale = angle / sine if sine > 1e-12 else 1.0
         rho[0], rho[1], rho[2] = -scale * x, -scale * y, -scale * z

@@ -63,7 +63,7 @@ def second_turn(variation, attitude, target, metric, a, b):
 
 @branch
 def second_euler(variation, attitude, metric, a, b):
-    """The same of the roll-pitch-yaw metric: the images of the turns change with yaw and pitch."""
+    """Second derivative of e_R by turns a and b in the metric EULER, whose K changes with yaw and pitch."""
     normal, hand = variation.normal, attitude.hand
     turned = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
     Ka = model_turn(attitude, a, metric)
@@ -116,7 +116,7 @@ def balance(variation, attitude, metric, n, w_0):
             for s in range(3):
                 N[r, s] += image[r] * image[s]
     for r in range(3):
-        N[r, r] += 1e-9
+        N[r, r] += 1e-9  # keeps N regular where fewer than three joints can turn the hand
     determinant = triple(N[0], N[1], N[2])  # Cramer's rule
     for r in range(3):
         variation.normal[r] = triple(right, N[(r + 1) % 3], N[(r + 2) % 3]) / determinant

@@ -5,8 +5,9 @@ every arm one damped least squares step is judged and the next one proposed. Arm
 of their place in the block, so the result is the same for any block size. An arm goes through these phases:
 
     SAMPLE   judge each of the start poses as it is, keep the best few
-    DESCEND  solve the first frame roughly from each of those, the hand drawn to its point
-    POLISH   solve it to the end from the best few of the outcomes, the hand held to its point (method section 4);
+    DESCEND  solve the first frame roughly from each of those, with a raised weight of the hand
+    POLISH   solve it to the end from the best few of the outcomes, the hand's weight so high that it reaches its
+             point (method section 4);
              an arm with a start pose of its own begins here, with that one alone
     OPEN     take a start that reaches, the best one first, fix the mount, accumulate frame 0
     FOLLOW   solve frame t from q_{t-1}, accumulate it, until the last frame or the cutoff; then OPEN the next start
@@ -71,7 +72,7 @@ def over(state, attitude, problem, frames, n):
 
     The fitness is a mean of terms >= 0, so a partial sum beyond the cutoff settles it (method section 7); so does one
     beyond the fitness of another start's path. With several paths the whole sum counts too: which of them is the best
-    is known only where all below the cutoff are walked to their end.
+    is known only where all below the cutoff are followed to their end.
     """
     state.t += 1
     state.frames += 1
@@ -92,7 +93,7 @@ def over(state, attitude, problem, frames, n):
 
 @branch
 def keep_mount(state, attitude):
-    """Note the mount of the path at hand."""
+    """Keep the mount of the present path."""
     for i in range(3):
         for j in range(3):
             state.mount[i, j] = attitude.mount[i, j]
@@ -100,7 +101,7 @@ def keep_mount(state, attitude):
 
 @branch
 def end_path(state, attitude, problem, frames, n):
-    """Go to the next start's path, or draw the sum of all paths: the best one counts."""
+    """Go to the next start's path; behind the last one, the best path is the outcome."""
     if state.path == 0 and state.best < 0:
         keep_mount(state, attitude)
     if state.path + 1 < state.start_count:
@@ -179,9 +180,9 @@ def target_of(state, problem, P, R, starting):
     w_0 = 0.0 if starting and problem.mount == MOUNT_START and state.mounted == 0 else problem.w_0
     weights = problem.weights[:m]
     if state.phase == POLISH:
-        weights = problem.held_weights[:m]
+        weights = problem.polish_weights[:m]
     elif starting:
-        weights = problem.drawn_weights[:m]
+        weights = problem.descent_weights[:m]
     free = problem.start_free if starting else problem.free
     return Target(P[state.t], R[min(state.t, len(R) - 1)], weights, w_0, free, problem.metric)
 
@@ -234,7 +235,7 @@ def advance_arm(arm, scratch, arrays, jacobian, trace):
         if phase == POLISH:
             error = tip_error(chain, target.points[m - 1])
             if error <= problem.reach:
-                # starts compete by g with the weights of the path, not with the ones that held the hand
+                # starts compete by g with the weights of the path, not with the raised one of the hand
                 weights = problem.weights[:m]
                 followed = Target(target.points, target.rotation, weights, target.w_0, problem.free, problem.metric)
                 evaluate_frame(arm, scratch, followed)
@@ -312,7 +313,7 @@ def exchange(arms, block, problem, batch, outcome, cursor):
 
 @branch
 def give_mount(state, attitude, mount):
-    """Bolt the hand on as given, or leave that to the start where nothing is given."""
+    """Set the mount of the hand where one is given; NaN leaves it to the start."""
     state.mounted = 1 if np.isfinite(mount[0, 0]) else 0
     for i in range(3):
         for j in range(3):

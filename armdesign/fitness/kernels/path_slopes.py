@@ -1,8 +1,8 @@
 """Gradients of f, E and r by the design, from the joint paths that are solved already.
 
 q_t minimises the objective, inside the limits and the ball around q_{t-1}; so its derivative follows from the
-objective's second derivatives by joints and design entries (implicit function theorem), frame by frame with that of
-q_{t-1} at hand. Joints at a limit stay there. Where the ball binds, with multiplier nu and d = q_t - q_{t-1},
+objective's second derivatives by joints and design entries (implicit function theorem), frame by frame from that
+of q_{t-1}. Joints at a limit stay there. Where the ball binds, with multiplier nu and d = q_t - q_{t-1},
 
     (H + nu I) dq_t + d dnu = nu dq_{t-1} - mixed,    d . (dq_t - dq_{t-1}) = 0.
 
@@ -102,10 +102,10 @@ def frame_slopes(v, pull, arm, scratch, arrays, path, t, given):
 
 @branch
 def open_slopes(v, arm, scratch, problem, target, q, given):
-    """Differentiate the start pose, which minimises another objective: the hand has its held weight, see PROBLEM."""
+    """Differentiate the start pose, which minimises another objective: the hand has its weight of the phase POLISH."""
     n, m, attitude, chain = arm.chain.dof, len(target.weights), arm.attitude, arm.chain
     w_0 = 0.0 if problem.mount == MOUNT_START and not given else problem.w_0
-    start = Target(target.points, target.rotation, problem.held_weights[:m], w_0, problem.start_free, problem.metric)
+    start = Target(target.points, target.rotation, problem.polish_weights[:m], w_0, problem.start_free, problem.metric)
     for c in range(4 * n + 4):
         for r in range(3):
             v.tool_turn[c, r] = 0.0
@@ -148,7 +148,7 @@ def second_order(v, arm, match, target, problem, q):
 
 @branch
 def turn_joints(v, step, problem, q, before, n):
-    """Bring ``v.dq`` from the frame before, with the angles ``before``, to the one at hand; both are q at the start."""
+    """Update ``v.dq`` from the previous frame, with the angles ``before``, to this one; at the start both are q."""
     nu = ball_multiplier(v, problem, q, before, n)
     for j in range(n):
         slope = v.pull[j] + nu * (q[j] - before[j])
@@ -157,7 +157,7 @@ def turn_joints(v, step, problem, q, before, n):
         step.held[j] = 1 if low or high or problem.lower[j] == problem.upper[j] else 0
         for i in range(j + 1):
             step.matrix[j, i] = v.mixed[j, 1 + 4 * i + Q]
-    shift = FLAT * (v.scale + 1e-12)
+    shift = FLAT * (v.scale + 1e-12)  # along flat directions dq_t keeps what dq_{t-1} had
     while not factorise(step, n, nu + shift):
         shift *= 10.0
     for j in range(n):
@@ -202,7 +202,7 @@ def turn_by(v, step, q, before, nu, c, n):
     for j in range(n):
         v.dq[j, c] += step.work[j] if step.held[j] == 0 else 0.0
         ahead += step.gradient[j] * v.dq[j, c]
-    if nu > 0.0:
+    if nu > 0.0:  # d . (dq_t - dq_{t-1}) = 0 settles dnu, see above
         across = 0.0
         for j in range(n):
             across += step.gradient[j] * step.move[j]

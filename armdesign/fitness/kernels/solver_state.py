@@ -22,11 +22,14 @@ MAX_DESCENTS, MAX_FINALISTS = 256, 16
 PROBLEM = np.dtype(
     [
         ("weights", np.float64, MAX_POINTS),
-        ("drawn_weights", np.float64, MAX_POINTS),  # the same with the hand's raised, for DESCEND
-        ("held_weights", np.float64, MAX_POINTS),  # the same with the hand's raised further, for POLISH
+        ("descent_weights", np.float64, MAX_POINTS),  # the weights with the hand's raised, for SAMPLE and DESCEND
+        ("polish_weights", np.float64, MAX_POINTS),  # the weights with the hand's raised further, for POLISH
         ("w_0", np.float64),
         ("free", np.int64),  # number of free sigma
-        ("start_free", np.int64),  # the same while the start is solved, where it is the end-effector that has to reach
+        (
+            "start_free",
+            np.int64,
+        ),  # free sigma while the start is solved, where the end-effector has to reach the hand point
         ("metric", np.int64),
         ("mount", np.int64),
         ("lambda_f", np.float64),
@@ -54,7 +57,7 @@ STATE = np.dtype(
         ("candidate", np.int64),
         ("cutoff", np.float64),  # robot fitness beyond which the candidate is of no interest
         ("t", np.int64),
-        ("k", np.int64),  # start pose at hand
+        ("k", np.int64),  # index of the present start pose
         ("kept", np.int64, MAX_DESCENTS),  # best start poses so far, best first
         ("kept_value", np.float64, MAX_DESCENTS),
         ("kept_count", np.int64),
@@ -78,7 +81,7 @@ STATE = np.dtype(
         ("miss_frame", np.int64),  # where that was
         ("miss", np.float64),  # by how much [m]
         ("frames", np.int64),  # frames of all paths
-        # the frame at hand
+        # the present frame
         ("q", np.float64, MAX_DOF),  # accepted angles
         ("trial", np.float64, MAX_DOF),  # angles to be judged next
         ("previous", np.float64, MAX_DOF),  # centre of the ball

@@ -15,7 +15,7 @@ TIE = 1.0 - 1e-6  # a later start has to be better by this much
 def begin_candidate(state, problem, n, starts, cutoff, pose, candidate):
     """Put a new candidate at its first start pose, or straight at the polish of its own where it has one.
 
-    Where every frame has to reach, a cutoff cannot tell whether the arm is valid; it is not heeded then.
+    Where every frame has to reach, a cutoff cannot tell whether the arm is valid, and is ignored.
     """
     state.phase, state.candidate = SAMPLE, candidate
     state.cutoff = np.inf if problem.every == 1 else cutoff
@@ -50,7 +50,7 @@ def begin_frame(state, problem, n):
 
 @branch
 def keep_start(state, value, limit):
-    """Insert the start pose at hand into the best few, stable for equal values."""
+    """Insert the present start pose into the best few, stable for equal values."""
     place = state.kept_count if state.kept_count < limit else limit
     while place > 0 and value < state.kept_value[place - 1]:
         if place < limit:
@@ -93,7 +93,7 @@ def keep_finalist(state, n, limit):
 
 @branch
 def keep_reaching(state, n, g, miss, limit):
-    """Insert the solved start at hand into the best few that reach, unless the same pose is among them.
+    """Insert the present solved start into the best few that reach, unless the same pose is among them.
 
     Of equally good ones the first one comes first, whatever the last bit.
     """

@@ -34,7 +34,7 @@ FRAME = np.dtype(
 
 MOTION = np.dtype(
     [
-        ("column", np.float64, (MAX_POINTS, MAX_DOF, 3)),  # d place_i / d q_j with sigma held
+        ("column", np.float64, (MAX_POINTS, MAX_DOF, 3)),  # d place_i / d q_j at constant sigma
         ("torque", np.float64, (MAX_DOF, 3)),  # sum of column x force, couples a joint to those before it
         ("slide", np.float64, MAX_DOF),  # how a pool's sliding couples to q
     ]
@@ -114,6 +114,7 @@ def differentiate_frame(arm, scratch, target, jacobian):
         for i in range(j + 1):
             turn = jacobian[i, 3] * x + jacobian[i, 4] * y + jacobian[i, 5] * z
             frame.newton[j, i] = frame.gauss[j, i] + turn
+    # sigma is eliminated (section 3): a sliding point counts with the part of its motion normal to the segment
     remove_sliding(frame, motion, match, chain, jacobian, weights)
     if target.w_0 > 0.0:
         take_root(frame, n, len(weights))
@@ -122,7 +123,7 @@ def differentiate_frame(arm, scratch, target, jacobian):
 
 @leaf
 def add_point(frame, motion, match, p, movers, jacobian, weight):
-    """Add w |r|^2 / 2 of one point with sigma held.
+    """Add w |r|^2 / 2 of one point at constant sigma.
 
     Columns are v_j + omega_j x place (Pinocchio's world Jacobian); the second derivative of a place by joints
     i <= j is omega_i x column_j.

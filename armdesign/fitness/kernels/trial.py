@@ -11,7 +11,7 @@ from armdesign.kinematics.kernels.dls import multiply, propose
 KINK = 1e-7  # e_R below which the orientation counts as met [rad]
 KINK_RANGE = 0.3  # e_R below which meeting it in one step is tried [rad]
 ROUGH = 1e-3  # tolerance of the descents
-RACE_FROM, RACE = 3, 3.0  # a descent is given up that after so many steps needs so many times the gain it promises
+BEHIND_FROM, BEHIND = 3, 3.0  # a descent is given up if, after so many steps, it needs so many times its next gain
 TRUST = 1.0  # longest step of a start pose [rad]
 
 
@@ -82,11 +82,11 @@ def predicted_decrease(arm, step, w_0):
 
 
 @leaf
-def out_of_the_race(state, problem):
+def falls_behind(state, problem):
     """Whether a descent will hardly come among the best few: it needs far more than its next step promises."""
-    if state.tries < RACE_FROM or state.final_count < problem.finalists:
+    if state.tries < BEHIND_FROM or state.final_count < problem.finalists:
         return False
-    return state.value - RACE * state.predicted > state.final_value[problem.finalists - 1]
+    return state.value - BEHIND * state.predicted > state.final_value[problem.finalists - 1]
 
 
 @branch
@@ -113,10 +113,11 @@ def propose_trial(arm, step, problem, w_0, m):
     state.predicted = predicted_decrease(arm, step, w_0)
     gain = state.predicted
     if w_0 == 0.0:
+        # S / 2 is minimised, but the tolerance is one of g = sqrt(S) / m
         gain = state.g - np.sqrt(max(2.0 * (state.value - state.predicted), 0.0)) / m
     if not gain > max(tolerance * state.g, problem.floor):
         return False
-    if state.phase == DESCEND and out_of_the_race(state, problem):
+    if state.phase == DESCEND and falls_behind(state, problem):
         return False
     for j in range(n):
         state.trial[j] = min(max(state.q[j] + step.move[j], problem.lower[j]), problem.upper[j])
@@ -128,6 +129,7 @@ def judge(frame, state, problem, n):
     """Accept or reject the trial just evaluated, and set damping and model for the next one."""
     state.tries += 1
     state.steps += 1
+    # Levenberg-Marquardt: damping follows the ratio of the actual to the predicted decrease
     if state.fresh == 0 and not frame.value < state.value:
         state.damping = max(10.0 * state.damping, 1e-3)
         state.model = GAUSS

@@ -1,6 +1,6 @@
 """Every number of a DH table as a joint of its own: how the arm moves when the design changes.
 
-A twist or the base yaw turns all that hangs behind it, a length shifts it, as a revolute or a prismatic joint would.
+A twist or the base yaw turns everything behind it, a length shifts it, as a revolute or a prismatic joint would.
 Joint angles and design entries together are the coordinates of an arm, in the order in which they act:
 
     yaw, then per row alpha, a, d and, for rows that carry a joint, q
@@ -22,7 +22,7 @@ A, D, Q = 1, 2, 3
 VARIATION = np.dtype(
     [
         ("axis", np.float64, (MAX_COORDINATES, 6)),  # world Jacobian: linear, then angular
-        ("column", np.float64, (MAX_POINTS, MAX_COORDINATES, 3)),  # d place_i / d coordinate with sigma held
+        ("column", np.float64, (MAX_POINTS, MAX_COORDINATES, 3)),  # d place_i / d coordinate at constant sigma
         ("movers", np.int64, MAX_POINTS),  # number of coordinates that move place_i
         ("bend", np.float64, (MAX_POINTS, MAX_COORDINATES)),  # how sliding couples to a coordinate
         ("glide", np.float64, (MAX_POINTS, MAX_COORDINATES)),  # d along_i / d coordinate, sigma exact

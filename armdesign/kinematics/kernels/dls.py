@@ -125,7 +125,7 @@ def propose(step, n, q, previous, radius, lower, upper, mu):
     norm = distance_moved(step, n, q, previous)
     if norm <= radius:
         return True
-    nu, low, high, aim = 0.0, 0.0, np.inf, radius * ROUNDING
+    nu, low, high, aim = 0.0, 0.0, np.inf, radius * ROUNDING  # eq. 4: |q_t - q_{t-1}| <= eps holds after rounding, too
     for _ in range(MULTIPLIER_STEPS):
         nu = next_multiplier(step, n, q, previous, norm, aim, nu, low, high)
         if not solve_in_limits(step, n, q, previous, lower, upper, mu, nu):
@@ -137,7 +137,7 @@ def propose(step, n, q, previous, radius, lower, upper, mu):
             high = nu
         if aim * (1.0 - 1e-10) <= norm <= radius:
             return True
-    pull_inside(step, n, q, previous, aim)
+    pull_inside(step, n, q, previous, aim)  # the multiplier has not converged: a feasible step is better than none
     return True
 
 

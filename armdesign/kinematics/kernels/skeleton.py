@@ -36,7 +36,7 @@ CHAIN = np.dtype(
         ("tip_rotation", np.float64, (3, 3)),  # end-effector frame in the base frame
     ]
 )
-"""The part of an arm's state that the skeleton needs; one record an arm."""
+"""Geometry of one arm: what its design settles, then what depends on q."""
 
 
 @branch
@@ -57,6 +57,7 @@ def load_arm(chain, placements, rows, yaw):
     for i in range(n + 1):
         ca, sa = np.cos(rows[i, 0]), np.sin(rows[i, 0])
         ct, st = np.cos(rows[i, 3]), np.sin(rows[i, 3])
+        # rotation Rx(alpha) Rz(theta) of eq. 2; the joint's own Rz(q_i) is Pinocchio's
         pose = chain.tool if i == n else placements[i, :9].reshape(3, 3).T
         pose[0, 0], pose[0, 1], pose[0, 2] = ct, -st, 0.0
         pose[1, 0], pose[1, 1], pose[1, 2] = ca * st, ca * ct, -sa
@@ -90,7 +91,7 @@ def cut_into_segments(chain, rows):
                 chain.sign[k], chain.extent[k], chain.arc[k] = np.sign(signed), abs(signed), arc
                 arc += abs(signed)
                 k += 1
-    chain.segments, chain.length, chain.arc[k] = k, arc, arc
+    chain.segments, chain.length, chain.arc[k] = k, arc, arc  # L = sum(|a_i| + |d_i|), section 2
 
 
 @branch
