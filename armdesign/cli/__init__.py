@@ -67,7 +67,7 @@ class LazyGroup(TyperGroup):
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401
-        """What stands for a command in the list of commands.
+        """A command without its options, as the list of commands shows it.
 
         Args:
             ctx: The group's context.

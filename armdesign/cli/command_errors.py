@@ -57,7 +57,7 @@ def refuse_beside_resume(context: typer.Context, what: str, fix: str, also: tupl
         and getattr(context.get_parameter_source(str(parameter.name)), "name", "") == "COMMANDLINE"
     ]
     if given:
-        message = f"--resume goes on with {what} as it was asked for, but {', '.join(given)} is given as well"
+        message = f"--resume goes on with {what} as it was started, but {', '.join(given)} is given as well"
         raise SettingsError(message, value=given, fix=fix)
 
 

@@ -53,7 +53,7 @@ def info(
 
     Rate, length, units, points and bodies with their gaps, and the arms that the points' names make.
     """
-    settings = settled(file, config, given)
+    settings = settings_of(file, config, given)
     named_source(settings, "recording info")
     summary = summarise(recording_of(settings))
     typer.echo(json.dumps(summary.to_dict(), indent=2) if as_json else summary_text(summary))
@@ -74,7 +74,7 @@ def plot(
     overwrite: ReplaceOption = False,
 ) -> None:
     """Draw the paths of all points from three sides, and their gaps."""
-    settings = settled(file, config, given)
+    settings = settings_of(file, config, given)
     target = out or Path(f"{named_source(settings, 'recording plot').stem}.png")
     kind = check_kind(target.suffix.lower().lstrip("."))
     refuse_existing(target, overwrite=overwrite)
@@ -102,7 +102,7 @@ def convert(
     recording named in --config, OUT.csv is enough.
     """
     file, out = in_and_out(paths)
-    settings = settled(file, config, given)
+    settings = settings_of(file, config, given)
     named_source(settings, "recording convert")
     if settings.task.base_mode != "shoulder":
         fix = "Give --base-mode to the search on what is written"
@@ -134,7 +134,7 @@ def in_and_out(paths: list[Path]) -> tuple[Path | None, Path]:
     return (paths[0] if len(paths) == 2 else None), out
 
 
-def settled(file: Path | None, config: Path | None, given: Given) -> Settings:
+def settings_of(file: Path | None, config: Path | None, given: Given) -> Settings:
     """Settings of the file and the flags, with the recording's path.
 
     Args:

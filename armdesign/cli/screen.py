@@ -130,7 +130,7 @@ class StatusBar:
         Args:
             done: How much of the work is done.
             total: All of it.
-            text: What stands behind the bar.
+            text: Shown behind the bar.
         """
         if self.drawn is None:
             columns = (BarColumn(bar_width=10), TextColumn("{task.description}", markup=False))

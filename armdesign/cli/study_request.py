@@ -135,7 +135,7 @@ def about(word: str) -> Iterator[None]:
         word: What names the task.
 
     Raises:
-        ArmDesignError: The same, told so.
+        ArmDesignError: That error, with the task's name and what to do.
     """
     try:
         yield

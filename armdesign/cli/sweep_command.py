@@ -1,4 +1,4 @@
-"""``armdesign sweep``: many searches, one for every combination of what is asked, in one folder with one table."""
+"""``armdesign sweep``: many searches, one for every combination of settings, in one folder with one table."""
 
 from __future__ import annotations
 
@@ -103,24 +103,24 @@ def sweep(
     check_workers(workers, cluster)
     if resume is not None:
         refuse_beside_resume(context, "a sweep", "To extend it, repeat its command with more, and --out for --resume")
-        folder, (asked, tasks) = resume, read_sweep(resume)
+        folder, (plan, tasks) = resume, read_sweep(resume)
     else:
         scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
         settings = settings_from_flags(config, given)
         if config is not None and not recordings:
             settings = from_run_folder(settings, config.parent)
-        lists = asked_lists(settings, dof, seeds, algorithm, d)
+        lists = lists_of_values(settings, dof, seeds, algorithm, d)
         refuse_other_algorithms(given["search"], lists["algorithms"])
-        asked, tasks = prepared_for(recordings, settings, lists, scenario, weights)
-        folder = out or Path("runs") / f"{Path(asked.recordings[0]).stem}-sweep"
+        plan, tasks = prepare_sweep(recordings, settings, lists, scenario, weights)
+        folder = out or Path("runs") / f"{Path(plan.recordings[0]).stem}-sweep"
     count = workers or available_cores()
     if dry_run:
-        show_plan(folder, asked, tasks, count)
+        show_plan(folder, plan, tasks, count)
         return
-    carry_out(folder, asked, tasks, count, cluster, quiet=quiet)
+    carry_out(folder, plan, tasks, count, cluster, quiet=quiet)
 
 
-def asked_lists(
+def lists_of_values(
     settings: Settings, dof: str | None, seeds: str | None, algorithm: str | None, d: str | None
 ) -> dict[str, tuple[Any, ...]]:
     """The lists that make up the runs; where no flag is given, the one value of the settings.
@@ -146,7 +146,7 @@ def asked_lists(
     }
 
 
-def prepared_for(
+def prepare_sweep(
     recordings: list[Path] | None,
     settings: Settings,
     lists: dict[str, tuple[Any, ...]],
@@ -178,13 +178,13 @@ def prepared_for(
     return Sweep(common_settings(own), tuple(paths), **lists), tasks
 
 
-def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool) -> None:
+def carry_out(folder: Path, plan: Sweep, tasks: Tasks, workers: int, cluster: str | None, *, quiet: bool) -> None:
     """Carry out a sweep, saying how it goes and how it went."""
     go_on = f"Go on with: {resume_command('sweep', folder, cluster)}"
     try:
-        with SweepBar() as bar, unit_workers(workers, cluster, tasks, asked.algorithms, quiet=quiet) as start:
+        with SweepBar() as bar, unit_workers(workers, cluster, tasks, plan.algorithms, quiet=quiet) as start:
             on_change = None if quiet else bar
-            table = run_sweep(folder, asked, tasks, start, on_change=on_change, on_interrupt=say_stopping)
+            table = run_sweep(folder, plan, tasks, start, on_change=on_change, on_interrupt=say_stopping)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
@@ -195,7 +195,7 @@ def carry_out(folder: Path, asked: Sweep, tasks: Tasks, workers: int, cluster: s
 
 def say_stopping() -> None:
     """What is said when Ctrl-C asks for the end."""
-    say_in_handler("Stopping: the runs at hand finish their iteration; once more stops at once.")
+    say_in_handler("Stopping: the running searches finish their iteration; once more stops at once.")
 
 
 def leave(table: RunTable, go_on: str) -> None:
@@ -270,18 +270,18 @@ def lines_of_failures(table: RunTable) -> list[str]:
     return lines + ([f"  and {len(failed) - SHOWN_FAILURES} more"] if len(failed) > SHOWN_FAILURES else [])
 
 
-def show_plan(folder: Path, asked: Sweep, tasks: Tasks, workers: int) -> None:
+def show_plan(folder: Path, plan: Sweep, tasks: Tasks, workers: int) -> None:
     """Print the runs with their states, and how long those that are not finished may take.
 
     Args:
         folder: Folder of the sweep.
-        asked: The sweep.
+        plan: The sweep's runs.
         tasks: Its tasks.
         workers: Searches at a time.
     """
-    units = units_of(asked, tasks)
+    units = units_of(plan, tasks)
     if holds_sweep(folder):
-        check_extension(folder, asked, tasks)
+        check_extension(folder, plan, tasks)
     found = {unit.name: look_at(folder, unit) for unit in units}
     todo = [unit for unit in units if found[unit.name] != "finished"]
     guess = estimate(todo)

@@ -66,7 +66,7 @@ def check_workers(workers: int | None, cluster: str | None) -> None:
 
 @contextmanager
 def open_backend(problem: DesignProblem, workers: int | None, cluster: str | None = None) -> Iterator[Backend]:
-    """The backend of a search: a cluster, or as many worker processes as asked for, by default as many as pay.
+    """The backend of a search: a cluster, this process, or worker processes, by default as many as make it faster.
 
     Args:
         problem: Task and settings.
