@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from armdesign.kinematics.compilation import entry
-from armdesign.kinematics.kernels.dls import STEP, propose
+from armdesign.kinematics.kernels.dls import STEP, Region, propose
 from armdesign.kinematics.kernels.skeleton import CHAIN, MAX_DOF, load_arm, update_skeleton
 from armdesign.kinematics.models import ArmBlock
 
 
 @entry
-def hang_block(chains, placements, rows, yaws):
-    """Hang one arm per chain."""
+def load_block(chains, placements, rows, yaws):
+    """Load one design per chain."""
     for b in range(len(chains)):
         load_arm(chains[b], placements[b * (rows.shape[1] - 1) :], rows[b], yaws[b])
 
@@ -28,15 +28,15 @@ def update_block(chains, poses):
 def propose_all(steps, n, q, previous, radius, lower, upper, mu, done):
     """One damped step per record; the arrays have a row each."""
     for b in range(len(steps)):
-        done[b] = propose(steps[b], n, q[b], previous[b], radius[b], lower[b], upper[b], mu[b])
+        done[b] = propose(steps[b], n, Region(q[b], previous[b], radius[b], lower[b], upper[b]), mu[b])
 
 
-def hang(tables):
+def load(tables):
     """A block with these arms in it, and their chains."""
     block = ArmBlock(len(tables), tables[0].dof)
     chains = np.zeros(len(tables), dtype=CHAIN)
     rows = np.stack([np.stack([t.alpha, t.a, t.d, t.theta], axis=1) for t in tables])
-    hang_block(chains, block.placements, rows, np.array([t.base_yaw for t in tables]))
+    load_block(chains, block.placements, rows, np.array([t.base_yaw for t in tables]))
     return block, chains
 
 

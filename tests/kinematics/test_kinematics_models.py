@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from kinematics_kernels import hang, pose
+from kinematics_kernels import load, pose
 
 from armdesign.errors import DesignError
 from armdesign.kinematics import models
@@ -24,7 +24,7 @@ def random_table(rng, n):
 def random_block(rng, n, size):
     tables = [random_table(rng, n) for _ in range(size)]
     q = rng.uniform(-4, 4, (size, n))
-    block, chains = hang(tables)
+    block, chains = load(tables)
     pose(block, chains, q)
     return tables, q, block, chains
 
@@ -98,7 +98,7 @@ def test_world_jacobian_equals_central_differences(n):
 def test_arms_of_a_block_do_not_feel_each_other():
     rng = np.random.default_rng(6)
     tables, q, block, chains = random_block(rng, 4, 5)
-    alone, chain = hang(tables[2:3])
+    alone, chain = load(tables[2:3])
     pose(alone, chain, q[2:3])
     np.testing.assert_array_equal(block.poses[8:12], alone.poses)
     np.testing.assert_array_equal(block.jacobian[8:12], alone.jacobian)

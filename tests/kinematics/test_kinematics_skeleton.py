@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from kinematics_kernels import hang, hang_block, pose
+from kinematics_kernels import load, load_block, pose
 from scipy.spatial.transform import Rotation
 
 from armdesign.kinematics.dh import DHTable
@@ -37,7 +37,7 @@ def posed(request):
     rng = np.random.default_rng(request.param)
     tables = [random_table(rng, request.param) for _ in range(8)]
     q = rng.uniform(-4, 4, (8, request.param))
-    block, chains = hang(tables)
+    block, chains = load(tables)
     pose(block, chains, q)
     return list(zip(tables, q, chains, strict=True))
 
@@ -82,7 +82,7 @@ def test_the_length_is_the_table_s(posed):
 
 def test_pieces_of_no_length_are_left_out():
     table = DHTable(np.full(4, 0.3), [0.0, 0.2, 0.0, 0.0], [0.0, 0.0, 0.3, 0.1])
-    block, chains = hang([table])
+    block, chains = load([table])
     pose(block, chains, [[0.1, 0.2, 0.3]])
     assert chains[0]["segments"] == 3
     assert chains[0]["extent"][:3].tolist() == [0.2, 0.3, 0.1]
@@ -90,7 +90,7 @@ def test_pieces_of_no_length_are_left_out():
 
 def test_an_arm_may_begin_with_lengths_before_its_first_joint():
     table = DHTable([0.4, 0.3], [0.2, 0.1], [0.3, 0.1], base_yaw=0.5)
-    block, chains = hang([table, table])
+    block, chains = load([table, table])
     first = []
     for q in ([0.0, 0.0], [1.0, 2.0]):
         pose(block, chains, q)
@@ -102,10 +102,10 @@ def test_an_arm_may_begin_with_lengths_before_its_first_joint():
 def test_a_reused_place_forgets_the_arm_before():
     rng = np.random.default_rng(7)
     old, new, q = random_table(rng, 5, zeros=0.0), random_table(rng, 5, zeros=0.6), rng.uniform(-3, 3, (1, 5))
-    block, chains = hang([old])
+    block, chains = load([old])
     pose(block, chains, q)
     rows = np.stack([new.alpha, new.a, new.d, new.theta], axis=1)[None]
-    hang_block(chains, block.placements, rows, np.array([new.base_yaw]))
+    load_block(chains, block.placements, rows, np.array([new.base_yaw]))
     pose(block, chains, q)
     vertices, R, _ = plain_vertices(new, q[0])
     count = chains[0]["segments"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from armdesign.fitness.kernels.solver_state import DESCEND, FOLLOW, GAUSS, NEWTON, SMALLEST_DAMPING
 from armdesign.kinematics.compilation import branch, leaf
-from armdesign.kinematics.kernels.dls import multiply, propose
+from armdesign.kinematics.kernels.dls import Region, multiply, propose
 
 KINK = 1e-7  # e_R below which the orientation counts as met [rad]
 KINK_RANGE = 0.3  # e_R below which meeting it in one step is tried [rad]
@@ -50,19 +50,20 @@ def solve_model(arm, step, problem, radius, mu, w_0):
     reweighted with the error it leads to.
     """
     state, frame, attitude, n = arm.state, arm.frame, arm.attitude, arm.chain.dof
+    region = Region(state.q, state.previous, radius, problem.lower, problem.upper)
     if w_0 == 0.0:
         compose(step, frame, attitude, n, state.model, 0.0)
-        return propose(step, n, state.q, state.previous, radius, problem.lower, problem.upper, mu)
+        return propose(step, n, region, mu)
     if attitude.base_error < KINK_RANGE:
         compose(step, frame, attitude, n, state.model, w_0 / KINK)
-        if not propose(step, n, state.q, state.previous, radius, problem.lower, problem.upper, mu):
+        if not propose(step, n, region, mu):
             return False
         if error_after(attitude, step.move, n) <= KINK:
             return True
     error = attitude.base_error
     for _ in range(3):
         compose(step, frame, attitude, n, state.model, w_0 / max(error, KINK))
-        if not propose(step, n, state.q, state.previous, radius, problem.lower, problem.upper, mu):
+        if not propose(step, n, region, mu):
             return False
         error = error_after(attitude, step.move, n)
     return True

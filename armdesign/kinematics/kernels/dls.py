@@ -11,8 +11,11 @@ here the remaining joints make up for what a limit or the ball takes away.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.kinematics.compilation import branch, leaf
 from armdesign.kinematics.kernels.skeleton import MAX_DOF
 
@@ -27,6 +30,25 @@ STEP = np.dtype(
     ]
 )
 """Scratch of one step; one record an arm."""
+
+
+class Region(NamedTuple):
+    """Where a step may lead: within the joint limits and a ball.
+
+    Attributes:
+        q: Present joint angles, inside the limits and the ball [rad].
+        previous: Centre of the ball, inside the limits [rad].
+        radius: Radius of the ball; infinite for none [rad].
+        lower: Lower limits [rad].
+        upper: Upper limits [rad].
+    """
+
+    q: Array
+    previous: Array
+    radius: float
+    lower: Array
+    upper: Array
+
 
 ROUNDING = 1.0 - 1e-12
 MULTIPLIER_STEPS = 40
@@ -95,7 +117,7 @@ def squared_norm(x, n):
 
 
 @branch
-def propose(step, n, q, previous, radius, lower, upper, mu):
+def propose(step, n, region, mu):
     """Minimise the damped model inside the limits and the ball; the step is left in ``step.move``.
 
     The ball enters by its multiplier nu >= 0: x(nu) minimises m(x) + mu |x|^2 / 2 + nu |p + x|^2 / 2 inside the limits,
@@ -105,22 +127,19 @@ def propose(step, n, q, previous, radius, lower, upper, mu):
     Args:
         step: Record of type STEP with gradient and matrix set.
         n: Number of joints.
-        q: Present joint angles, inside the limits and the ball [rad].
-        previous: Centre of the ball, inside the limits [rad].
-        radius: Radius of the ball; infinite for none [rad].
-        lower: Lower limits [rad].
-        upper: Upper limits [rad].
+        region: Joint limits and ball.
         mu: Damping, positive.
 
     Returns:
         Whether matrix + mu I is positive definite on the free joints; without that there is no step.
     """
+    q, previous, radius, lower, upper = region.q, region.previous, region.radius, region.lower, region.upper
     for j in range(n):
         pinned_low = q[j] <= lower[j] and step.gradient[j] > 0.0
         pinned_high = q[j] >= upper[j] and step.gradient[j] < 0.0
         step.held[j] = 1 if pinned_low or pinned_high or lower[j] == upper[j] else 0
         step.move[j] = 0.0
-    if not solve_in_limits(step, n, q, previous, lower, upper, mu, 0.0):
+    if not solve_in_limits(step, n, region, mu, 0.0):
         return False
     norm = distance_moved(step, n, q, previous)
     if norm <= radius:
@@ -128,7 +147,7 @@ def propose(step, n, q, previous, radius, lower, upper, mu):
     nu, low, high, aim = 0.0, 0.0, np.inf, radius * ROUNDING  # eq. 4: |q_t - q_{t-1}| <= eps holds after rounding, too
     for _ in range(MULTIPLIER_STEPS):
         nu = next_multiplier(step, n, q, previous, norm, aim, nu, low, high)
-        if not solve_in_limits(step, n, q, previous, lower, upper, mu, nu):
+        if not solve_in_limits(step, n, region, mu, nu):
             return False
         norm = distance_moved(step, n, q, previous)
         if norm > aim:
@@ -182,12 +201,13 @@ def distance_moved(step, n, q, previous):
 
 
 @branch
-def solve_in_limits(step, n, q, previous, lower, upper, mu, nu):
+def solve_in_limits(step, n, region, mu, nu):
     """Minimise (g + nu p).x + x.(H + (mu + nu) I) x / 2 inside the limits, by a primal active set.
 
     The free joints go towards their minimiser until the first one meets a limit, where it is held; a held joint that
     the model pulls back is released. The search starts at ``step.move`` with the joints in ``step.held``.
     """
+    q, previous, lower, upper = region.q, region.previous, region.lower, region.upper
     for _ in range(4 * n + 4):
         if not factorise(step, n, mu + nu):
             return False
@@ -196,7 +216,10 @@ def solve_in_limits(step, n, q, previous, lower, upper, mu, nu):
         solve_upper(step.factor, step.work, n)
         if stop_at_limit(step, n, q, lower, upper):
             continue
-        if not any_held(step, n) or not release_one(step, n, q, previous, lower, upper, mu, nu):
+        held = 0
+        for j in range(n):
+            held += step.held[j]
+        if held == 0 or not release_one(step, n, region, mu, nu):
             break
     return True
 
@@ -240,8 +263,9 @@ def stop_at_limit(step, n, q, lower, upper):
 
 
 @branch
-def release_one(step, n, q, previous, lower, upper, mu, nu):
+def release_one(step, n, region, mu, nu):
     """Free the held joint that the model pulls off its limit the most; returns whether there is one."""
+    q, previous, lower, upper = region.q, region.previous, region.lower, region.upper
     multiply(step.matrix, step.move, step.work, n)
     worst, chosen = 0.0, -1
     for j in range(n):
@@ -254,12 +278,3 @@ def release_one(step, n, q, previous, lower, upper, mu, nu):
         return False
     step.held[chosen] = 0
     return True
-
-
-@branch
-def any_held(step, n):
-    """Whether any joint is held at a limit."""
-    count = 0
-    for j in range(n):
-        count += step.held[j]
-    return count > 0
