@@ -9,6 +9,7 @@ from typing import ParamSpec, TypeVar
 
 import typer
 
+from armdesign.cli.screen import console, wrapped
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError
 from armdesign.settings.sections import ALGORITHM_SETTINGS
 
@@ -23,17 +24,18 @@ def one_sentence_errors(command: Callable[Arguments, Outcome]) -> Callable[Argum
     """Turn errors for bad input into one sentence on stderr and exit code 2, Ctrl-C into 130."""
 
     @functools.wraps(command)
-    def wrapped(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Outcome:
+    def guarded(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Outcome:
         try:
             return command(*args, **kwargs)
         except ArmDesignError as error:
-            typer.echo(f"armdesign: {error}", err=True)
+            out, sentence = console(stderr=True), f"armdesign: {error}"
+            typer.echo(wrapped(sentence, out.width) if out.is_terminal else sentence, err=True)
             raise typer.Exit(error.exit_code) from error
         except KeyboardInterrupt as error:
             typer.echo("armdesign: stopped", err=True)
             raise typer.Exit(INTERRUPTED) from error
 
-    return wrapped
+    return guarded
 
 
 def refuse_beside_resume(context: typer.Context, what: str, fix: str, also: tuple[str, ...] = ()) -> None:
