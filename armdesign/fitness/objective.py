@@ -203,7 +203,8 @@ class Demonstrations:
             values[~valid | pruned] = np.inf
         q0 = np.concatenate([part.q0 for part in parts], axis=1)
         q0[~valid] = np.nan
-        decisive = first_invalid(parts)
+        # the first demonstration on which each candidate is not valid, the first of all where there is none
+        decisive = np.argmax(np.stack([~part.valid for part in parts]), axis=0)
         scores = Scores(
             fitness=r,
             path_fitness=f,
@@ -267,11 +268,6 @@ def total(rows: Sequence[Array] | Array) -> Array:
 def picked(rows: Sequence[NDArray[Entry]] | NDArray[Entry], k: NDArray[np.intp]) -> NDArray[Entry]:
     """The entries [k[i], i] of K rows, shape (N,)."""
     return np.asarray(np.stack(list(rows))[k, np.arange(len(k))])
-
-
-def first_invalid(parts: Sequence[Scores]) -> NDArray[np.intp]:
-    """The first demonstration on which each candidate is not valid, the first of all where there is none, (N,)."""
-    return np.asarray(np.argmax(np.stack([~part.valid for part in parts]), axis=0))
 
 
 def largest_start_error(parts: Sequence[Scores]) -> Array:

@@ -60,18 +60,15 @@ def with_fixed_rows(table: DHTable, path: Path, content: Mapping[str, Any]) -> D
     Raises:
         DesignError: A row holds what a modified table has no place for.
     """
-    base, tool = (fixed_row(path, name, content.get(name)) for name in ("base", "tool"))
+    base, tool = (
+        [0.0] * 4 if content.get(name) is None else row_values(path, name, content[name]) for name in ("base", "tool")
+    )
     for where, value in (("base.d", base[2]), ("tool.alpha", tool[0]), ("tool.a", tool[1])):
         if value != 0.0:
             raise DesignError(f"{path}: {where} is {value:g}", value=value, allowed=0)
     rows = np.stack([table.alpha, table.a, table.d, table.theta], axis=1)
     rows[0, :2], rows[-1, 2:] = base[:2], tool[2:]
     return DHTable.from_rows(rows, base[3])
-
-
-def fixed_row(path: Path, name: str, row: object) -> list[float]:
-    """A row that carries no joint; zeros where there is none."""
-    return [0.0] * 4 if row is None else row_values(path, name, row)
 
 
 def design_file(path: str | Path) -> Path:
