@@ -210,17 +210,17 @@ def test_ctrl_c_once_stops_in_order_and_says_how_to_go_on(run, start, packaging,
 
 @needs_signals
 def test_sigterm_to_the_sweep_alone_stops_its_workers_and_ctrl_c_twice_stops_at_once(start, packaging, place):
-    ask = ("sweep", packaging, "--dof", 6, "--particles", 20_000, "--iterations", 10, "--workers", 1)
+    ask = ("sweep", packaging, "--dof", 6, "--particles", 100_000, "--iterations", 10, "--workers", 1)
     child = start(*ask, "--out", "s")
     await_search(place / "s", child, saved=False)
     time.sleep(0.5)
     child.send_signal(signal.SIGTERM)
     time.sleep(0.7)
-    assert child.poll() is None  # an iteration takes seconds
+    assert child.poll() is None  # an iteration takes minutes
     began = time.monotonic()
     child.send_signal(signal.SIGINT)
     assert child.wait(30) == 130
-    assert time.monotonic() - began < 3.0
+    assert time.monotonic() - began < 20.0
     lines = (place / "log-0").read_text().splitlines()
     assert lines[-2:] == ["Go on with: armdesign sweep --resume s", "armdesign: stopped"]
     assert not list(place.glob("s/*/result.json"))
