@@ -210,10 +210,10 @@ def test_ctrl_c_once_stops_in_order_and_says_how_to_go_on(run, start, packaging,
 
 @needs_signals
 def test_sigterm_to_the_sweep_alone_stops_its_workers_and_ctrl_c_twice_stops_at_once(start, packaging, place):
-    ask = ("sweep", packaging, "--dof", 6, "--particles", 100_000, "--iterations", 10, "--workers", 1)
+    ask = ("sweep", packaging, "--dof", 6, "--particles", 50_000, "--iterations", 10, "--workers", 1)
     child = start(*ask, "--out", "s")
     await_search(place / "s", child, saved=False)
-    time.sleep(0.5)
+    time.sleep(4.0)  # past the draw, into the first iteration
     child.send_signal(signal.SIGTERM)
     time.sleep(0.7)
     assert child.poll() is None  # an iteration takes minutes

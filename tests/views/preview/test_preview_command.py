@@ -43,7 +43,7 @@ def test_html_is_written_once_and_again_only_when_told(folder, tmp_path):
     target.write_text("mine")
     again = call(folder, "--html", target)
     assert again.exit_code == 2
-    assert "exists already" in again.output
+    assert "is there already" in again.output
     assert target.read_text() == "mine"
     assert call(folder, "--html", target, "--overwrite").exit_code == 0
     assert target.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
