@@ -211,7 +211,7 @@ def carry_out(
         finally:
             writer.close()
         try:
-            result = outcome(run, reason, folder)
+            result = replace(outcome(run, reason, folder), name=folder.resolve().name, folder=folder)
         except NothingFoundError as error:
             write_whole(folder / NOTHING_FOUND, json_text({"stopped_by": reason, "error": str(error)}))
             raise

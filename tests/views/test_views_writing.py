@@ -22,7 +22,9 @@ def test_a_search_leaves_preview_and_report_and_another_one_removes_them(tmp_pat
     done = search("--out", tmp_path / "run")
     assert done.exit_code == 0, done.output
     for name in ("preview.html", "report.html"):
-        assert (tmp_path / "run" / name).read_text(encoding="utf-8").startswith("<!")
+        page = (tmp_path / "run" / name).read_text(encoding="utf-8")
+        assert page.startswith("<!")
+        assert "<title>run: " in page  # called after its folder
         assert "".join(str(tmp_path / "run" / name).split()) in "".join(done.output.split())
     assert search("--out", tmp_path / "run", "--overwrite", "--no-report").exit_code == 0
     assert not (tmp_path / "run" / "report.html").exists()
