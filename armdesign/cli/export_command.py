@@ -14,9 +14,10 @@ from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.export.dh_text import check_convention
 from armdesign.export.export_files import export as write_export
 from armdesign.export.formats import FORMATS, chosen
-from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions, TagOptions
+from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions, TagOptions
 from armdesign.export.trajectory.exporting import FILES, TrajectoryOptions
 from armdesign.runs.reading import read_result
+from armdesign.settings import Body
 
 TRAJECTORY = "Trajectory"
 FOLDER = "export"
@@ -24,7 +25,7 @@ FOLDER = "export"
 
 
 @one_sentence_errors
-@takes_settings(TagOptions, LimitOptions, BodyOptions, SimulationOptions)
+@takes_settings(TagOptions, LimitOptions, Body, SimulationOptions, without={"kind", "module_slide"})
 def export(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a result.")],
     robot_format: Annotated[
@@ -107,7 +108,7 @@ def export(
     if not motions:
         refuse_without("--trajectory", {f"--{name.replace('_', '-')}": value for name, value in timing.items()})
     options = RobotOptions(
-        BodyOptions(**given["body"]),
+        Body(**given["body"]),
         LimitOptions(**given["limits"]),
         SimulationOptions(**given["simulation"]),
         TagOptions(**given["tags"]),

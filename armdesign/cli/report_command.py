@@ -13,15 +13,16 @@ from armdesign.cli.command_options import option
 from armdesign.cli.screen import compiling
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.errors import RunFolderError, SettingsError
-from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions
+from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions
 from armdesign.runs.reading import read_result
+from armdesign.settings import Body
 
 DEFAULT_NAME = "report.html"
 SUFFIXES = (".html", ".htm")
 
 
 @one_sentence_errors
-@takes_settings(LimitOptions, BodyOptions, SimulationOptions)
+@takes_settings(LimitOptions, Body, SimulationOptions, without={"kind", "module_slide"})
 def report(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a result.")],
     out: Annotated[Path | None, option("--out", "FILE.html", "Page to write (default RUN/report.html).")] = None,
@@ -46,7 +47,7 @@ def report(
     """
     targets = page_and_pdf(run, out, pdf=pdf, overwrite=overwrite)
     options = RobotOptions(
-        BodyOptions(**given["body"]), LimitOptions(**given["limits"]), SimulationOptions(**given["simulation"])
+        Body(**given["body"]), LimitOptions(**given["limits"]), SimulationOptions(**given["simulation"])
     )
     with compiling(quiet=quiet):
         finished = read_result(run)

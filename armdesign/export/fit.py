@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike
 from armdesign._types import Array
 from armdesign.errors import counted
 from armdesign.export.contacts import CollisionScene, Pair
-from armdesign.export.options import AUTO, SIDES, BodyOptions
+from armdesign.export.options import AUTO, SIDES
 from armdesign.export.solids import BodyFit, link_bodies
 from armdesign.kinematics.dh import DHTable
+from armdesign.settings import Body
 
 MOST_FRAMES = 2000
 """Longer motions are thinned to about so many frames."""
@@ -62,7 +63,7 @@ PLACES = {
 }
 
 
-def fit_body(table: DHTable, q: ArrayLike, options: BodyOptions, side: str = AUTO) -> FitResult:
+def fit_body(table: DHTable, q: ArrayLike, options: Body, side: str = AUTO) -> FitResult:
     """Find the room that a body has to make for a motion; no random numbers, same in same out.
 
     Args:
@@ -84,7 +85,7 @@ def fit_body(table: DHTable, q: ArrayLike, options: BodyOptions, side: str = AUT
         fit = _roomier(table, angles, options, fit, near)
 
 
-def free_side(table: DHTable, q: Array, options: BodyOptions) -> str:
+def free_side(table: DHTable, q: Array, options: Body) -> str:
     """Below, unless the base touches the arm there; then the side that leaves it most room."""
     room = {}
     for side in SIDES:
@@ -95,7 +96,7 @@ def free_side(table: DHTable, q: Array, options: BodyOptions) -> str:
     return max(room, key=lambda side: room[side])
 
 
-def _touching(table: DHTable, q: Array, options: BodyOptions, fit: BodyFit) -> dict[Pair, int]:
+def _touching(table: DHTable, q: Array, options: Body, fit: BodyFit) -> dict[Pair, int]:
     """Frames in which each pair of links touches."""
     return CollisionScene(table, link_bodies(table, options, fit)).touching(q)
 
@@ -106,7 +107,7 @@ def meet(table: DHTable, pair: Pair, reach: float) -> bool:
     return bool(np.hypot(table.a[i + 1 : j], table.d[i + 1 : j]).sum() < 2.0 * reach)
 
 
-def _roomier(table: DHTable, q: Array, options: BodyOptions, fit: BodyFit, near: set[Pair]) -> BodyFit:
+def _roomier(table: DHTable, q: Array, options: Body, fit: BodyFit, near: set[Pair]) -> BodyFit:
     """A fit with more room for neighbours that touch: the link before is cut back, a plate in the way let through."""
     without = replace(fit, plate=False)
     if fit.plate and any(i == 0 for i, _ in near):

@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 
 from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
-from armdesign.export.options import PEAK_WINDOW, BodyOptions, LimitOptions
+from armdesign.export.options import PEAK_WINDOW, LimitOptions
 from armdesign.export.solids import link_bodies, tool_inertial
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.models import arm_model
+from armdesign.settings import Body
 
 GRAVITY = (0.0, 0.0, -9.81)
 """Gravity in the base frame [m/s^2]."""
@@ -54,7 +55,7 @@ def trajectory_limits(
     time: ArrayLike,
     q: ArrayLike,
     *,
-    body: BodyOptions | None = None,
+    body: Body | None = None,
     options: LimitOptions | None = None,
     gravity: ArrayLike = GRAVITY,
 ) -> TrajectoryLimits:
@@ -78,7 +79,7 @@ def trajectory_limits(
     motion = smooth_motion(time, q, chosen.window)
     if motion.q.shape[1] != table.dof:
         raise DesignError(f"the motion has {motion.q.shape[1]} joints, but the arm has {table.dof}")
-    torque = joint_torques(table, motion, body or BodyOptions(), chosen.payload, gravity)
+    torque = joint_torques(table, motion, body or Body(), chosen.payload, gravity)
     return TrajectoryLimits(
         velocity=np.maximum(chosen.margin * np.abs(motion.v).max(axis=0), chosen.velocity_floor),
         effort=np.maximum(chosen.margin * np.abs(torque).max(axis=0), chosen.effort_floor),
@@ -117,7 +118,7 @@ def smooth_motion(time: ArrayLike, q: ArrayLike, window: float = PEAK_WINDOW) ->
     )
 
 
-def joint_torques(table: DHTable, motion: SmoothMotion, body: BodyOptions, payload: float, gravity: ArrayLike) -> Array:
+def joint_torques(table: DHTable, motion: SmoothMotion, body: Body, payload: float, gravity: ArrayLike) -> Array:
     """Inverse dynamics of the arm along a motion, tau = M(q) a + C(q, v) v + g(q), by Pinocchio's ``rnea``.
 
     Args:
@@ -139,7 +140,7 @@ def joint_torques(table: DHTable, motion: SmoothMotion, body: BodyOptions, paylo
     return np.stack([pin.rnea(model, data, *state) for state in zip(motion.q, motion.v, motion.a, strict=True)])
 
 
-def dynamic_model(table: DHTable, body: BodyOptions, payload: float = 0.0) -> Any:  # noqa: ANN401 (a pin.Model)
+def dynamic_model(table: DHTable, body: Body, payload: float = 0.0) -> Any:  # noqa: ANN401 (a pin.Model)
     """The Pinocchio model of an arm with the inertias of its solids.
 
     Args:

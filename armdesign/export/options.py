@@ -6,17 +6,15 @@ Each field says what it is, what it allows and its default.
 from __future__ import annotations
 
 import dataclasses
-import math
 import re
 from dataclasses import dataclass, field
 from typing import Any
 
 from armdesign.errors import SettingsError
+from armdesign.settings import Body
 from armdesign.settings.kinds import Choice, Number, Section, Switch, Text, flag_name, parameter
 
 DEFAULT_NAME = "arm"
-LIGHTEST = 1e-6
-"""Gazebo drops links of this mass and below [kg]."""
 PEAK_WINDOW = 0.12
 """Default length of the smoothing window [s]: with a cubic it passes about 6 Hz, the usual cut-off for arm motion."""
 AUTO = "auto"
@@ -24,69 +22,6 @@ SIDES = ("below", "above", "behind", "left", "right", "front")
 """Sides of the base that its plate may stand on: -z, +z, -x, +y, -y, +x."""
 PLUGIN = re.compile(r"[A-Za-z_][A-Za-z0-9_:/.-]*")
 """Names that plugins may have."""
-
-
-def _size(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclass field)
-    """A length of the body."""
-    return parameter(default, Number(0.0, 10.0, "m", above=True), f"{doc} [m].")
-
-
-def _mass(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclass field)
-    """A mass of the body, more than simulators drop."""
-    return parameter(default, Number(LIGHTEST, 1000.0, "kg", above=True), f"{doc} [kg].")
-
-
-@dataclass(frozen=True, repr=False)
-class BodyOptions(Section):
-    """What the arm is built of: assumptions, since the design is but lines; lengths in metres, masses in kilograms.
-
-    Each field says what it is, what it allows and its default; the command line and the report read it from there.
-    """
-
-    panel = "What the arm is built of"
-
-    tube_diameter: float = _size(0.04, "Outer diameter of the tubes")
-    tube_wall: float = _size(0.003, "Wall of the tubes; half the diameter makes a solid rod")
-    tube_density: float = parameter(
-        2700.0, Number(0.0, 1e5, "kg/m^3", above=True), "Density of the tubes [kg/m^3]; the default is aluminium."
-    )
-    joint_mass: float = _mass(0.6, "Mass of a joint module, motor and gear")
-    joint_diameter: float = _size(0.06, "Diameter of a joint's housing")
-    joint_length: float = _size(0.06, "Length of a joint's housing along its axis")
-    base_diameter: float = _size(0.1, "Diameter of the base plate")
-    base_height: float = _size(0.02, "Height of the base plate")
-    base_mass: float = _mass(1.0, "Mass of the base plate")
-    tool_mass: float = _mass(
-        1e-4, "Mass of the empty link tool0, small, yet enough that no simulator drops or fills it"
-    )
-    tool_inertia: float = parameter(
-        1e-7, Number(0.0, 1000.0, "kg m^2", above=True), "Each principal moment of tool0 [kg m^2]."
-    )
-    clearance: float = _size(1e-3, "Gap left between the collision shapes of neighbouring links")
-
-    @classmethod
-    def title(cls) -> str:
-        """See Section.title."""
-        return "body"
-
-    def __post_init__(self) -> None:
-        """Check the values.
-
-        Raises:
-            SettingsError: A value is not a number above 0, out of range, or a wall is thicker than its tube.
-        """
-        super().__post_init__()
-        if self.tube_wall > self.tube_diameter / 2.0:
-            allowed = f"at most half of tube_diameter, {self.tube_diameter / 2.0!r} m"
-            raise SettingsError(
-                f"setting 'body.tube_wall' is {self.tube_wall!r} m", value=self.tube_wall, allowed=allowed
-            )
-
-    @property
-    def reach(self) -> float:
-        """Radius of the sphere about a joint that its housing stays within and the link before it stays out of [m]."""
-        housing = math.hypot(self.joint_diameter, self.joint_length) / 2.0
-        return max(housing, self.tube_diameter / 2.0) + self.clearance
 
 
 @dataclass(frozen=True, repr=False)
@@ -199,7 +134,7 @@ class RobotOptions:
         tags: What the files say around the arm.
     """
 
-    body: BodyOptions = field(default_factory=BodyOptions)
+    body: Body = field(default_factory=Body)
     limits: LimitOptions = field(default_factory=LimitOptions)
     simulation: SimulationOptions = field(default_factory=SimulationOptions)
     tags: TagOptions = field(default_factory=TagOptions)
@@ -210,7 +145,7 @@ class Assumption:
     """One option with its value, for people.
 
     Attributes:
-        name: Its name, as in ``BodyOptions``.
+        name: Its name, as in ``Body``.
         value: Its value; None where it is not set.
         doc: What it is, with the unit.
         flag: How the command line calls it.

@@ -23,13 +23,12 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.errors import DesignError
-from armdesign.export.options import BodyOptions
 from armdesign.kinematics.dh import DHTable, rot_x, translation
+from armdesign.settings import Body
 
 __all__ = [
     "SHORTEST",
     "BodyFit",
-    "BodyOptions",
     "Cylinder",
     "Inertial",
     "LinkBody",
@@ -157,7 +156,7 @@ class BodyFit:
         side: Where the base plate stands, seen from the base; one of ``armdesign.export.options.SIDES``.
         plate: Whether the plate collides.
         spheres: Radii of the spheres about joint_1, ..., joint_n that the link before stays out of, shape (n,) [m];
-            empty: all of them ``BodyOptions.reach``.
+            empty: all of them ``Body.reach``.
     """
 
     side: str = "below"
@@ -183,7 +182,7 @@ class LinkBody:
         return combine([part.inertial for part in self.visual])
 
 
-def link_bodies(table: DHTable, options: BodyOptions, fit: BodyFit | None = None) -> tuple[LinkBody, ...]:
+def link_bodies(table: DHTable, options: Body, fit: BodyFit | None = None) -> tuple[LinkBody, ...]:
     """The bodies of base_link, link_1, ..., link_n.
 
     Args:
@@ -208,12 +207,12 @@ def link_bodies(table: DHTable, options: BodyOptions, fit: BodyFit | None = None
     return tuple(bodies)
 
 
-def tool_inertial(options: BodyOptions) -> Inertial:
+def tool_inertial(options: Body) -> Inertial:
     """Mass properties of tool0."""
     return Inertial(options.tool_mass, np.zeros(3), options.tool_inertia * np.eye(3))
 
 
-def _base(table: DHTable, options: BodyOptions, fit: BodyFit, cut: float) -> LinkBody:
+def _base(table: DHTable, options: Body, fit: BodyFit, cut: float) -> LinkBody:
     """Plate, post and the tubes of row 0; the post stays inside the first joint's sphere and so never collides.
 
     The plate does not collide either where that sphere reaches it, which takes a first joint placed on its side.
@@ -228,7 +227,7 @@ def _base(table: DHTable, options: BodyOptions, fit: BodyFit, cut: float) -> Lin
     return LinkBody(visual, (*((plate,) if clear and fit.plate else ()), *_row_tubes(table, 0, options, cut)))
 
 
-def _housing(options: BodyOptions) -> Cylinder:
+def _housing(options: Body) -> Cylinder:
     """The housing of a joint in the frame of the link that turns with it."""
     return Cylinder(np.eye(4), options.joint_diameter / 2.0, options.joint_length, options.joint_mass, "joint")
 
@@ -254,7 +253,7 @@ def _span(table: DHTable, i: int) -> float:
     return float(np.hypot(table.a[i], table.d[i]))
 
 
-def _row_tubes(table: DHTable, i: int, options: BodyOptions, cut: float = 0.0) -> tuple[Cylinder, ...]:
+def _row_tubes(table: DHTable, i: int, options: Body, cut: float = 0.0) -> tuple[Cylinder, ...]:
     """The tubes of row i in the frame of the link that carries them: along x by a_i, then along z_i by d_i.
 
     Args:
@@ -278,7 +277,7 @@ def _shortened(span: float, cut: float) -> float:
     return float(np.sign(span)) * max(abs(span) - cut, 0.0)
 
 
-def _tube(frame: Array, span: float, options: BodyOptions) -> tuple[Cylinder, ...]:
+def _tube(frame: Array, span: float, options: Body) -> tuple[Cylinder, ...]:
     """A tube from a frame's origin along its z axis by ``span``, backwards if negative; none if too short."""
     if abs(span) < SHORTEST:
         return ()

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armdesign.export.joints import joint_limits
-from armdesign.export.options import DEFAULT_NAME, BodyOptions, RobotOptions, TagOptions
+from armdesign.export.options import DEFAULT_NAME, RobotOptions, TagOptions
 from armdesign.export.parts import MATERIALS, WORLD, bare_link, joint_part, robot_parts
 from armdesign.export.robot_file import Robot, finished_robot, make_robot
 from armdesign.export.templates import render
 from armdesign.export.xml_text import number, safe_name
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.result import Result
+from armdesign.settings import Body
 
 __all__ = ["HARDWARE", "MATERIALS", "result_urdf", "robot_urdf", "tag_parts", "urdf_text"]
 
@@ -35,7 +36,7 @@ def urdf_text(
     limits: ArrayLike | None = None,
     velocity: ArrayLike | None = None,
     effort: ArrayLike | None = None,
-    body: BodyOptions | None = None,
+    body: Body | None = None,
     world: bool = False,
 ) -> str:
     """Write an arm without a demonstration as a URDF; a pure function of its arguments.
@@ -55,7 +56,7 @@ def urdf_text(
     Raises:
         DesignError: Limits do not fit the arm, or are none that a joint can have.
     """
-    options = RobotOptions(body=body or BodyOptions(), tags=TagOptions(world=world))
+    options = RobotOptions(body=body or Body(), tags=TagOptions(world=world))
     robot = make_robot(table, joint_limits(table.dof, limits, velocity, effort), options)
     return robot_urdf(replace(robot, name=safe_name(name)))
 

@@ -21,7 +21,7 @@ import numba
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
-KERNEL_ROOMS = ("kinematics", "fitness")
+KERNEL_ROOMS = ("kinematics", "fitness", "cell", "bodies", "feasibility")
 LINKING_SHARE = 0.25
 """Part of the time an entry takes that goes by after its kernels are typed, while LLVM optimises them all."""
 

@@ -3,6 +3,17 @@
 settings = Settings(design=Design(dof=4), search=Search(budget=10_000))
 """
 
-from armdesign.settings.sections import Design, Fitness, Search, Settings, Solver, Task, read_settings
+from armdesign.settings.sections import (
+    Body,
+    Cell,
+    Design,
+    Fitness,
+    Needs,
+    Search,
+    Settings,
+    Solver,
+    Task,
+    read_settings,
+)
 
-__all__ = ["Design", "Fitness", "Search", "Settings", "Solver", "Task", "read_settings"]
+__all__ = ["Body", "Cell", "Design", "Fitness", "Needs", "Search", "Settings", "Solver", "Task", "read_settings"]

@@ -31,10 +31,13 @@ from armdesign.settings.kinds import (
 )
 
 S = TypeVar("S")
+LIGHTEST = 1e-6
+"""Gazebo drops links of this mass and below [kg]."""
 DEGREES = Number(-360.0, 360.0, "deg")
 METRES = Number(0.0, 10.0, "m")
-RECORDING, POINTS, CLEANING, ARM, FITNESS, SEARCH, STOP = (
-    "Recording", "Points", "Cleaning", "Arm", "Fitness", "Search", "When to stop"
+RECORDING, POINTS, CLEANING, ARM, CELL, BODY, NEEDS, FITNESS, SEARCH, STOP = (
+    "Recording", "Points", "Cleaning", "Arm", "Where it stands", "What the arm is built of", "What it must do",
+    "Fitness", "Search", "When to stop",
 )  # fmt: skip
 """Panels of the command line's help."""
 
@@ -160,6 +163,15 @@ class Design(Section):
         ((-180.0, 180.0),), Several(Interval(Number(-720.0, 720.0, "deg")), 1, 10),
         "q_min, q_max [deg]: one pair for all joints, or one per joint.",
     )  # fmt: skip
+    joints: str | None = parameter(
+        None, Text("letters R and P, one per joint, such as RRPR", "RRPR"),
+        "Kinds of the joints from the base on: R turns (revolute), P slides (prismatic); not set: all R.",
+        optional=True, panel=ARM,
+    )  # fmt: skip
+    travel: tuple[float, float] = parameter(
+        (0.0, 0.3), Interval(Number(-10.0, 10.0, "m")),
+        "Range of every prismatic joint [m]; where joint_limits has one pair per joint, that pair counts, in metres.",
+    )  # fmt: skip
     coaxial_twist: float = parameter(
         1.0, Number(0.0, 90.0, "deg"), "Two joints count as on one axis below this twist [deg] ..."
     )
@@ -168,6 +180,151 @@ class Design(Section):
         None, Interval(Number(1, 10, integer=True)),
         "Fewest and most joints that --dof auto tries; not set: [2, 7].", optional=True,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, repr=False)
+class Cell(Section):
+    """Where the arm may stand, and what stands around it; room coordinates of the recording, z up."""
+
+    place: tuple[str, ...] = parameter(
+        (), Several(Text("a region", "REGION"), 0, 50),
+        "Regions the base may stand in, searched together with the arm: x, y, z [m] and yaw [deg], each a number or\n"
+        'from..to; what is left out is 0, yaw free. Example: place = ["x=-0.2..0.6 y=0.3..0.9 z=0"]', panel=CELL,
+        short="Region the base may stand in: 'x=-0.2..0.6 y=0.3..0.9 z=0 yaw=-90..90' [m, deg]. Repeatable.",
+    )  # fmt: skip
+    base_at: tuple[float, ...] | None = parameter(
+        None, Several(Number(-100.0, 100.0, "m"), 3, 3), "Where the base stands: x, y, z in the room [m].",
+        optional=True, panel=CELL,
+    )  # fmt: skip
+    stand: str | None = parameter(
+        None, Choice(("floor", "wall", "ceiling")),
+        "The base stands on the room's floor, a wall or the ceiling: mounted so, and nothing but the base itself may\n"
+        "reach behind that surface. Without a place on the floor: anywhere near the task, z = 0.", optional=True,
+        panel=CELL,
+    )  # fmt: skip
+    mounted: str | None = parameter(
+        None, Choice(("floor", "wall", "ceiling", "any")),
+        "How the base is mounted: z axis up (floor), level (wall), down (ceiling), or any of them, whichever is best;\n"
+        "not set: as it stands, else floor.", optional=True, panel=CELL,
+    )  # fmt: skip
+    obstacles: tuple[str, ...] = parameter(
+        (), Several(Text("a path", "FILE"), 0, 50),
+        "What stands in the room: a cell file (TOML), meshes (STL, OBJ, PLY) or URDF scenes.", panel=CELL,
+    )  # fmt: skip
+    obstacle_units: str | None = parameter(
+        None, Choice(("m", "cm", "mm", "in")), "Unit of length of meshes; not set: metres.", optional=True, panel=CELL
+    )
+    stay_within: float | None = parameter(
+        None, Number(0.0, 10.0, "m", above=True),
+        "How far the arm's bodies may leave the volume that the demonstrator's arm has swept [m]; not set: no matter.",
+        optional=True, panel=CELL,
+    )  # fmt: skip
+
+
+def size_parameter(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclass field)
+    """A length of the body."""
+    return parameter(default, Number(0.0, 10.0, "m", above=True), f"{doc} [m].")
+
+
+def mass_parameter(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclass field)
+    """A mass of the body, more than simulators drop."""
+    return parameter(default, Number(LIGHTEST, 1000.0, "kg", above=True), f"{doc} [kg].")
+
+
+@dataclass(frozen=True, repr=False)
+class Body(Section):
+    """What the arm is built of: assumptions, since the design is but lines; lengths in metres, masses in kilograms.
+
+    Each field says what it is, what it allows and its default; the command line and the report read it from there.
+    """
+
+    panel = BODY
+
+    kind: str = parameter(
+        "tube", Choice(("tube", "thin")),
+        "tube: the arm is made of tubes and joint modules, which have to stay clear of each other and of obstacles;\n"
+        "thin: the arm is but lines (the paper).", flag="--body",
+    )  # fmt: skip
+    tube_diameter: float = size_parameter(0.04, "Outer diameter of the tubes")
+    tube_wall: float = size_parameter(0.003, "Wall of the tubes; half the diameter makes a solid rod")
+    tube_density: float = parameter(
+        2700.0, Number(0.0, 1e5, "kg/m^3", above=True), "Density of the tubes [kg/m^3]; the default is aluminium."
+    )
+    joint_mass: float = mass_parameter(0.6, "Mass of a joint module, motor and gear")
+    joint_diameter: float = size_parameter(0.06, "Diameter of a joint's housing")
+    joint_length: float = size_parameter(0.06, "Length of a joint's housing along its axis")
+    base_diameter: float = size_parameter(0.1, "Diameter of the base plate")
+    base_height: float = size_parameter(0.02, "Height of the base plate")
+    base_mass: float = mass_parameter(1.0, "Mass of the base plate")
+    tool_mass: float = mass_parameter(
+        1e-4, "Mass of the empty link tool0, small, yet enough that no simulator drops or fills it"
+    )
+    tool_inertia: float = parameter(
+        1e-7, Number(0.0, 1000.0, "kg m^2", above=True), "Each principal moment of tool0 [kg m^2]."
+    )
+    module_slide: float = parameter(
+        0.1, Number(0.0, 10.0, "m"),
+        "How far a joint module may be shifted along its joint's axis, beyond the piece of the arm that runs along it\n"
+        "[m]: the bracket allows as much.",
+    )  # fmt: skip
+    clearance: float = size_parameter(5e-3, "Least gap between bodies that are not neighbours, and to obstacles")
+
+    @classmethod
+    def title(cls) -> str:
+        """See Section.title."""
+        return "body"
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            SettingsError: A value is not a number above 0, out of range, or a wall is thicker than its tube.
+        """
+        super().__post_init__()
+        if self.tube_wall > self.tube_diameter / 2.0:
+            allowed = f"at most half of tube_diameter, {self.tube_diameter / 2.0!r} m"
+            raise SettingsError(
+                f"setting 'body.tube_wall' is {self.tube_wall!r} m", value=self.tube_wall, allowed=allowed
+            )
+
+    @property
+    def reach(self) -> float:
+        """Radius of the sphere about a joint that its housing stays within and the link before it stays out of [m]."""
+        housing = math.hypot(self.joint_diameter, self.joint_length) / 2.0
+        return max(housing, self.tube_diameter / 2.0) + self.clearance
+
+
+@dataclass(frozen=True, repr=False)
+class Needs(Section):
+    """What the arm must be able to do; what is not set is reported, but does not count in the search."""
+
+    tolerance: float | None = parameter(
+        None, Number(0.0, 10.0, "m", above=True), "How near the hand must stay to the demonstrated one [m].",
+        optional=True, panel=NEEDS,
+    )  # fmt: skip
+    tolerance_percentile: float = parameter(
+        100.0, Number(50.0, 100.0, "%"), "Share of the frames in which it must [%]; 100: in all.", panel=NEEDS
+    )
+    tolerance_angle: float | None = parameter(
+        None, Number(0.0, 180.0, "deg", above=True), "How near its orientation must stay to the hand's [deg].",
+        optional=True, panel=NEEDS,
+    )  # fmt: skip
+    max_speed: tuple[float, ...] | None = parameter(
+        None, Several(Number(0.0, 1e5, above=True), 1, 10),
+        "Largest joint speeds: one for all joints or one per joint [deg/s; m/s of prismatic joints].", optional=True,
+        panel=NEEDS,
+    )  # fmt: skip
+    max_acceleration: tuple[float, ...] | None = parameter(
+        None, Several(Number(0.0, 1e7, above=True), 1, 10),
+        "Largest joint accelerations: one for all joints or one per joint [deg/s^2; m/s^2 of prismatic joints].",
+        optional=True, panel=NEEDS,
+    )  # fmt: skip
+    max_torque: tuple[float, ...] | None = parameter(
+        None, Several(Number(0.0, 1e6, above=True), 1, 10),
+        "Largest joint torques: one for all joints or one per joint [N m; N of prismatic joints].", optional=True,
+        panel=NEEDS,
+    )  # fmt: skip
+    payload: float = parameter(0.0, Number(0.0, 1000.0, "kg"), "Point mass carried at tool0 [kg].", panel=NEEDS)
 
 
 @dataclass(frozen=True, repr=False)
@@ -379,7 +536,7 @@ class Search(Section):
         return ", ".join(f"{before}{counted(getattr(self, name), noun)}" for name, (before, noun) in sizes.items())
 
 
-SECTIONS: tuple[type[Section], ...] = (Task, Design, Fitness, Solver, Search)
+SECTIONS: tuple[type[Section], ...] = (Task, Design, Cell, Body, Needs, Fitness, Solver, Search)
 
 
 @dataclass(frozen=True, repr=False)
@@ -388,6 +545,9 @@ class Settings:
 
     task: Task = dataclasses.field(default_factory=Task)
     design: Design = dataclasses.field(default_factory=Design)
+    cell: Cell = dataclasses.field(default_factory=Cell)
+    body: Body = dataclasses.field(default_factory=Body)
+    needs: Needs = dataclasses.field(default_factory=Needs)
     fitness: Fitness = dataclasses.field(default_factory=Fitness)
     solver: Solver = dataclasses.field(default_factory=Solver)
     search: Search = dataclasses.field(default_factory=Search)

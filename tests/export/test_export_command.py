@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from armdesign.export.formats import FORMATS, robot_files
-from armdesign.export.options import BodyOptions, LimitOptions, SimulationOptions, TagOptions
+from armdesign.export.options import LimitOptions, SimulationOptions, TagOptions
 from armdesign.export.robot_file import finished_robot
 from armdesign.kinematics.dh_files import read_design
+from armdesign.settings import Body
 
 ALL = ",".join(FORMATS)
 
@@ -169,7 +170,7 @@ def test_help_documents_every_option(invoke):
     outcome = invoke("export", "--help")
     assert outcome.exit_code == 0
     text = " ".join(outcome.output.split())
-    for section in (BodyOptions, LimitOptions, SimulationOptions, TagOptions):
+    for section in (Body, LimitOptions, SimulationOptions, TagOptions):
         for entry in fields(section):
             assert f"--{entry.name.replace('_', '-')}" in text
     for name in (*FORMATS, "ros2-bag", "--overwrite", "--convention", "--rate", "--speed"):

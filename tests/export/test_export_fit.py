@@ -12,13 +12,14 @@ from export_designs import random_design
 from armdesign.export.contacts import CollisionScene
 from armdesign.export.fit import fit_body, free_side, meet
 from armdesign.export.joints import joint_limits
-from armdesign.export.options import SIDES, BodyOptions, RobotOptions, TagOptions
+from armdesign.export.options import SIDES, RobotOptions, TagOptions
 from armdesign.export.robot_file import make_robot
 from armdesign.export.solids import BodyFit, link_bodies
 from armdesign.export.urdf import robot_urdf
 from armdesign.kinematics.dh import DHTable
+from armdesign.settings import Body
 
-OPTIONS = BodyOptions()
+OPTIONS = Body()
 ELBOW = DHTable.from_rows([(np.pi / 2, 0, 0.3), (0, 0, 0), (0, 0.3, 0), (0, 0.3, 0)])
 HANGING = DHTable.from_rows([(np.pi / 2, 0, 0), (0, 0.3, 0), (0, 0.3, 0)])
 DOWN = np.stack([np.linspace(-2.0, -1.0, 30), np.linspace(0.0, 1.0, 30)], axis=1)

@@ -8,10 +8,11 @@ import pytest
 
 from armdesign.errors import DesignError, SettingsError
 from armdesign.export.joint_load import joint_torques, smooth_motion, trajectory_limits
-from armdesign.export.options import BodyOptions, LimitOptions
+from armdesign.export.options import LimitOptions
 from armdesign.export.solids import link_bodies
 from armdesign.export.urdf import urdf_text
 from armdesign.kinematics.dh import DHTable
+from armdesign.settings import Body
 
 ARM = DHTable.from_rows(
     [
@@ -75,7 +76,7 @@ def test_uneven_times_are_allowed():
 
 
 def test_a_held_pendulum_needs_its_weight_times_its_lever():
-    options = BodyOptions()
+    options = Body()
     body = link_bodies(PENDULUM, options)[1].inertial
     lever = body.mass * body.com[0] + (options.tool_mass + 2.0) * 0.5
     held = trajectory_limits(PENDULUM, [0.0, 1.0, 2.0], np.zeros((3, 1)), options=LimitOptions(payload=2.0, margin=1.5))
@@ -89,7 +90,7 @@ def test_torques_are_those_of_the_written_file():
     model = pin.buildModelFromXML(urdf_text(ARM))
     data = model.createData()
     expected = [pin.rnea(model, data, *s) for s in zip(motion.q, motion.v, motion.a, strict=True)]
-    found = joint_torques(ARM, motion, BodyOptions(), 0.0, (0, 0, -9.81))
+    found = joint_torques(ARM, motion, Body(), 0.0, (0, 0, -9.81))
     np.testing.assert_allclose(found, expected, atol=1e-11)
 
 

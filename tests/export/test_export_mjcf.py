@@ -12,7 +12,8 @@ from export_designs import random_robot
 
 from armdesign.export.joint_load import dynamic_model
 from armdesign.export.mjcf import MOST_SITES, gains, robot_mjcf
-from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions
+from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions
+from armdesign.settings import Body
 
 mujoco = pytest.importorskip("mujoco")
 DESIGNS = [(n, seed) for n in range(1, 9) for seed in range(3)]
@@ -128,7 +129,7 @@ def test_the_drives_hold_the_start_against_gravity():
 def test_the_bodies_weigh_what_the_solids_do(n, seed):
     robot, _ = random_robot(n, seed)
     model, _ = loaded(robot)
-    expected = sum(body.inertial.mass for body in robot.bodies) + BodyOptions().tool_mass
+    expected = sum(body.inertial.mass for body in robot.bodies) + Body().tool_mass
     assert model.body_mass.sum() == pytest.approx(expected, rel=1e-12)
     shapes = sum(len(body.visual) + len(body.collision) for body in robot.bodies)
     assert model.ngeom == shapes

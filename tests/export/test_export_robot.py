@@ -17,9 +17,10 @@ from armdesign.errors import SettingsError
 from armdesign.export.joint_load import joint_torques, smooth_motion, trajectory_limits
 from armdesign.export.joints import narrowed
 from armdesign.export.mjcf import robot_mjcf
-from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions, SimulationOptions, TagOptions, assumptions
+from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions, TagOptions, assumptions
 from armdesign.export.robot_file import finished_robot
 from armdesign.export.urdf import result_urdf, robot_urdf
+from armdesign.settings import Body
 
 TAGS = RobotOptions(tags=TagOptions(ros2_control="mock", transmissions=True))
 
@@ -67,14 +68,14 @@ def test_the_limits_hold_the_motion_with_its_payload(each):
     options = RobotOptions(limits=LimitOptions(payload=2.0, margin=1.0, velocity_floor=1e-6, effort_floor=1e-6))
     robot, task, q = robot_of(each, options), each.run.problem.task, each.run.evaluation.path.q
     motion = smooth_motion(task.time, q)
-    torque = joint_torques(each.run.table, motion, BodyOptions(), 2.0, (0, 0, -9.81))
+    torque = joint_torques(each.run.table, motion, Body(), 2.0, (0, 0, -9.81))
     np.testing.assert_array_equal(robot.limits.effort, np.abs(torque).max(axis=0))
     np.testing.assert_array_equal(robot.limits.velocity, np.abs(motion.v).max(axis=0))
     np.testing.assert_array_equal(robot.limits.position, each.run.limits)
 
 
 def test_body_options_reach_mass_and_torque(each):
-    heavy = BodyOptions(joint_mass=2.0, tube_diameter=0.05, tube_wall=0.01)
+    heavy = Body(joint_mass=2.0, tube_diameter=0.05, tube_wall=0.01)
     light, loaded = robot_of(each), robot_of(each, RobotOptions(body=heavy, limits=LimitOptions(margin=2.0)))
     for one, other in zip(light.bodies[1:], loaded.bodies[1:], strict=True):
         assert other.inertial.mass > one.inertial.mass + 1.39
@@ -170,8 +171,8 @@ def test_hardware_that_is_no_name_is_refused(bad):
 
 
 def test_every_assumption_is_told_with_its_flag():
-    told = {item.name: item for item in assumptions(RobotOptions(body=BodyOptions(joint_mass=0.9)))}
-    for section in (BodyOptions, LimitOptions, SimulationOptions):
+    told = {item.name: item for item in assumptions(RobotOptions(body=Body(joint_mass=0.9)))}
+    for section in (Body, LimitOptions, SimulationOptions):
         assert set(section.names()) <= set(told)
     assert told["joint_mass"].value == 0.9
     assert told["tube_wall"].flag == "--tube-wall"

@@ -9,10 +9,11 @@ import pinocchio as pin
 import pytest
 
 from armdesign.errors import DesignError, SettingsError
-from armdesign.export.solids import SHORTEST, BodyOptions, Cylinder, Inertial, combine, link_bodies
+from armdesign.export.solids import SHORTEST, Cylinder, Inertial, combine, link_bodies
 from armdesign.kinematics.dh import DHTable
+from armdesign.settings import Body
 
-OPTIONS = BodyOptions()
+OPTIONS = Body()
 WRIST = DHTable.from_rows([(0, 0, 0.3), (np.pi / 2, 0, 0), (-np.pi / 2, 0, 0), (0, 0, 0.1)])
 ELBOW = DHTable.from_rows([(0.5, 0, 0), (-1.57, 0.11, 0), (-0.27, 0.4, -0.2), (1.2, -0.15, 0.02), (-1.57, 0, 0.1)])
 
@@ -121,15 +122,15 @@ def test_a_body_of_nothing_is_refused():
 @pytest.mark.parametrize("name", ["tube_diameter", "joint_mass", "clearance"])
 def test_options_are_positive_numbers(name, bad):
     with pytest.raises(SettingsError, match=name):
-        BodyOptions(**{name: bad})
+        Body(**{name: bad})
 
 
 def test_a_wall_fits_its_tube_and_tool0_is_heavy_enough():
-    assert BodyOptions(tube_wall=0.02).tube_wall == 0.02
+    assert Body(tube_wall=0.02).tube_wall == 0.02
     with pytest.raises(SettingsError, match="tube_wall"):
-        BodyOptions(tube_wall=0.0201)
+        Body(tube_wall=0.0201)
     with pytest.raises(SettingsError, match="tool_mass"):
-        BodyOptions(tool_mass=1e-6)
+        Body(tool_mass=1e-6)
 
 
 @pytest.mark.parametrize("table", [WRIST, ELBOW, *random_tables(5)])
@@ -169,7 +170,7 @@ def test_every_link_of_an_arm_without_tubes_has_its_housing():
 
 
 def test_a_rod_is_a_tube_whose_wall_fills_it():
-    rod = link_bodies(WRIST, BodyOptions(tube_wall=0.02))[0].visual[-1]
+    rod = link_bodies(WRIST, Body(tube_wall=0.02))[0].visual[-1]
     assert rod.inner_radius == 0.0
     assert rod.mass == pytest.approx(2700.0 * np.pi * 0.02**2 * 0.3)
 

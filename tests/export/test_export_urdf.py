@@ -15,10 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from armdesign.errors import DesignError
 from armdesign.export.joints import joint_limits
-from armdesign.export.solids import BodyOptions, link_bodies
+from armdesign.export.solids import link_bodies
 from armdesign.export.urdf import urdf_text
 from armdesign.export.xml_text import rpy, safe_name
 from armdesign.kinematics.dh import DHTable, rot_x, rot_z
+from armdesign.settings import Body
 
 DESIGNS = [(n, seed) for n in range(1, 9) for seed in range(6)]
 ARM, LIMITS, _ = random_design(5, 5)
@@ -82,7 +83,7 @@ def test_mujoco_reads_back_the_table(n, seed, world):
     tool = data.body("tool0")
     np.testing.assert_allclose(tool.xpos, table.frames(q)[-1][:3, 3], atol=1e-12)
     np.testing.assert_allclose(tool.xmat.reshape(3, 3), table.frames(q)[-1][:3, :3], atol=1e-12)
-    links = sum(body.inertial.mass for body in link_bodies(table, BodyOptions())) + BodyOptions().tool_mass
+    links = sum(body.inertial.mass for body in link_bodies(table, Body())) + Body().tool_mass
     assert model.body_mass.sum() == pytest.approx(links, rel=1e-12)
 
 
@@ -154,7 +155,7 @@ def test_every_link_has_a_body_that_can_exist(n, seed):
 
 def test_the_masses_are_those_of_the_solids():
     links = parsed(urdf_text(ARM, limits=LIMITS)).findall("link")[:-1]
-    for link, body in zip(links, link_bodies(ARM, BodyOptions()), strict=True):
+    for link, body in zip(links, link_bodies(ARM, Body()), strict=True):
         assert float(link.find("inertial/mass").get("value")) == pytest.approx(sum(p.mass for p in body.visual))
         np.testing.assert_array_equal(floats(link.find("inertial/origin").get("xyz")), body.inertial.com)
         np.testing.assert_array_equal(inertia_of(link), body.inertial.inertia)
@@ -189,7 +190,7 @@ def test_a_world_link_holds_the_base():
 
 
 def test_same_input_same_text():
-    assert urdf_text(ARM, limits=LIMITS) == urdf_text(ARM, limits=LIMITS.copy(), body=BodyOptions())
+    assert urdf_text(ARM, limits=LIMITS) == urdf_text(ARM, limits=LIMITS.copy(), body=Body())
 
 
 def test_neighbours_touch_only_when_folded():

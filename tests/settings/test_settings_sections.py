@@ -178,7 +178,10 @@ def test_change_leaves_the_rest_and_the_original_alone():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"desing": {"dof": 3}}, r"unknown section \[desing\]; allowed: task, design, fitness, solver, search"),
+        (
+            {"desing": {"dof": 3}},
+            r"unknown section \[desing\]; allowed: task, design, cell, body, needs, fitness, solver, search",
+        ),
         ({"design": {"doff": 3}}, "unknown setting 'design.doff'; allowed: dof, alpha, a, d, "),
         ({"design": 3}, r"'design' is a section, not a value. Write \[design\]"),
         ({"dof": 3}, r"'dof' stands outside of any section; .*Move it below \[design\]"),

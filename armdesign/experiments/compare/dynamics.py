@@ -8,13 +8,13 @@ import pinocchio as pin
 from armdesign._types import Array
 from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.export.joint_load import GRAVITY, dynamic_model, smooth_motion
-from armdesign.export.solids import BodyOptions
 from armdesign.kinematics.dh import DHTable
+from armdesign.settings import Body
 
 
 def design_model(table: DHTable, payload: float = 0.0) -> pin.Model:
     """A design with the body that its URDF has by default, and a point mass at the tool [kg]."""
-    return dynamic_model(table, BodyOptions(), payload)
+    return dynamic_model(table, Body(), payload)
 
 
 def ready_made_model(arm: SerialArm, payload: float = 0.0) -> pin.Model:

@@ -11,9 +11,9 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.files.readers import legible_text
-from armdesign.export.solids import BodyOptions
 from armdesign.export.urdf import result_urdf
 from armdesign.search.result import Result
+from armdesign.settings import Body
 from armdesign.views.preview.arm_shapes import draw_arm
 from armdesign.views.preview.colours import GROUND, SKY, Scale, scale_for
 from armdesign.views.preview.human import (
@@ -140,7 +140,7 @@ def describe(run: Result, motion: Motion, chosen: Indices, origin: Array, bounds
 
 def bounds_of(run: Result, motion: Motion) -> Array:
     """Lowest and highest corner of what a run passes through in its base frame, its base and solids included."""
-    body = BodyOptions()
+    body = Body()
     corners = run.table.skeleton(run.evaluation.path.q).reshape(-1, 3)
     thick = body.joint_diameter / 2.0
     passed = np.concatenate([corners - thick, corners + thick, motion.points.reshape(-1, 3)])

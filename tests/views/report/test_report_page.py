@@ -8,9 +8,10 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from armdesign.export.options import BodyOptions, LimitOptions, RobotOptions
+from armdesign.export.options import LimitOptions, RobotOptions
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.reading import read_result
+from armdesign.settings import Body
 from armdesign.views.report import report_html, words
 from armdesign.views.report.facts import joint_loads, start_error
 
@@ -160,11 +161,11 @@ def test_an_arm_that_was_given_has_no_search_but_its_offsets(invented, take_apar
 
 def test_assumptions_are_those_that_were_made(invented):
     run = invented()
-    heavier = RobotOptions(BodyOptions(joint_mass=1.25), LimitOptions(payload=2.0, margin=2.0))
+    heavier = RobotOptions(Body(joint_mass=1.25), LimitOptions(payload=2.0, margin=2.0))
     for options, values in ((RobotOptions(), ("0.6 kg", "0 kg", "1.5")), (heavier, ("1.25 kg", "2 kg", "2"))):
         said = {each.flag: each.value for each in words.assumptions(options)}
         assert tuple(said[flag] for flag in ("--joint-mass", "--payload", "--margin")) == values
-        assert len(said) > len(dataclasses.fields(BodyOptions)) + len(dataclasses.fields(LimitOptions))
+        assert len(said) > len(dataclasses.fields(Body)) + len(dataclasses.fields(LimitOptions))
     light, heavy = (joint_loads(run, options) for options in (RobotOptions(), heavier))
     assert heavy.masses[1:] - light.masses[1:] == pytest.approx([0.65] * 3)
     assert (np.abs(heavy.torque).max(axis=0) > np.abs(light.torque).max(axis=0)).all()
