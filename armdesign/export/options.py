@@ -165,4 +165,5 @@ def assumptions(options: RobotOptions | None = None) -> tuple[Assumption, ...]:
         Assumption(entry.name, getattr(section, entry.name), str(entry.metadata["doc"]), flag_name(entry))
         for section in sections
         for entry in dataclasses.fields(section)
+        if entry.name != "kind"
     )

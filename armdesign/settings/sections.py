@@ -298,9 +298,9 @@ class Body(Section):
 class Needs(Section):
     """What the arm must be able to do; what is not set is reported, but does not count in the search."""
 
-    tolerance: float | None = parameter(
+    hand_tolerance: float | None = parameter(
         None, Number(0.0, 10.0, "m", above=True), "How near the hand must stay to the demonstrated one [m].",
-        optional=True, panel=NEEDS,
+        optional=True, panel=NEEDS, flag="--tolerance",
     )  # fmt: skip
     tolerance_percentile: float = parameter(
         100.0, Number(50.0, 100.0, "%"), "Share of the frames in which it must [%]; 100: in all.", panel=NEEDS
