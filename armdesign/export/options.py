@@ -11,12 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from armdesign.errors import SettingsError
+from armdesign.kinematics.motion import PEAK_WINDOW
 from armdesign.settings import Body
 from armdesign.settings.kinds import Choice, Number, Section, Switch, Text, flag_name, parameter
 
 DEFAULT_NAME = "arm"
-PEAK_WINDOW = 0.12
-"""Default length of the smoothing window [s]: with a cubic it passes about 6 Hz, the usual cut-off for arm motion."""
 AUTO = "auto"
 SIDES = ("below", "above", "behind", "left", "right", "front")
 """Sides of the base that its plate may stand on: -z, +z, -x, +y, -y, +x."""

@@ -7,11 +7,12 @@ import pinocchio as pin
 import pytest
 
 from armdesign.errors import DesignError, SettingsError
-from armdesign.export.joint_load import joint_torques, smooth_motion, trajectory_limits
+from armdesign.export.joint_load import joint_torques, trajectory_limits
 from armdesign.export.options import LimitOptions
 from armdesign.export.solids import link_bodies
 from armdesign.export.urdf import urdf_text
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.motion import smooth_motion
 from armdesign.settings import Body
 
 ARM = DHTable.from_rows(

@@ -14,12 +14,13 @@ import yourdfpy
 from export_designs import CHECK_URDF, random_robot
 
 from armdesign.errors import SettingsError
-from armdesign.export.joint_load import joint_torques, smooth_motion, trajectory_limits
+from armdesign.export.joint_load import joint_torques, trajectory_limits
 from armdesign.export.joints import narrowed
 from armdesign.export.mjcf import robot_mjcf
 from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions, TagOptions, assumptions
 from armdesign.export.robot_file import finished_robot
 from armdesign.export.urdf import result_urdf, robot_urdf
+from armdesign.kinematics.motion import smooth_motion
 from armdesign.settings import Body
 
 TAGS = RobotOptions(tags=TagOptions(ros2_control="mock", transmissions=True))

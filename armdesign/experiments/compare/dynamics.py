@@ -7,8 +7,9 @@ import pinocchio as pin
 
 from armdesign._types import Array
 from armdesign.experiments.compare.serial_arm import SerialArm
-from armdesign.export.joint_load import GRAVITY, dynamic_model, smooth_motion
+from armdesign.export.joint_load import GRAVITY, dynamic_model
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.motion import smooth_motion
 from armdesign.settings import Body
 
 

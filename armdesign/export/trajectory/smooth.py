@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
-from armdesign.export.joint_load import checked_motion
+from armdesign.kinematics.motion import checked_motion
 
 CUTOFF = 6.0
 """Default cutoff [Hz], the usual one for the motion of human arms."""

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.export.joint_load import GRAVITY, SmoothMotion, TrajectoryLimits, joint_torques, smooth_motion
+from armdesign.export.joint_load import GRAVITY, TrajectoryLimits, joint_torques
 from armdesign.export.joints import narrowed
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import motion_limits
 from armdesign.export.solids import link_bodies
+from armdesign.kinematics.motion import SmoothMotion, smooth_motion
 from armdesign.search.evaluation import motions
 from armdesign.search.result import Result
 
