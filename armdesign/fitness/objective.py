@@ -40,6 +40,27 @@ class Objective(Protocol):
         ...
 
 
+class Penalty(Protocol):
+    """What designs cost beyond the paper's fitness, because they could not be built or would touch something."""
+
+    def __call__(
+        self, rows: Array, bases: Array, paths: Sequence[Array], turns: Sequence[Array] | None
+    ) -> tuple[Array, Array | None]:
+        """Penalty of N designs that are valid on every demonstration; a pure function of each.
+
+        Args:
+            rows: DH rows (alpha, a, d, theta), tool last, shape (N, n + 1, 4) [rad, m, m, rad].
+            bases: Base poses in the task frame, shape (N, 12): axes x, y, z, then the origin [m].
+            paths: Joint paths on every demonstration, shape (N, T, n) each [rad; m of prismatic joints].
+            turns: Their derivatives by all entries of the design, shape (N, T, n, E) each, where the gradient is wanted.
+
+        Returns:
+            What is added to r, shape (N,) [m], 0 for a feasible arm; and its gradient by all entries, shape (N, E),
+            where it is wanted.
+        """
+        ...
+
+
 @dataclass
 class Round:
     """A generation on its way through the demonstrations.
