@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.fitness.objective import Penalty
+from armdesign.fitness.robot import Penalty
 from armdesign.settings.sections import Settings
 
 

@@ -45,6 +45,7 @@ class Scores:
         accepted: Accepted steps, shape (N,).
         frames: Frames solved, those of all paths, shape (N,).
         slopes: Gradient of r by Phi, shape (N, D), NaN where there is none; shape (N, 0) where nobody has asked.
+        excess: What a penalty has added to r, shape (N,) [m]; 0 for arms that can exist, and where there is none.
     """
 
     fitness: Array
@@ -62,6 +63,7 @@ class Scores:
     accepted: NDArray[np.int64]
     frames: NDArray[np.int64]
     slopes: Array
+    excess: Array
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,7 @@ class BlockEvaluator:
         cutoff: Array | None = None,
         poses: Array | None = None,
         mounts: Array | None = None,
+        bases: Array | None = None,
     ) -> Scores:
         """Fitness of many candidates.
 
@@ -126,11 +129,12 @@ class BlockEvaluator:
                 alone, which spares the search for it; NaN where there is none.
             mounts: Hand frames in the end-effector's frame, shape (N, 3, 3), that hold instead of the one the
                 settings ask for; NaN where there is none.
+            bases: Base poses in the task frame, shape (N, 12), see Batch; by default that of the task frame.
 
         Returns:
             The scores.
         """
-        return self._scores(self._run(batch_of(rows, yaw, cutoff, poses, mounts)))
+        return self._scores(self._run(batch_of(rows, yaw, cutoff, poses, mounts, bases)))
 
     def with_paths(self, batch: Batch) -> tuple[Scores, Array]:
         """Fitness of many candidates with their joint paths.
@@ -277,6 +281,7 @@ class BlockEvaluator:
             accepted=outcome["accepted"].copy(),
             frames=outcome["frames"].copy(),
             slopes=np.zeros((len(outcome), 0)),
+            excess=np.zeros(len(outcome)),
         )
 
     def _path(self, trace: NDArray[np.void], outcome: np.void) -> PathResult:
@@ -302,10 +307,11 @@ def batch_of(
     cutoff: Array | None = None,
     poses: Array | None = None,
     mounts: Array | None = None,
+    bases: Array | None = None,
 ) -> Batch:
     """Candidates as a batch, see BlockEvaluator.evaluate; what is None is not given."""
     limits = np.full(len(rows), np.inf) if cutoff is None else cutoff
-    given = (NONE_GIVEN if values is None else np.asarray(values, dtype=float) for values in (poses, mounts))
+    given = (NONE_GIVEN if values is None else np.asarray(values, dtype=float) for values in (poses, mounts, bases))
     return Batch(rows, yaw, limits, *given)
 
 
@@ -327,7 +333,7 @@ def compile_kernels(problem: Problem, *, slopes: bool = False) -> None:
     straight = DHTable(np.zeros(n + 1), np.full(n + 1, 0.1), np.full(n + 1, 0.1))
     BlockEvaluator(first, block=1).follow(straight)
     if slopes:
-        Sensitivity(first).slopes(*as_rows([straight]), np.zeros((1, 1, n)))
+        Sensitivity(first).slopes(batch_of(*as_rows([straight])), np.zeros((1, 1, n)))
 
 
 def compilation_progress(on_progress: OnProgress, *, slopes: bool = False) -> AbstractContextManager[None]:

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
+from armdesign.kinematics.base_pose import MOUNTINGS, BasePose
 from armdesign.kinematics.dh import DHTable
+from armdesign.settings.place import Site
 from armdesign.settings.sections import Design
 
 COLUMNS = ("alpha", "a", "d")
+PLACE = ("base_x", "base_y", "base_z")
+"""Entries that say where the base stands, in the task frame [m]."""
+SITE = "base_site"
+"""Entry that says at which of several sites: k up to k + 1 is site k."""
 SAMPLE_BATCH, SAMPLE_BATCHES = 4096, 250
 
 
@@ -20,7 +29,8 @@ SAMPLE_BATCH, SAMPLE_BATCHES = 4096, 250
 class DesignSpace:
     """All entries of an n-joint DH table with bounds; the free ones, in order, make up Phi.
 
-    The full vector holds (alpha, a, d) of rows 0..n, then the base yaw: 3 (n + 1) + 1 entries.
+    The full vector holds (alpha, a, d) of rows 0..n, then the base yaw: 3 (n + 1) + 1 entries. Where the base is to be
+    placed, its position follows, and the site where there are several; the yaw then is the base's, not the table's.
 
     Attributes:
         dof: Number of joints n.
@@ -29,6 +39,7 @@ class DesignSpace:
         upper: Upper bounds of all entries [rad, m]; an entry with equal bounds is fixed.
         length: L_min, L_max [m].
         coaxial: Twist [rad] and link length [m] below which two consecutive joints count as on one axis.
+        sites: Where the base may be placed; none where it stands in the task frame's origin.
     """
 
     dof: int
@@ -37,6 +48,7 @@ class DesignSpace:
     upper: Array
     length: tuple[float, float]
     coaxial: tuple[float, float]
+    sites: tuple[Site, ...] = ()
 
     @property
     def free(self) -> NDArray[np.bool_]:
@@ -45,8 +57,18 @@ class DesignSpace:
 
     @property
     def angular(self) -> NDArray[np.bool_]:
-        """Which entries of Phi are angles, shape (D,)."""
-        return np.array([not name.startswith(("a_", "d_")) for name in self.names])[self.free]
+        """Which entries of Phi are angles, or no lengths at all, shape (D,)."""
+        return np.array([not name.startswith(("a_", "d_", *PLACE)) for name in self.names])[self.free]
+
+    @property
+    def extending(self) -> NDArray[np.bool_]:
+        """Which entries of Phi add to the arm's length L, shape (D,)."""
+        return np.array([name.startswith(("a_", "d_")) for name in self.names])[self.free]
+
+    @property
+    def cells(self) -> int:
+        """Number of entries of the DH table without the base yaw, 3 (n + 1)."""
+        return 3 * (self.dof + 1)
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -54,18 +76,68 @@ class DesignSpace:
         return self.lower[self.free], self.upper[self.free]
 
     def full(self, Phi: ArrayLike) -> Array:
-        """All entries of designs given by their free ones, shape (N, D) -> (N, 3 (n + 1) + 1)."""
+        """All entries of designs given by their free ones, shape (N, D) -> (N, E)."""
         designs = np.atleast_2d(np.asarray(Phi, dtype=float))
         entries = np.tile(self.lower, (len(designs), 1))
         entries[:, self.free] = designs
         return entries
 
     def rows(self, Phi: ArrayLike) -> tuple[Array, Array]:
-        """Designs as the evaluator takes them: rows (N, n + 1, 4) of (alpha, a, d, theta = 0) and base yaw (N,)."""
+        """Designs as the evaluator takes them: rows (N, n + 1, 4) of (alpha, a, d, theta = 0) and base yaw (N,).
+
+        Of an arm whose base is placed, the yaw is part of that, see ``bases``, and 0 here.
+        """
         entries = self.full(Phi)
         rows = np.zeros((len(entries), self.dof + 1, 4))
-        rows[:, :, :3] = entries[:, :-1].reshape(len(entries), self.dof + 1, 3)
-        return rows, entries[:, -1].copy()
+        rows[:, :, :3] = entries[:, : self.cells].reshape(len(entries), self.dof + 1, 3)
+        return rows, np.zeros(len(entries)) if self.sites else entries[:, self.cells].copy()
+
+    def bases(self, Phi: ArrayLike) -> Array:
+        """Base poses in the task frame, shape (N, 12): axes x, y, z, then the origin; see BasePose.columns."""
+        designs = np.atleast_2d(np.asarray(Phi, dtype=float))
+        if not self.sites:
+            return np.tile(BasePose().columns, (len(designs), 1))
+        site, standing = self.standing(designs)
+        mountings = [MOUNTINGS[each.mounted] for each in self.sites]
+        return turned_bases(standing[:, 0], standing[:, 1:], np.array(mountings)[site])
+
+    def first_frames(self, Phi: ArrayLike) -> Array:
+        """Poses of the frame before row 0 in the task frame, shape (N, 12): bases, turned by a table's base yaw."""
+        if self.sites:
+            return self.bases(Phi)
+        _, yaw = self.rows(Phi)
+        return turned_bases(yaw, np.zeros((len(yaw), 3)), np.broadcast_to(np.eye(3), (len(yaw), 3, 3)))
+
+    def base_pose(self, Phi: ArrayLike) -> BasePose:
+        """The base pose of one design in the task frame, to the last bit that of ``bases``."""
+        columns = self.bases(Phi)[0]
+        mounted = self.sites[int(self.standing(Phi)[0][0])].mounted if self.sites else "floor"
+        return BasePose(columns[9:].copy(), columns[:9].reshape(3, 3).T.copy(), mounted)
+
+    def standing(self, Phi: ArrayLike) -> tuple[NDArray[np.intp], Array]:
+        """Site of each design, shape (N,), and its base's yaw, x, y, z in that site's box, shape (N, 4) [rad, m]."""
+        place = self.full(Phi)[:, self.cells :]
+        last = len(self.sites) - 1
+        site = np.clip(np.floor(place[:, 4]).astype(np.intp), 0, last) if last else np.zeros(len(place), dtype=np.intp)
+        return site, np.clip(place[:, :4], self._boxes[site, :, 0], self._boxes[site, :, 1])
+
+    def moving(self, Phi: ArrayLike) -> Array:
+        """1 for the entries whose change changes the arm or its base, 0 for others, shape (N, E).
+
+        The base does not follow an entry beyond the box of its site, nor a change within the same site's number.
+        """
+        entries = self.full(Phi)
+        site, _ = self.standing(Phi)
+        place, box = entries[:, self.cells : self.cells + 4], self._boxes[site]
+        moves = np.ones(entries.shape)
+        moves[:, self.cells : self.cells + 4] = (place >= box[:, :, 0]) & (place <= box[:, :, 1])
+        moves[:, self.cells + 4 :] = 0.0
+        return moves
+
+    @cached_property
+    def _boxes(self) -> Array:
+        """Bounds of yaw, x, y, z by site, shape (S, 4, 2)."""
+        return np.array([[site.yaw, site.x, site.y, site.z] for site in self.sites])
 
     def table(self, Phi: ArrayLike) -> DHTable:
         """One design as a DH table."""
@@ -73,14 +145,16 @@ class DesignSpace:
         return DHTable.from_rows(rows[0, :, :3], float(yaw[0]))
 
     def phi(self, table: DHTable) -> Array:
-        """The free entries of a DH table, shape (D,).
+        """The free entries of a DH table, shape (D,); those of a base to be placed are at their lower bounds.
 
         Raises:
             DesignError: The table has another number of joints, or differs in an entry that is fixed here.
         """
         if table.dof != self.dof:
             raise DesignError(f"the design has {table.dof} joints, the search space {self.dof}")
-        entries = np.r_[np.stack([table.alpha, table.a, table.d], axis=1).ravel(), table.base_yaw]
+        place = self.lower[self.cells :].copy()  # of a placed base nothing is known here
+        place[0] = table.base_yaw if not self.sites else place[0]
+        entries = np.r_[np.stack([table.alpha, table.a, table.d], axis=1).ravel(), place]
         differing = [
             n for n, x, low, f in zip(self.names, entries, self.lower, self.free, strict=True) if not f and x != low
         ]
@@ -160,7 +234,7 @@ class DesignSpace:
         """Uniform designs in the box, or with the lengths in the simplex below L_max."""
         lower, upper = self.bounds
         unit = rng.random((SAMPLE_BATCH, len(lower)))
-        lengths = ~self.angular
+        lengths = self.extending
         room = self.length[1] - float(self.lengths(lower)[0])
         widths = (upper - lower)[lengths]
         k = int(lengths.sum())
@@ -172,15 +246,35 @@ class DesignSpace:
         return designs
 
 
-def design_space(settings: Design) -> DesignSpace:
+def turned_bases(yaw: Array, origins: Array, mountings: Array) -> Array:
+    """Bases mounted somehow, turned about the vertical, as columns (N, 12), see BasePose.columns.
+
+    Args:
+        yaw: Turns, shape (N,) [rad].
+        origins: Positions, shape (N, 3) [m].
+        mountings: Axes at no yaw, shape (N, 3, 3).
+    """
+    # one by one: the last bit of NumPy's cosine may hang on its neighbours
+    cos, sin = (np.array([turn(x) for x in yaw.tolist()])[:, None] for turn in (math.cos, math.sin))
+    x, y, z = mountings[:, 0], mountings[:, 1], mountings[:, 2]
+    rotations = np.stack([cos * x - sin * y, sin * x + cos * y, z], axis=1)
+    return np.concatenate([rotations.transpose(0, 2, 1).reshape(len(yaw), 9), origins], axis=1)
+
+
+def design_space(settings: Design, sites: Sequence[Site] = ()) -> DesignSpace:
     """The design space of the settings: the default freedom of method section 2, single bounds over it.
+
+    Args:
+        settings: Freedom and limits of the arm.
+        sites: Where the base may be placed; none where it stands in the task frame's origin. A placed arm may begin
+            with an offset d_0.
 
     Raises:
         SettingsError: An entry in ``bounds`` does not exist, or nothing is free.
     """
     n = settings.dof
     labels = [*map(str, range(n)), "tool"]
-    names = (*(f"{column}_{label}" for label in labels for column in COLUMNS), "base_yaw")
+    names = [*(f"{column}_{label}" for label in labels for column in COLUMNS), "base_yaw"]
     limits = {name: (0.0, 0.0) for name in names}
     for label in labels:
         limits[f"alpha_{label}"] = settings.alpha
@@ -188,6 +282,8 @@ def design_space(settings: Design) -> DesignSpace:
         limits[f"a_{label}"], limits[f"d_{label}"] = settings.a, settings.d
     limits["d_tool"] = (settings.tool_length, settings.tool_length)
     limits["base_yaw"] = settings.base_yaw
+    if sites:
+        limits["d_0"] = (min(0.0, settings.d[0]), max(0.0, settings.d[1]))
     for name, pair in settings.bounds.items():
         if name not in limits:
             raise SettingsError(f"unknown entry 'design.bounds.{name}'", value=name, allowed=list(names))
@@ -196,17 +292,29 @@ def design_space(settings: Design) -> DesignSpace:
                 f"setting 'design.bounds.{name}' is {list(pair)}", value=pair, allowed="lengths from 0 up",
                 fix="A negative length is the same arm with its twists turned by 180 deg",
             )  # fmt: skip
+        if sites and name == "base_yaw":
+            raise SettingsError(
+                "the base has a place, but 'design.bounds' has its yaw", value=name,
+                fix="Give the yaw with the place, as in cell.place = ['x=0..1 y=0 yaw=-90..90']",
+            )  # fmt: skip
         limits[name] = pair
     table = np.array([limits[name] for name in names])
     angles = np.array([not name.startswith(("a_", "d_")) for name in names])
     table[angles] = np.deg2rad(table[angles])
+    if sites:
+        ranges = np.array([(site.yaw, site.x, site.y, site.z) for site in sites])
+        hull = np.stack([ranges[:, :, 0].min(axis=0), ranges[:, :, 1].max(axis=0)], axis=1)
+        table = np.vstack([table[:-1], hull])
+        names += PLACE
+        if len(sites) > 1:
+            table, names = np.vstack([table, (0.0, len(sites))]), [*names, SITE]
     if settings.length[0] >= settings.length[1]:
         raise SettingsError(
             f"setting 'design.length' is {list(settings.length)}", value=settings.length, allowed="L_min below L_max"
         )
     space = DesignSpace(
-        n, names, table[:, 0], table[:, 1], settings.length,
-        (float(np.deg2rad(settings.coaxial_twist)), settings.coaxial_offset),
+        n, tuple(names), table[:, 0], table[:, 1], settings.length,
+        (float(np.deg2rad(settings.coaxial_twist)), settings.coaxial_offset), tuple(sites),
     )  # fmt: skip
     if not space.free.any():
         raise SettingsError(

@@ -21,7 +21,16 @@ from armdesign.fitness.block import Scores
 from armdesign.fitness.constraints import DesignSpace
 from armdesign.fitness.kernels.solver_state import MOUNT_START
 from armdesign.fitness.problem import Problem
-from armdesign.fitness.robot import Generation, Rejections, RobotFitness, spread
+from armdesign.fitness.robot import (
+    Generation,
+    Penalty,
+    Rejections,
+    RobotFitness,
+    Walk,
+    penalised,
+    spread,
+    spread_scores,
+)
 
 Flags = NDArray[np.bool_]
 Entry = TypeVar("Entry", bound=np.generic)
@@ -40,27 +49,6 @@ class Objective(Protocol):
         ...
 
 
-class Penalty(Protocol):
-    """What designs cost beyond the paper's fitness, because they could not be built or would touch something."""
-
-    def __call__(
-        self, rows: Array, bases: Array, paths: Sequence[Array], turns: Sequence[Array] | None
-    ) -> tuple[Array, Array | None]:
-        """Penalty of N designs that are valid on every demonstration; a pure function of each.
-
-        Args:
-            rows: DH rows (alpha, a, d, theta), tool last, shape (N, n + 1, 4) [rad, m, m, rad].
-            bases: Base poses in the task frame, shape (N, 12): axes x, y, z, then the origin [m].
-            paths: Joint paths on every demonstration, shape (N, T, n) each [rad; m of prismatic joints].
-            turns: Their derivatives by all entries of the design, shape (N, T, n, E) each, where the gradient is wanted.
-
-        Returns:
-            What is added to r, shape (N,) [m], 0 for a feasible arm; and its gradient by all entries, shape (N, E),
-            where it is wanted.
-        """
-        ...
-
-
 @dataclass
 class Round:
     """A generation on its way through the demonstrations.
@@ -72,6 +60,8 @@ class Round:
         slopes: Whether the gradients are wanted.
         parts: Scores on the demonstrations so far, each of all N candidates.
         removed: What each of them has removed.
+        paths: Joint paths on them, shape (N, T, n) each, where they are kept.
+        turns: Their derivatives, shape (N, T, n, E) each, where they are kept.
     """
 
     Phi: Array
@@ -80,6 +70,8 @@ class Round:
     slopes: bool = False
     parts: list[Scores] = field(default_factory=list)
     removed: list[Rejections] = field(default_factory=list)
+    paths: list[Array] = field(default_factory=list)
+    turns: list[Array] = field(default_factory=list)
 
     def valid(self, k: int) -> Flags:
         """Which candidates are valid on the first k demonstrations, shape (N,)."""
@@ -94,15 +86,22 @@ class Round:
         poses = np.full((len(self.Phi), dof), np.nan)
         return poses if self.poses is None else self.poses[:, k * dof : (k + 1) * dof]
 
-    def enter(self, k: int, chosen: Flags, scores: Scores, removed: Rejections) -> None:
-        """Take in the scores of the chosen candidates on demonstration k, the first ones or others in their place."""
-        whole = spread(scores, chosen)
+    def enter(self, k: int, chosen: Flags, walk: Walk) -> None:
+        """Take in the walks of the chosen candidates on demonstration k, the first ones or others in their place."""
+        whole = spread_scores(walk.scores, chosen)
+        kept = ((self.paths, walk.paths), (self.turns, walk.turns))
         if k == len(self.parts):
             self.parts.append(whole)
-            self.removed.append(removed)
+            self.removed.append(walk.removed)
+            for column, values in kept:
+                if values is not None:
+                    column.append(spread(values, chosen, np.nan))
         else:
             self.parts[k] = replaced(self.parts[k], whole, chosen)
-            self.removed[k] = removed
+            self.removed[k] = walk.removed
+            for column, values in kept:
+                if values is not None:
+                    column[k][chosen] = values
 
 
 class Stage(NamedTuple):
@@ -128,7 +127,13 @@ class Demonstrations:
     """
 
     def __init__(
-        self, problems: Sequence[Problem], space: DesignSpace, block: int | None = None, *, worst: bool = False
+        self,
+        problems: Sequence[Problem],
+        space: DesignSpace,
+        block: int | None = None,
+        penalty: Penalty | None = None,
+        *,
+        worst: bool = False,
     ) -> None:
         """Allocate the evaluators.
 
@@ -136,8 +141,10 @@ class Demonstrations:
             problems: The demonstrations with their settings.
             space: The design space; Phi are its free entries.
             block: Number of arms side by side; any value gives the same scores.
+            penalty: What is added to r, where something is asked of an arm beyond its paths.
             worst: Whether the worst counts instead of the mean.
         """
+        self.space, self.penalty = space, penalty
         self.count, self.dof, self.worst = len(problems), problems[0].dof, worst
         self.one_mount = settles_mount(problems[0])
         self.mount_takes_whole_path = self.one_mount and int(problems[0].record["start_paths"][0]) > 1
@@ -176,9 +183,12 @@ class Demonstrations:
         for stage in self.stages:
             chosen = self._chosen(stage, entering)
             part = self._generation(stage.k, entering, chosen)
-            scores, removed = stage.fitness.evaluate(part.Phi, part.cutoff, part.poses, part.mounts, slopes=part.slopes)
-            entering.enter(stage.k, chosen, scores, removed)
-        return self._outcome(entering)
+            entering.enter(stage.k, chosen, stage.fitness.walk(part, keep=self.penalty is not None))
+        scores, removed = self._outcome(entering)
+        if self.penalty is not None:
+            turns = entering.turns or None
+            scores = penalised(scores, self.penalty, self.space, designs, entering.paths, turns)
+        return scores, removed
 
     def _chosen(self, stage: Stage, entering: Round) -> Flags:
         """The candidates a stage is to evaluate: those that are valid on the demonstrations before, shape (N,)."""
@@ -238,6 +248,7 @@ class Demonstrations:
             miss_frame=picked([part.miss_frame for part in parts], decisive),
             miss=picked([part.miss for part in parts], decisive),
             slopes=self._slopes(parts, valid & ~pruned),
+            excess=np.zeros(len(r)),
             **{name: np.sum([getattr(part, name) for part in parts], axis=0) for name in COUNTS},
         )
         return scores, replace(sum(done.removed, Rejections()), pruned=int(pruned.sum()))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,31 @@ from armdesign.fitness.block import BlockEvaluator, Scores
 from armdesign.fitness.constraints import DesignSpace
 from armdesign.fitness.problem import Problem
 from armdesign.fitness.sensitivity import Sensitivity
+
+Entry = TypeVar("Entry", bound=np.generic)
+
+
+class Penalty(Protocol):
+    """What designs cost beyond the paper's fitness, because they could not be built or would touch something."""
+
+    def __call__(
+        self, rows: Array, bases: Array, paths: Sequence[Array], turns: Sequence[Array] | None
+    ) -> tuple[Array, Array | None]:
+        """Penalty of N designs that are valid on every demonstration; a pure function of each.
+
+        Args:
+            rows: DH rows (alpha, a, d, theta), tool last, shape (N, n + 1, 4) [rad, m, m, rad].
+            bases: Poses of the frame before row 0 in the task frame, shape (N, 12): axes x, y, z, then the origin [m];
+                a base yaw is part of them.
+            paths: Joint paths on every demonstration, shape (N, T, n) each [rad; m of prismatic joints].
+            turns: Their derivatives by all entries of the design, in the order of DesignSpace.names, shape
+                (N, T, n, E) each, where the gradient is wanted.
+
+        Returns:
+            What is added to r, shape (N,) [m], 0 for a feasible arm; and its gradient by all entries, shape (N, E),
+            where it is wanted.
+        """
+        ...
 
 
 class Generation(NamedTuple):
@@ -87,7 +113,7 @@ class Tested(NamedTuple):
 
     def scored(self, evaluated: Scores) -> tuple[Scores, Rejections]:
         """Scores of all candidates from those of the chosen ones, and what removed the others."""
-        scores = spread(evaluated, self.chosen)
+        scores = spread_scores(evaluated, self.chosen)
         return scores, Rejections(
             constraints=int((~self.admissible).sum()),
             reach=int((self.admissible & ~self.chosen).sum()),
@@ -97,21 +123,39 @@ class Tested(NamedTuple):
         )
 
 
+class Walk(NamedTuple):
+    """A generation's way along a demonstration.
+
+    Attributes:
+        scores: Their scores.
+        removed: What removed the others.
+        paths: Joint paths, shape (N, T, n) [rad]; NaN where a candidate is invalid or dropped. None where not kept.
+        turns: Their derivatives by all entries of the design, shape (N, T, n, E), NaN likewise; None where not kept.
+    """
+
+    scores: Scores
+    removed: Rejections
+    paths: Array | None = None
+    turns: Array | None = None
+
+
 class RobotFitness:
     """The objective of the search: Phi in, scores out; a pure function of each candidate."""
 
-    def __init__(self, problem: Problem, space: DesignSpace, block: int | None = None) -> None:
+    def __init__(
+        self, problem: Problem, space: DesignSpace, block: int | None = None, penalty: Penalty | None = None
+    ) -> None:
         """Allocate the evaluator.
 
         Args:
             problem: The task with its settings.
             space: The design space; Phi are its free entries.
             block: Number of arms side by side; any value gives the same scores.
+            penalty: What is added to r, where something is asked of an arm beyond its path.
         """
-        self.problem = problem
-        self.space = space
+        self.problem, self.space, self.penalty = problem, space, penalty
         self.evaluator = BlockEvaluator(problem, block)
-        self.sensitivity = Sensitivity(problem)
+        self.sensitivity = Sensitivity(problem, len(space.names))
 
     def evaluate(
         self,
@@ -130,17 +174,35 @@ class RobotFitness:
         Raises:
             DesignError: A start pose or a mount has another shape, or is missing.
         """
-        generation = Generation(Phi, cutoff, poses, mounts, slopes)
+        walk = self.walk(Generation(Phi, cutoff, poses, mounts, slopes), keep=self.penalty is not None)
+        if self.penalty is None or walk.paths is None:
+            return walk.scores, walk.removed
+        turns = None if walk.turns is None else [walk.turns]
+        return penalised(walk.scores, self.penalty, self.space, Phi, [walk.paths], turns), walk.removed
+
+    def walk(self, generation: Generation, *, keep: bool = False) -> Walk:
+        """Score candidates without a penalty.
+
+        Args:
+            generation: The candidates.
+            keep: Whether their paths are wanted, and the derivatives of these where the gradients of r are.
+        """
         tested = self._test(generation)
-        if not slopes:
-            return tested.scored(self.evaluator.evaluate(*tested.batch))
+        if not (keep or generation.slopes):
+            return Walk(*tested.scored(self.evaluator.evaluate(*tested.batch)))
         outcome, paths = self.evaluator.with_paths(tested.batch)
+        kept = spread(paths, tested.chosen, np.nan) if keep else None
+        if not generation.slopes:
+            return Walk(*tested.scored(outcome), kept)
         scored = np.isfinite(outcome.fitness)
-        batch, record = tested.batch.whole(), self.problem.record[0]
-        f, E = self.sensitivity.slopes(batch.rows[scored], batch.yaw[scored], paths[scored], batch.mounts[scored])
-        gradients = np.full((len(scored), int(self.space.free.sum())), np.nan)
-        gradients[scored] = (record["lambda_f"] * f + record["lambda_E"] * E)[:, self.space.free]
-        return tested.scored(replace(outcome, slopes=gradients))
+        batch, record, space = tested.batch.whole().part(scored), self.problem.record[0], self.space
+        f, E, turns = self.sensitivity.slopes(batch, paths[scored], turns=keep)
+        slopes = record["lambda_f"] * f + record["lambda_E"] * E
+        if space.sites:
+            slopes *= space.moving(np.atleast_2d(np.asarray(generation.Phi, dtype=float))[tested.chosen][scored])
+        gradients = spread(slopes[:, space.free], scored, np.nan)
+        turned = spread(spread(turns, scored, np.nan), tested.chosen, np.nan) if keep else None
+        return Walk(*tested.scored(replace(outcome, slopes=gradients)), kept, turned)
 
     def _test(self, generation: Generation) -> Tested:
         """Find the candidates that have to be evaluated."""
@@ -150,12 +212,11 @@ class RobotFitness:
         poses = given("start poses", generation.poses, (count, n), np.nan)
         mounts = given("mounts", generation.mounts, (count, 3, 3), np.nan)
         admissible = self.space.admissible(designs)
-        rows, yaw = self.space.rows(designs)
-        chosen = admissible & self._may_reach(rows)
-        batch = Batch(*(values[chosen] for values in (rows, yaw, cutoff, poses, mounts)))
-        return Tested(admissible, chosen, batch)
+        (rows, yaw), bases = self.space.rows(designs), self.space.bases(designs)
+        chosen = admissible & self._may_reach(rows, bases)
+        return Tested(admissible, chosen, Batch(rows, yaw, cutoff, poses, mounts, bases).part(chosen))
 
-    def _may_reach(self, rows: Array) -> NDArray[np.bool_]:
+    def _may_reach(self, rows: Array, bases: Array) -> NDArray[np.bool_]:
         """Whether the first hand point lies in the shell the arm's links can span.
 
         A row's piece has the length sqrt(a^2 + d^2), since a and d stand at right angles; the pieces stretched out
@@ -164,7 +225,8 @@ class RobotFitness:
         pieces = np.hypot(rows[:, :, 1], rows[:, :, 2])
         outer = pieces.sum(axis=1)
         inner = 2.0 * pieces.max(axis=1) - outer  # the longest piece minus the sum of all others
-        distance = np.linalg.norm(self.problem.P[0, -1])
+        hand = self.problem.P[0, -1]
+        distance = np.linalg.norm(hand - bases[:, 9:], axis=1) if self.space.sites else np.linalg.norm(hand)
         slack = float(self.problem.record["reach"][0]) + 1e-9
         verdict: NDArray[np.bool_] = (outer >= distance - slack) & (inner <= distance + slack)
         return verdict
@@ -184,13 +246,47 @@ def given(what: str, values: Array | None, shape: tuple[int, ...], default: floa
     return array
 
 
-def spread(scores: Scores, chosen: NDArray[np.bool_]) -> Scores:
+def penalised(
+    scores: Scores,
+    penalty: Penalty,
+    space: DesignSpace,
+    Phi: ArrayLike,
+    paths: Sequence[Array],
+    turns: Sequence[Array] | None,
+) -> Scores:
+    """Scores with a penalty on r, and its gradient on that of r.
+
+    Args:
+        scores: Scores of N candidates.
+        penalty: The penalty.
+        space: The design space.
+        Phi: The candidates, shape (N, D).
+        paths: Their joint paths on every demonstration, shape (N, T, n) each.
+        turns: The derivatives of the paths, shape (N, T, n, E) each; None where the gradient is not wanted.
+    """
+    scored = np.isfinite(scores.fitness)
+    designs = np.atleast_2d(np.asarray(Phi, dtype=float))[scored]
+    rows, _ = space.rows(designs)
+    turned = None if turns is None else [each[scored] for each in turns]
+    excess, gradient = penalty(rows, space.first_frames(designs), [path[scored] for path in paths], turned)
+    fitness, slopes = scores.fitness.copy(), scores.slopes.copy()
+    fitness[scored] += excess
+    if gradient is not None:
+        slopes[scored] += (gradient * space.moving(designs) if space.sites else gradient)[:, space.free]
+    return replace(scores, fitness=fitness, slopes=slopes, excess=spread(excess, scored, 0.0))
+
+
+def spread(values: NDArray[Entry], chosen: NDArray[np.bool_], default: float) -> NDArray[Entry]:
+    """Values of the chosen candidates put in their places among all; the others get the default."""
+    column = np.full((len(chosen), *values.shape[1:]), default, dtype=values.dtype)
+    column[chosen] = values
+    return column
+
+
+def spread_scores(scores: Scores, chosen: NDArray[np.bool_]) -> Scores:
     """Scores of the chosen candidates put in their places among all; the others are invalid."""
     empty = dict.fromkeys(("fitness", "path_fitness", "area", "start_error", "miss"), np.inf)
     empty |= {"q0": np.nan, "mount": np.nan, "slopes": np.nan}
-    columns = {}
-    for name, values in vars(scores).items():
-        column = np.full((len(chosen), *values.shape[1:]), empty.get(name, 0), dtype=values.dtype)
-        column[chosen] = values
-        columns[name] = column
-    return replace(scores, **columns)
+    return replace(
+        scores, **{name: spread(values, chosen, empty.get(name, 0)) for name, values in vars(scores).items()}
+    )

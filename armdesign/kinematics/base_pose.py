@@ -42,6 +42,19 @@ class BasePose:
         pose[:3, :3], pose[:3, 3] = self.rotation, self.translation
         return pose
 
+    def inside(self, points: Array) -> Array:
+        """Points of the room, shape (..., 3), as seen from the base.
+
+        The same products in the same order as the kernel ``show_frame``, to the last bit.
+        """
+        x, y, z = (points[..., i] - self.translation[i] for i in range(3))
+        return self.turned_back(np.stack([x, y, z], axis=-1))
+
+    def turned_back(self, vectors: Array) -> Array:
+        """Directions in the room, shape (..., 3), as seen from the base."""
+        x, y, z = (vectors[..., i] for i in range(3))
+        return np.stack([axis[0] * x + axis[1] * y + axis[2] * z for axis in self.rotation.T], axis=-1)
+
     @property
     def columns(self) -> Array:
         """The pose as the kernels read it: axes x, y, z, then the origin, shape (12,)."""

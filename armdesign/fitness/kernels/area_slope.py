@@ -10,7 +10,7 @@ import numpy as np
 
 from armdesign.fitness.kernels.area import ROUNDING
 from armdesign.fitness.kernels.association import MAX_POINTS
-from armdesign.fitness.kernels.variations import own_shift
+from armdesign.fitness.kernels.variations import YAW, coordinates, own_shift
 from armdesign.kinematics.compilation import branch, leaf
 from armdesign.kinematics.kernels.skeleton import MAX_SEGMENTS
 
@@ -18,6 +18,7 @@ PULL = np.dtype(
     [
         ("force", np.float64, (MAX_SEGMENTS, 3)),  # sum of the gradients by a piece's place
         ("moment", np.float64, (MAX_SEGMENTS, 3)),
+        ("base", np.float64, 3),  # sum of the gradients by p_0, where the base is
         ("along", np.float64, MAX_SEGMENTS),  # derivative by the pieces' distance from the segment's start
         ("cut", np.float64, MAX_POINTS + 1),  # derivative by the arc length of each cut, the base first
     ]
@@ -34,9 +35,11 @@ def area_slope(variation, pull, chain, match, points, delta, n):
             pull.force[k, r] = pull.moment[k, r] = 0.0
     for i in range(len(points) + 1):
         pull.cut[i] = 0.0
+    for r in range(3):
+        pull.base[r] = 0.0
     total = pull_pieces(pull, chain, match, points, delta)
     spread_pull(variation, pull, chain, match, len(points), n)
-    for c in range(4 * n + 4):
+    for c in range(variation.first, coordinates(n)):
         variation.area[c] = (variation.area[c] - total / chain.length * variation.stretch[c]) / chain.length
 
 
@@ -89,24 +92,31 @@ def pull_piece(pull, chain, k, along, start, end, piece, inner):
     moment[0] += py * z - pz * y
     moment[1] += pz * x - px * z
     moment[2] += px * y - py * x
+    if not inner:  # the segment begins at the base, and moves with it there
+        pull.base[0] -= (1.0 - s) * x
+        pull.base[1] -= (1.0 - s) * y
+        pull.base[2] -= (1.0 - s) * z
     return distance, x * u[0] + y * u[1] + z * u[2]
 
 
 @branch
 def spread_pull(variation, pull, chain, match, m, n):
     """Hand the derivatives on to the coordinates: those of segments, of their arcs, and of the cuts with theirs."""
-    area = variation.area
-    for c in range(4 * n + 4):
+    area, first = variation.area, variation.first
+    for c in range(first, coordinates(n)):
         area[c] = 0.0
+    for c in range(first, YAW):
+        axis = variation.axis[c]
+        area[c] = axis[0] * pull.base[0] + axis[1] * pull.base[1] + axis[2] * pull.base[2]
     for k in range(chain.segments):
         own, force, moment = own_shift(chain, k), pull.force[k], pull.moment[k]
-        for c in range(own):
+        for c in range(first, own):
             axis = variation.axis[c]
             area[c] += axis[0] * force[0] + axis[1] * force[1] + axis[2] * force[2]
             area[c] += axis[3] * moment[0] + axis[4] * moment[1] + axis[5] * moment[2]
             area[c] -= pull.along[k] * variation.stretch[c]
     for i in range(m):
         own = own_shift(chain, match.segment[i])
-        for c in range(own):
+        for c in range(first, own):
             area[c] += pull.cut[i + 1] * (variation.stretch[c] + variation.glide[i, c])
         area[own] += pull.cut[i + 1] * variation.glide[i, own]

@@ -9,7 +9,7 @@ import numpy as np
 
 from armdesign.fitness.kernels.orientation import AXIS, EULER, GEODESIC
 from armdesign.fitness.kernels.trial import KINK
-from armdesign.fitness.kernels.variations import Q
+from armdesign.fitness.kernels.variations import BASE, YAW, Q, coordinates
 from armdesign.kinematics.compilation import branch, leaf
 
 MET = 10.0 * KINK
@@ -17,10 +17,9 @@ MET = 10.0 * KINK
 
 
 @leaf
-def model_turn(attitude, turn, metric):
-    """How a turn (3,) moves rho, up to what is normal to it: K of the metric times the turn."""
+def model_turn(hand, turn, metric):
+    """How a turn (3,) of the hand (3, 3) moves rho, up to what is normal to it: K of the metric times the turn."""
     x, y, z = turn[0], turn[1], turn[2]
-    hand = attitude.hand
     if metric == EULER:
         cosine = np.sqrt(hand[0, 0] ** 2 + hand[1, 0] ** 2)
         level_x = hand[0, 0] / cosine if cosine > 1e-12 else 1.0
@@ -66,9 +65,9 @@ def second_euler(variation, attitude, metric, a, b):
     """Second derivative of e_R by turns a and b in the metric EULER, whose K changes with yaw and pitch."""
     normal, hand = variation.normal, attitude.hand
     turned = (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-    Ka = model_turn(attitude, a, metric)
-    Kb = model_turn(attitude, b, metric)
-    roll, pitch, yaw = model_turn(attitude, turned, metric)
+    Ka = model_turn(attitude.hand, a, metric)
+    Kb = model_turn(attitude.hand, b, metric)
+    roll, pitch, yaw = model_turn(attitude.hand, turned, metric)
     cosine = max(np.sqrt(hand[0, 0] ** 2 + hand[1, 0] ** 2), 1e-12)
     sine = -hand[2, 0]
     forward = Kb[0] * cosine
@@ -77,6 +76,15 @@ def second_euler(variation, attitude, metric, a, b):
     yaw += sine / cosine * Kb[1] * Ka[2] + forward / cosine**2 * Ka[1]
     radial = 0.0 if variation.met == 1 else dot(Ka, normal) * dot(Kb, normal)
     return variation.curvature * (dot(Ka, Kb) - radial) + dot(normal, (roll, pitch, yaw))
+
+
+@branch
+def bent_apart(variation, hand, target, a, b):
+    """Second derivative of e_R by a turn a of the hand and the turn -b of the target in the metric EULER."""
+    Ka = model_turn(hand, a, EULER)
+    Kb = model_turn(target, b, EULER)
+    radial = 0.0 if variation.met == 1 else dot(Ka, variation.normal) * dot(Kb, variation.normal)
+    return variation.curvature * (dot(Ka, Kb) - radial)
 
 
 @branch
@@ -107,10 +115,10 @@ def balance(variation, attitude, metric, n, w_0):
     for r in range(3):
         right[r] = N[r, 0] = N[r, 1] = N[r, 2] = 0.0
     for j in range(n):
-        q = 1 + 4 * j + Q
+        q = BASE + 4 * j + Q
         if variation.at_limit[j] == 1:
             continue
-        image = model_turn(attitude, variation.axis[q, 3:], metric)
+        image = model_turn(attitude.hand, variation.axis[q, 3:], metric)
         for r in range(3):
             right[r] -= image[r] * variation.slope[q] / w_0
             for s in range(3):
@@ -127,31 +135,36 @@ def add_orientation(variation, attitude, chain, target, metric, n, w_0):
     """Add w_0 e_R to slope and mixed; where ``variation.follows``, the mount goes with the start's tool.
 
     A turn of the mount acts behind all joints; in the base frame it is minus the tool's turn at the start.
+    The metric EULER counts its angles in the base frame: there a base that turns by its yaw turns the target back,
+    which is not the same as to turn the hand.
     """
     set_normal(variation, attitude, metric, n, w_0)
-    for c in range(4 * n + 4):
+    for c in range(variation.first, coordinates(n)):
         axis = variation.axis[c, 3:]
-        joint = c > 0 and (c - 1) % 4 == Q
+        joint = c >= BASE and (c - BASE) % 4 == Q
+        turns_target = metric == EULER and c == YAW and variation.first == 0
         behind, turn = variation.follows == 1 and not joint, variation.mount_turn[c]
         if behind:
             for r in range(3):
                 turn[r] = -dot(chain.tip_rotation[r], variation.tool_turn[c])
         for j in range(n):
-            q = 1 + 4 * j + Q
+            q = BASE + 4 * j + Q
             other = variation.axis[q, 3:]
-            if q <= c:
+            if turns_target:
+                bent = bent_apart(variation, attitude.hand, target, other, axis)
+            elif q <= c:
                 bent = second_turn(variation, attitude, target, metric, other, axis)
             else:
                 bent = second_turn(variation, attitude, target, metric, axis, other)
             if behind:
                 bent += second_turn(variation, attitude, target, metric, other, turn)
             variation.mixed[j, c] += w_0 * bent
-        image = model_turn(attitude, axis, metric)
+        image = model_turn(target if turns_target else attitude.hand, axis, metric)
         if joint:
-            j = (c - 1) // 4
+            j = (c - BASE) // 4
             variation.pull[j] = variation.slope[c] + w_0 * dot(variation.normal, image)
         if variation.met == 0:
             variation.slope[c] += w_0 * dot(variation.normal, image)
             if behind:
-                image = model_turn(attitude, turn, metric)
+                image = model_turn(attitude.hand, turn, metric)
                 variation.slope[c] += w_0 * dot(variation.normal, image)

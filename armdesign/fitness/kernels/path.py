@@ -21,6 +21,7 @@ from __future__ import annotations
 import numpy as np
 
 from armdesign.fitness.kernels.area import frame_area
+from armdesign.fitness.kernels.base_frame import give_base, show_frame
 from armdesign.fitness.kernels.solver_state import (
     DESCEND,
     DONE,
@@ -173,9 +174,10 @@ def advance(arms, block, scratch, problem, traces):
 
 
 @leaf
-def target_of(state, problem, P, R, starting):
+def target_of(state, scratch, arrays, starting):
     """The frame that the arm is compared with in its present phase, and the weights that hold there."""
-    m = P.shape[1]
+    problem, m = arrays.record[0], arrays.P.shape[1]
+    show_frame(scratch, state, arrays, state.t)
     # a mount that is chosen at the start makes e_R = 0 there, so that orientation has no weight before
     w_0 = 0.0 if starting and problem.mount == MOUNT_START and state.mounted == 0 else problem.w_0
     weights = problem.weights[:m]
@@ -184,7 +186,7 @@ def target_of(state, problem, P, R, starting):
     elif starting:
         weights = problem.descent_weights[:m]
     free = problem.start_free if starting else problem.free
-    return Target(P[state.t], R[min(state.t, len(R) - 1)], weights, w_0, free, problem.metric)
+    return Target(scratch.points[:m], scratch.rotation, weights, w_0, free, problem.metric)
 
 
 @branch
@@ -193,12 +195,11 @@ def advance_arm(arm, scratch, arrays, jacobian, trace):
     state, frame, chain, attitude, match, problem = (
         arm.state, arm.frame, arm.chain, arm.attitude, scratch.match, arrays.record[0],
     )  # fmt: skip
-    P, R, starts = arrays.P, arrays.R, arrays.starts
-    n, m = chain.dof, P.shape[1]
+    starts, frames, n, m = arrays.starts, len(arrays.P), chain.dof, arrays.P.shape[1]
     while True:
         phase = state.phase
         starting = phase in (SAMPLE, DESCEND, POLISH)
-        target = target_of(state, problem, P, R, starting)
+        target = target_of(state, scratch, arrays, starting)
         if (starting or phase == OPEN) and problem.w_0 > 0.0 and state.mounted == 0:
             set_mount(attitude, chain, target.rotation, MOUNT_IDENTITY if starting else problem.mount)
         evaluate_frame(arm, scratch, target)
@@ -250,10 +251,10 @@ def advance_arm(arm, scratch, arrays, jacobian, trace):
             if error > problem.reach:
                 if state.t > state.miss_frame:
                     state.farthest, state.miss_frame, state.miss = state.path, state.t, error
-                end_path(state, attitude, problem, len(P), n)
+                end_path(state, attitude, problem, frames, n)
                 return
-        accumulate(arm, match, target, problem.delta, trace, len(P))
-        if over(state, attitude, problem, len(P), n):
+        accumulate(arm, match, target, problem.delta, trace, frames)
+        if over(state, attitude, problem, frames, n):
             return
         if phase == REPLAY:
             for j in range(n):
@@ -304,6 +305,7 @@ def exchange(arms, block, problem, batch, outcome, cursor):
             begin_candidate(
                 state, problem.record[0], n, problem.starts, batch.cutoff[cursor], batch.poses[cursor], cursor
             )
+            give_base(state, batch.bases[cursor])
             give_mount(state, arms[b].attitude, batch.mounts[cursor])
             for j in range(n):
                 block.q[b * n + j] = state.trial[j]

@@ -16,12 +16,16 @@ from __future__ import annotations
 import numpy as np
 
 from armdesign.fitness.kernels.area_slope import area_slope
+from armdesign.fitness.kernels.base_frame import give_base, show_frame
 from armdesign.fitness.kernels.orientation_slope import add_orientation
 from armdesign.fitness.kernels.path import set_mount
 from armdesign.fitness.kernels.solver_state import MOUNT_IDENTITY, MOUNT_START
 from armdesign.fitness.kernels.temporal import Target, evaluate_frame
 from armdesign.fitness.kernels.variations import (
+    BASE,
+    YAW,
     Q,
+    coordinates,
     differentiate_position,
     place_joints,
     root_of_position,
@@ -38,8 +42,8 @@ ON_BALL = 1.0 - 1e-7
 
 
 @entry
-def slopes_along_paths(variations, pulls, arms, scratch, problem, batch, paths, slopes):
-    """Differentiate f and E of candidates by all entries of their DH tables.
+def slopes_along_paths(variations, pulls, arms, scratch, problem, batch, paths, slopes, turns):
+    """Differentiate f and E of candidates by all entries of their designs, in the order of DesignSpace.names.
 
     Args:
         variations: One VARIATION record, shape (1,).
@@ -49,37 +53,57 @@ def slopes_along_paths(variations, pulls, arms, scratch, problem, batch, paths, 
         problem: Demonstration and settings, a ProblemArrays.
         batch: The candidates, a Batch.
         paths: Their solved joint paths, shape (N, T, n) [rad].
-        slopes: Gradients of f and of E, shape (2, N, 3 (n + 1) + 1), written.
+        slopes: Gradients of f and of E, shape (2, N, E), written; E = 3 (n + 1) + 1, or more where the base moves, too.
+        turns: Derivatives of the joint angles, shape (N, T, n, E), written, or (0, T, n, E) where they are not wanted.
     """
-    v, arm, n, T = variations[0], arms[0], batch.rows.shape[1] - 1, len(problem.P)
+    v, arm, n, T, E = variations[0], arms[0], batch.rows.shape[1] - 1, len(problem.P), slopes.shape[2]
     placements, poses = np.empty((n, 12)), np.empty((n, 12))
+    v.first = 0 if 3 * n + 4 < E else YAW
     for k in range(len(batch.rows)):
+        give_base(arm.state, batch.bases[k])
         load_arm(arm.chain, placements, batch.rows[k], batch.yaw[k])
         given = np.isfinite(batch.mounts[k, 0, 0])
         if given:
             for i in range(3):
                 for j in range(3):
                     arm.attitude.mount[i, j] = batch.mounts[k, i, j]
-        for c in range(4 * n + 4):
+        for c in range(v.first, coordinates(n)):
             v.f[c] = v.E[c] = 0.0
             for j in range(n):
                 v.dq[j, c] = 0.0
         for t in range(T):
             place_joints(poses, placements, paths[k, t], n)
             update_skeleton(arm.chain, poses)
-            set_axes(v, poses, arm.chain, batch.rows[k], n)
+            set_axes(v, poses, arm.state.base, arm.chain, batch.rows[k])
             frame_slopes(v, pulls[0], arm, scratch[0], problem, paths[k], t, given)
-        for e in range(3 * n + 4):
-            c = 1 + 4 * (e // 3) + e % 3 if e < 3 * n + 3 else 0  # the base yaw comes last, and acts first
-            slopes[0, k, e], slopes[1, k, e] = v.f[c] / T, v.E[c] / T
+            if len(turns) > 0:
+                for e in range(E):
+                    c = coordinate_of(e, n)
+                    for j in range(n):
+                        turns[k, t, j, e] = v.dq[j, c] if c >= 0 else 0.0
+        for e in range(E):
+            c = coordinate_of(e, n)
+            slopes[0, k, e] = v.f[c] / T if c >= 0 else 0.0
+            slopes[1, k, e] = v.E[c] / T if c >= 0 else 0.0
+
+
+@branch
+def coordinate_of(e, n):
+    """Coordinate that entry e of a design is; -1 for one that is no number, such as the base's site."""
+    if e < 3 * n + 3:
+        return BASE + 4 * (e // 3) + e % 3
+    if e == 3 * n + 3:
+        return YAW
+    return e - (3 * n + 4) if e < 3 * n + 7 else -1  # the base's entries come last, and act first
 
 
 @branch
 def frame_slopes(v, pull, arm, scratch, arrays, path, t, given):
     """Differentiate frame t: first its joint angles, then g and E by them and the design."""
     n, m, problem = arm.chain.dof, arrays.P.shape[1], arrays.record[0]
-    points, rotation = arrays.P[t], arrays.R[min(t, len(arrays.R) - 1)]
-    target = Target(points, rotation, problem.weights[:m], problem.w_0, problem.free, problem.metric)
+    show_frame(scratch, arm.state, arrays, t)
+    points = scratch.points[:m]
+    target = Target(points, scratch.rotation, problem.weights[:m], problem.w_0, problem.free, problem.metric)
     follows = problem.mount == MOUNT_START and not given
     if t == 0:
         open_slopes(v, arm, scratch, problem, target, path[0], given)
@@ -90,10 +114,10 @@ def frame_slopes(v, pull, arm, scratch, arrays, path, t, given):
         turn_joints(v, scratch.step, problem, path[t], path[t - 1], n)
     area_slope(v, pull, arm.chain, scratch.match, points, problem.delta, n)
     scale = 1.0 if target.w_0 > 0.0 else 1.0 / (m * max(arm.frame.root, 1e-12))
-    for c in range(4 * n + 4):
+    for c in range(v.first, coordinates(n)):
         g, E = v.slope[c] * scale, v.area[c]
         for j in range(n):
-            q = 1 + 4 * j + Q
+            q = BASE + 4 * j + Q
             g += v.slope[q] * scale * v.dq[j, c]
             E += v.area[q] * v.dq[j, c]
         v.f[c] += g
@@ -106,7 +130,7 @@ def open_slopes(v, arm, scratch, problem, target, q, given):
     n, m, attitude, chain = arm.chain.dof, len(target.weights), arm.attitude, arm.chain
     w_0 = 0.0 if problem.mount == MOUNT_START and not given else problem.w_0
     start = Target(target.points, target.rotation, problem.polish_weights[:m], w_0, problem.start_free, problem.metric)
-    for c in range(4 * n + 4):
+    for c in range(v.first, coordinates(n)):
         for r in range(3):
             v.tool_turn[c, r] = 0.0
     v.follows = 0
@@ -117,13 +141,13 @@ def open_slopes(v, arm, scratch, problem, target, q, given):
     turn_joints(v, scratch.step, problem, q, q, n)
     if problem.w_0 > 0.0 and not given:
         set_mount(attitude, chain, target.rotation, problem.mount)
-    for c in range(4 * n + 4):
+    for c in range(v.first, coordinates(n)):
         for r in range(3):
             total = 0.0
             for s in range(3):
                 turn = v.axis[c, 3 + s]
                 for j in range(n):
-                    turn += v.axis[1 + 4 * j + Q, 3 + s] * v.dq[j, c]
+                    turn += v.axis[BASE + 4 * j + Q, 3 + s] * v.dq[j, c]
                 total += chain.tip_rotation[s, r] * turn
             v.tool_turn[c, r] = total
 
@@ -140,8 +164,8 @@ def second_order(v, arm, match, target, problem, q):
     v.scale = 0.0
     for j in range(n):
         v.at_limit[j] = 0 if problem.lower[j] < q[j] < problem.upper[j] else 1
-        v.pull[j] = v.slope[1 + 4 * j + Q]
-        v.scale += abs(v.mixed[j, 1 + 4 * j + Q]) / n
+        v.pull[j] = v.slope[BASE + 4 * j + Q]
+        v.scale += abs(v.mixed[j, BASE + 4 * j + Q]) / n
     if w_0 > 0.0:
         add_orientation(v, arm.attitude, chain, target.rotation, problem.metric, n, w_0)
 
@@ -156,7 +180,7 @@ def turn_joints(v, step, problem, q, before, n):
         high = q[j] >= problem.upper[j] and slope < 0.0
         step.held[j] = 1 if low or high or problem.lower[j] == problem.upper[j] else 0
         for i in range(j + 1):
-            step.matrix[j, i] = v.mixed[j, 1 + 4 * i + Q]
+            step.matrix[j, i] = v.mixed[j, BASE + 4 * i + Q]
     shift = FLAT * (v.scale + 1e-12)  # along flat directions dq_t keeps what dq_{t-1} had
     while not factorise(step, n, nu + shift):
         shift *= 10.0
@@ -164,7 +188,7 @@ def turn_joints(v, step, problem, q, before, n):
         step.gradient[j] = step.move[j] = 0.0 if step.held[j] == 1 else q[j] - before[j]
     solve_lower(step.factor, step.move, n)
     solve_upper(step.factor, step.move, n)
-    for c in range(4 * n + 4):
+    for c in range(v.first, coordinates(n)):
         turn_by(v, step, q, before, nu, c, n)
 
 
@@ -196,7 +220,7 @@ def turn_by(v, step, q, before, nu, c, n):
         if step.held[j] == 0:
             step.work[j] = -v.mixed[j, c]
             for i in range(n):
-                step.work[j] -= v.mixed[j, 1 + 4 * i + Q] * v.dq[i, c]
+                step.work[j] -= v.mixed[j, BASE + 4 * i + Q] * v.dq[i, c]
     solve_lower(step.factor, step.work, n)
     solve_upper(step.factor, step.work, n)
     for j in range(n):

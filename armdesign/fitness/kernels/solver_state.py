@@ -55,6 +55,8 @@ STATE = np.dtype(
     [
         ("phase", np.int64),
         ("candidate", np.int64),
+        ("placed", np.int64),  # 0: the base is that of the task frame
+        ("base", np.float64, 12),  # base pose in the task frame: axes x, y, z, then the origin
         ("cutoff", np.float64),  # robot fitness beyond which the candidate is of no interest
         ("t", np.int64),
         ("k", np.int64),  # index of the present start pose
@@ -108,7 +110,15 @@ STATE = np.dtype(
 ARM = np.dtype([("state", STATE), ("chain", CHAIN), ("frame", FRAME), ("attitude", ATTITUDE)])
 """Everything that is kept of one arm between two trials."""
 
-SCRATCH = np.dtype([("motion", MOTION), ("match", MATCH), ("step", STEP)])
+SCRATCH = np.dtype(
+    [
+        ("motion", MOTION),
+        ("match", MATCH),
+        ("step", STEP),
+        ("points", np.float64, (MAX_POINTS, 3)),  # of the present frame, seen from the arm's base
+        ("rotation", np.float64, (3, 3)),  # of the hand, likewise
+    ]
+)
 """What one trial of one arm needs; a single record serves a whole block, so that it stays in the fastest cache."""
 
 

@@ -3,9 +3,10 @@
 A twist or the base yaw turns everything behind it, a length shifts it, as a revolute or a prismatic joint would.
 Joint angles and design entries together are the coordinates of an arm, in the order in which they act:
 
-    yaw, then per row alpha, a, d and, for rows that carry a joint, q
+    base x, y, z, yaw, then per row alpha, a, d and, for rows that carry a joint, q
 
-Coordinate c of row i is 1 + 4 i + (0 for alpha, 1 for a, 2 for d, 3 for q).
+Coordinate c of row i is BASE + 4 i + (0 for alpha, 1 for a, 2 for d, 3 for q). The base's own come first; all are seen
+from the base frame, against which the demonstration rests: a base that moves by x moves the arm as a whole.
 """
 
 from __future__ import annotations
@@ -16,11 +17,14 @@ from armdesign.fitness.kernels.association import MAX_POINTS, SMALLEST_WEIGHT
 from armdesign.kinematics.compilation import branch, leaf
 from armdesign.kinematics.kernels.skeleton import ALONG_X, MAX_DOF, ORIGIN, X, Z
 
-MAX_COORDINATES = 4 * MAX_DOF + 4
+YAW, BASE = 3, 4
+"""Coordinate that turns the base, and the number of the base's coordinates."""
+MAX_COORDINATES = BASE + 4 * MAX_DOF + 3
 A, D, Q = 1, 2, 3
 
 VARIATION = np.dtype(
     [
+        ("first", np.int64),  # first coordinate that counts: 0, or YAW where the base stands still
         ("axis", np.float64, (MAX_COORDINATES, 6)),  # world Jacobian: linear, then angular
         ("column", np.float64, (MAX_POINTS, MAX_COORDINATES, 3)),  # d place_i / d coordinate at constant sigma
         ("movers", np.int64, MAX_POINTS),  # number of coordinates that move place_i
@@ -53,6 +57,12 @@ VARIATION = np.dtype(
     ]
 )
 """Derivatives of one arm; one record serves all arms."""
+
+
+@leaf
+def coordinates(n):
+    """Number of coordinates of an arm of n joints."""
+    return BASE + 4 * n + 3
 
 
 @branch
@@ -88,14 +98,24 @@ def set_shift(axis, x, y, z):
 
 
 @branch
-def set_axes(variation, poses, chain, rows, n):
-    """World Jacobian of all coordinates at the present joint poses, and what they add to L."""
-    axis = variation.axis
-    set_turn(axis[0], 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-    for c in range(4 * n + 4):
+def set_axes(variation, poses, base, chain, rows):
+    """World Jacobian of all coordinates at the present joint poses, and what they add to L.
+
+    Args:
+        variation: Record of type VARIATION with ``first`` set; axis and stretch are written.
+        poses: Joint poses, shape (n, 12).
+        base: Base pose in the task frame, shape (12,).
+        chain: Record of type CHAIN, up to date.
+        rows: DH rows, shape (n + 1, 4).
+    """
+    axis, n = variation.axis, chain.dof
+    for c in range(3):  # the task frame's axes in the base frame
+        set_shift(axis[c], base[c], base[3 + c], base[6 + c])
+    set_turn(axis[YAW], base[2], base[5], base[8], 0.0, 0.0, 0.0)
+    for c in range(coordinates(n)):
         variation.stretch[c] = 0.0
     for i in range(n + 1):
-        k = 1 + 4 * i
+        k = BASE + 4 * i
         if i > 0:
             x, o = poses[i - 1, X : X + 3], poses[i - 1, ORIGIN : ORIGIN + 3]
             set_turn(axis[k], x[0], x[1], x[2], o[0], o[1], o[2])
@@ -117,7 +137,7 @@ def set_axes(variation, poses, chain, rows, n):
 @leaf
 def own_shift(chain, k):
     """Coordinate that is the length of segment k."""
-    return 1 + 4 * chain.row[k] + (A if chain.kind[k] == ALONG_X else D)
+    return BASE + 4 * chain.row[k] + (A if chain.kind[k] == ALONG_X else D)
 
 
 @branch
@@ -135,7 +155,7 @@ def tie_points(variation, match, chain, weights, m):
             if match.along[p] > 0.0:
                 variation.movers[p] = movers + 1
             else:
-                variation.movers[p] = own_shift(chain, k - 1) + 1 if k > 0 else 0
+                variation.movers[p] = own_shift(chain, k - 1) + 1 if k > 0 else BASE
         for c in range(MAX_COORDINATES):
             variation.glide[p, c] = 0.0
         add_columns(variation, match, chain.direction[k], p)
@@ -150,7 +170,7 @@ def add_columns(variation, match, u, p):
     x, y, z = match.place[p, 0], match.place[p, 1], match.place[p, 2]
     r = match.residual[p]
     tx, ty, tz = u[1] * r[2] - u[2] * r[1], u[2] * r[0] - u[0] * r[2], u[0] * r[1] - u[1] * r[0]
-    for c in range(variation.movers[p]):
+    for c in range(variation.first, variation.movers[p]):
         axis, column = variation.axis[c], variation.column[p, c]
         column[0] = axis[0] + axis[4] * z - axis[5] * y
         column[1] = axis[1] + axis[5] * x - axis[3] * z
@@ -170,7 +190,7 @@ def glide_pools(variation, match, weights, m):
         while end < m and match.pool[end] == p:
             total += max(weights[end], SMALLEST_WEIGHT)
             end += 1
-        for c in range(variation.movers[p]):
+        for c in range(variation.first, variation.movers[p]):
             mean = 0.0
             for i in range(p, end):
                 mean += max(weights[i], SMALLEST_WEIGHT) * variation.bend[i, c]
@@ -184,8 +204,8 @@ def differentiate_position(variation, match, weights, m, n):
 
     The second derivative of a place by coordinates i <= j is omega_i x column_j; what slides adds b_i d along / d j.
     """
-    count = 4 * n + 4
-    for c in range(count):
+    first, count = variation.first, coordinates(n)
+    for c in range(first, count):
         variation.slope[c] = 0.0
         variation.torque[c, 0] = variation.torque[c, 1] = variation.torque[c, 2] = 0.0
         for j in range(n):
@@ -194,10 +214,9 @@ def differentiate_position(variation, match, weights, m, n):
         if weights[p] > 0.0:
             add_place(variation, match, weights[p], p, n)
     for j in range(n):
-        q = 1 + 4 * j + Q
-        for c in range(count):
-            first, last = min(q, c), max(q, c)
-            axis, torque = variation.axis[first], variation.torque[last]
+        q = BASE + 4 * j + Q
+        for c in range(first, count):
+            axis, torque = variation.axis[min(q, c)], variation.torque[max(q, c)]
             variation.mixed[j, c] += axis[3] * torque[0] + axis[4] * torque[1] + axis[5] * torque[2]
 
 
@@ -206,18 +225,18 @@ def add_place(variation, match, weight, p, n):
     """Add w |r|^2 / 2 of one point: slope, torque, and the products of its columns."""
     movers, column = variation.movers[p], variation.column[p]
     fx, fy, fz = weight * match.residual[p, 0], weight * match.residual[p, 1], weight * match.residual[p, 2]
-    for c in range(movers):
+    for c in range(variation.first, movers):
         x, y, z = column[c, 0], column[c, 1], column[c, 2]
         variation.slope[c] += x * fx + y * fy + z * fz
         variation.torque[c, 0] += y * fz - z * fy
         variation.torque[c, 1] += z * fx - x * fz
         variation.torque[c, 2] += x * fy - y * fx
     for j in range(n):
-        q = 1 + 4 * j + Q
+        q = BASE + 4 * j + Q
         if q < movers:
             x, y, z = weight * column[q, 0], weight * column[q, 1], weight * column[q, 2]
             bend = weight * variation.bend[p, q] if match.sliding[p] == 1 else 0.0
-            for c in range(movers):
+            for c in range(variation.first, movers):
                 variation.mixed[j, c] += column[c, 0] * x + column[c, 1] * y + column[c, 2] * z
                 variation.mixed[j, c] += bend * variation.glide[p, c]
 
@@ -228,8 +247,8 @@ def root_of_position(variation, root, m, n):
     scale = 1.0 / (m * max(root, 1e-12))
     radial = scale / max(root * root, 1e-24)
     for j in range(n):
-        slope = radial * variation.slope[1 + 4 * j + Q]
-        for c in range(4 * n + 4):
+        slope = radial * variation.slope[BASE + 4 * j + Q]
+        for c in range(variation.first, coordinates(n)):
             variation.mixed[j, c] = scale * variation.mixed[j, c] - slope * variation.slope[c]
-    for c in range(4 * n + 4):
+    for c in range(variation.first, coordinates(n)):
         variation.slope[c] *= scale
