@@ -106,6 +106,7 @@ def result_content(result: Result) -> dict[str, Any]:
         )
     if problem.holdouts:
         content["holdout"] = scores_content(problem.holdouts, evaluation.holdouts, inner[further:])
+    content["verdict"] = asdict(result.verdict)
     facts = result.facts
     if facts is not None:
         content |= {

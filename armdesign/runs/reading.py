@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -13,6 +14,7 @@ from armdesign._types import Array
 from armdesign.demonstration import read_plain_csv, task_from_recording
 from armdesign.demonstration.provenance import read_task_json
 from armdesign.errors import RunFolderError
+from armdesign.feasibility.verdict import Gap, Spread, Verdict
 from armdesign.files import read_json
 from armdesign.fitness.block import BlockEvaluator, PathResult
 from armdesign.kinematics.dh import DHTable
@@ -71,7 +73,8 @@ def read_result(folder: str | Path) -> Result:
     facts = read_facts(content, place) if "stopped_by" in content else None
     history = read_history(place / HISTORY) if (place / HISTORY).is_file() else None
     version = str(content.get("armdesign_version", ""))
-    return Result(problem, evaluation, history, facts, None, place.resolve().name, version, place)
+    verdict = read_verdict(content, place)
+    return Result(problem, evaluation, history, facts, None, place.resolve().name, version, place, verdict)
 
 
 def read_problem(folder: Path) -> DesignProblem:
@@ -100,7 +103,10 @@ def read_demonstration(folder: Path) -> Demonstration:
     except RunFolderError as error:
         raise RunFolderError(f"{folder} holds no run to resume: {error}", value=str(folder)) from error
     task = task_from_recording(read_plain_csv(folder / TASK), base=base)
-    return Demonstration(read_settings(path), task, steps, provenance)
+    settings = read_settings(path)
+    if "body" not in tomllib.loads(path.read_text(encoding="utf-8-sig")):  # written when arms were but lines
+        settings = settings.replace({"body": {"kind": "thin"}})
+    return Demonstration(settings, task, steps, provenance)
 
 
 def read_inner(folder: Path, pattern: str, recordings: Sequence[str] | None) -> tuple[Demonstration, ...]:
@@ -188,6 +194,29 @@ def read_facts(content: dict[str, Any], place: Path) -> SearchFacts:
         values[name] = int(values[name])
     values["rejected"] = {str(name): count for name, count in values["rejected"].items() if isinstance(count, int)}
     return SearchFacts(**values)
+
+
+def read_verdict(content: dict[str, Any], place: Path) -> Verdict | None:
+    """The verdict of result.json; None in one that was written before there were any.
+
+    Raises:
+        RunFolderError: It is damaged.
+    """
+    entries = content.get("verdict")
+    if entries is None:
+        return None
+    try:
+        made = dict(entries)
+        for name in ("hand_error", "hand_angle"):
+            made[name] = None if made[name] is None else Spread(**made[name])
+        for name in ("self_clearance", "obstacle_clearance"):
+            gap = made[name]
+            made[name] = None if gap is None else Gap(**(gap | {"bodies": tuple(gap["bodies"])}))
+        for name in ("peak_speed", "peak_torque", "reasons"):
+            made[name] = tuple(made[name])
+        return Verdict(**made)
+    except (TypeError, ValueError, KeyError) as error:
+        raise damaged(place, "verdict", content) from error
 
 
 def listed(content: dict[str, Any], name: str, count: int, place: Path) -> list[dict[str, Any]]:

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cached_property
+from pathlib import Path, PurePath
 
 import numpy as np
 
 from armdesign._types import Array
 from armdesign._version import __version__
+from armdesign.bodies.arm_body import arm_body
 from armdesign.demonstration.task import task_lines
 from armdesign.errors import counted
+from armdesign.feasibility.verdict import Verdict, judge, spread
+from armdesign.feasibility.violations import Followed
+from armdesign.feasibility.words import MEANINGS, hand_words, headline, spread_words
 from armdesign.fitness.constraints import joint_limits
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.dh_files import read_design
 from armdesign.kinematics.line_drawing import Line, drawing, shown
-from armdesign.search.design_problem import DesignProblem
+from armdesign.search.design_problem import Demonstration, DesignProblem
 from armdesign.search.evaluation import Evaluation, PathEvaluation, evaluate_design
 from armdesign.swarm import ALGORITHMS, History
 
@@ -66,6 +71,7 @@ class Result:
         name: What to call it; for people, not safe for XML.
         version: Version of armdesign that has computed it.
         folder: The run folder it was read from; None for a result in memory.
+        known_verdict: The verdict that was written down with it; None for one that has yet to be made.
     """
 
     problem: DesignProblem
@@ -76,13 +82,18 @@ class Result:
     name: str = "arm"
     version: str = __version__
     folder: Path | None = None
+    known_verdict: Verdict | None = None
 
     def __repr__(self) -> str:
-        found = self.evaluation
-        scores = f"r {found.fitness:.4f} m, f {1e3 * found.path_fitness:.2f} mm, E {1e3 * found.area:.2f} mm"
-        lines = [f"arm of {counted(self.table.dof, 'joint')}, {hand_error(found.demonstrations)}; {scores}"]
+        found, settings = self.evaluation, self.problem.settings
+        lines = [f"arm of {counted(self.table.dof, 'joint')}, {hand_words(self.verdict)}"]
+        lines.append(f"  {headline(self.verdict, settings)}")
         if found.holdouts:
-            lines.append(f"  held out: {hand_error(found.holdouts)}")
+            lines.append(f"  held out: {self.held_out}")
+        lines.append(
+            f"  r {found.fitness:.4f} m, f {1e3 * found.path_fitness:.2f} mm, E {1e3 * found.area:.2f} mm: r is "
+            f"{MEANINGS['r']}"
+        )
         if self.facts is not None:
             lines.append(f"  best of {counted(self.facts.evaluations, 'candidate')} in {self.facts.wall_time:.1f} s")
         return "\n".join(lines)
@@ -94,6 +105,24 @@ class Result:
         bodies = zip(frames, self.table.skeleton(q[frames]), strict=True)
         arms = [Line(body, name=f"{task.time[k]:.2f} s", width=2.0) for k, body in bodies]
         return shown(f"{self!r}\n\n{self.table!r}", drawing([*arms, *task_lines(task)]))
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """Whether the arm can exist and does its task; made once."""
+        if self.known_verdict is not None:
+            return self.known_verdict
+        settings, several = self.problem.settings, len(self.problem.demonstrations) > 1
+        pairs = zip(self.problem.demonstrations, self.evaluation.demonstrations, strict=True)
+        followed = [done(self.table, each, scored, several=several) for each, scored in pairs]
+        return judge(arm_body(self.table, settings.body), followed, settings)
+
+    @property
+    def held_out(self) -> str:
+        """The hand's error on the demonstrations that the search did not see, in words."""
+        pairs = list(zip(self.problem.holdouts, self.evaluation.holdouts, strict=True))
+        if any(scored.missed is not None for _, scored in pairs):
+            return "the hand is not reached"
+        return f"hand error {spread_words(spread([done(self.table, *pair).miss for pair in pairs]))}"
 
     @property
     def table(self) -> DHTable:
@@ -121,13 +150,21 @@ class Result:
         return f"{done} of {counted(getattr(search, algorithm.length), algorithm.unit)}"
 
 
-def hand_error(scores: Sequence[PathEvaluation]) -> str:
-    """How far the end-effector is from the hand on some demonstrations, in words; the hand is the last point."""
-    reached = [each.path.distance[:, -1] for each in scores if each.missed is None]
-    if len(reached) < len(scores):
-        return "the hand is not reached"
-    error = 1e3 * np.concatenate(reached)
-    return f"hand error {error.mean():.1f} mm mean, {error.max():.1f} mm largest"
+def done(table: DHTable, demonstration: Demonstration, scored: PathEvaluation, *, several: bool = False) -> Followed:
+    """What an arm does on a demonstration, as its verdict sees it: where its tool is, and how it is turned.
+
+    Args:
+        table: The arm.
+        demonstration: The demonstration.
+        scored: The arm's path on it.
+        several: Whether it is one of several, so that its name counts.
+    """
+    task, path, fitness = demonstration.task, scored.path, demonstration.settings.fitness
+    miss = path.distance[:, -1]
+    if not fitness.tie_hand:  # the hand may be somewhere along the arm, but the tool is at its end
+        miss = np.linalg.norm(table.skeleton(path.q)[:, -1] - task.P[:, -1], axis=1)
+    angle = path.orientation_error if fitness.orientation_weight else None
+    return Followed(task.time, path.q, miss, angle, PurePath(demonstration.name).name if several else "")
 
 
 def evaluate(arm: DHTable | str | Path, problem: DesignProblem, name: str = "arm") -> Result:

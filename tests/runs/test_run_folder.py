@@ -4,6 +4,7 @@ import csv
 import hashlib
 import json
 import re
+import shutil
 import tomllib
 from pathlib import Path
 from types import SimpleNamespace
@@ -48,6 +49,7 @@ KEYS = {
     "converged_at",
     "mean_valid",
     "wall_time",
+    "verdict",
 }
 
 
@@ -122,6 +124,38 @@ def test_result_has_every_key(run):
     assert content["evaluations"] == 40
     assert set(content["point_error"]) == {"upper_arm", "forearm", "hand"}
     assert all(set(error) == {"mean", "max"} for error in content["point_error"].values())
+
+
+def test_the_verdict_is_read_back_and_where_there_is_none_it_is_made(run, tmp_path):
+    verdict = run.result.verdict
+    assert read_result(run.folder).verdict == verdict
+    shutil.copytree(run.folder, tmp_path / "old")
+    path = tmp_path / "old" / "result.json"
+    content = dict(run.content)
+    del content["verdict"]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    again = read_result(tmp_path / "old").verdict
+    assert again.hand_error.max == pytest.approx(verdict.hand_error.max, abs=1e-9)
+    assert again.peak_speed == pytest.approx(verdict.peak_speed)
+    assert again.feasible == verdict.feasible
+
+
+@pytest.mark.parametrize("damage", ["fine", {}, {"hand_error": 3}])
+def test_a_damaged_verdict_is_refused(searched, tmp_path, damage):
+    shutil.copytree(searched["packaging"].folder, tmp_path / "run")
+    content = searched["packaging"].content | {"verdict": damage}
+    (tmp_path / "run" / "result.json").write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(RunFolderError) as refused:
+        read_result(tmp_path / "run")
+    assert refused.value.value == damage
+
+
+def test_a_run_without_a_body_in_its_settings_is_that_of_a_thin_arm(searched, tmp_path):
+    shutil.copytree(searched["packaging"].folder, tmp_path / "old")
+    path = tmp_path / "old" / "settings.toml"
+    path.write_text(re.sub(r"(?ms)^\[body\].*?(?=^\[)", "", path.read_text(encoding="utf-8")), encoding="utf-8")
+    assert read_result(searched["packaging"].folder).problem.settings.body.kind == "tube"
+    assert read_result(tmp_path / "old").problem.settings.body.kind == "thin"
 
 
 def test_numbers_in_the_result_fit_together(run):

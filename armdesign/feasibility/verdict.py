@@ -1,0 +1,135 @@
+"""Whether an arm can exist and does its task: the hand's error, what it touches, how fast and strong it has to be.
+
+Everything is measured on the arm's own joint paths, on exact shapes; of several demonstrations the worst counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.bodies.arm_body import ArmBody
+from armdesign.feasibility.demand import joint_demand, speed_fraction
+from armdesign.feasibility.needs import check_needs, joint_needs
+from armdesign.feasibility.violations import Followed, demand_violations, hand_violations, share
+from armdesign.kinematics.base_pose import BasePose
+from armdesign.settings import Settings
+
+
+@dataclass(frozen=True)
+class Spread:
+    """An error over the frames, of several demonstrations each figure that of the worst.
+
+    Attributes:
+        mean: Its mean.
+        p95: What it stays below in 95 % of the frames.
+        max: Its largest.
+    """
+
+    mean: float
+    p95: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Where two bodies come nearest.
+
+    Attributes:
+        value: Their distance, negative where they are inside one another [m].
+        frame: The frame it is in, or before it, from 0.
+        bodies: Their names.
+        time: When, in the demonstration [s].
+        demonstration: In which one, from 0.
+    """
+
+    value: float
+    frame: int
+    bodies: tuple[str, str]
+    time: float
+    demonstration: int = 0
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether an arm can exist, and does its task well enough.
+
+    Attributes:
+        feasible: Whether nothing is violated: bodies and obstacles apart by the stated clearance, the base in its
+            place, stated speeds, accelerations, torques and the stated envelope kept.
+        hand_error: Distance of the end-effector from the hand [m].
+        hand_angle: Angle between their orientations [rad]; None where no orientation is followed.
+        tolerance: How large the distance may be [m]; None where none is stated.
+        tolerance_met: Whether the stated tolerances, of distance and angle, are met; None where none is stated.
+        self_clearance: Where the arm's bodies come nearest to one another; None for a thin arm.
+        obstacle_clearance: Where they come nearest to an obstacle; None where there is none.
+        envelope_excess: How far they leave the volume that the demonstrator's arm has swept [m]; None for a thin arm.
+        speed_fraction: Share of the demonstrated speed, at most 1, at which every joint keeps its stated limits, or
+            where no speed is stated, that of the assumed actuator.
+        peak_speed: Largest speed of every joint at the demonstrated speed [rad/s; m/s].
+        peak_torque: Largest torque of every joint at the demonstrated speed [N m; N].
+        reasons: What is violated, in sentences, worst first.
+    """
+
+    feasible: bool
+    hand_error: Spread
+    hand_angle: Spread | None
+    tolerance: float | None
+    tolerance_met: bool | None
+    self_clearance: Gap | None
+    obstacle_clearance: Gap | None
+    envelope_excess: float | None
+    speed_fraction: float
+    peak_speed: tuple[float, ...]
+    peak_torque: tuple[float, ...]
+    reasons: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the arm is feasible and meets the tolerance, where one is stated."""
+        return self.feasible and self.tolerance_met is not False
+
+
+def judge(arm: ArmBody, followed: Sequence[Followed], settings: Settings, base: BasePose | None = None) -> Verdict:
+    """Judge an arm by what it does on the demonstrations.
+
+    Args:
+        arm: The arm with its body; of a thin arm the body that robot files assume, for its torques alone.
+        followed: What it does on each demonstration, one or more.
+        settings: What it has to do, and with which clearance.
+        base: Where it stands in the room; by default upright.
+
+    Raises:
+        SettingsError: What is asked for does not fit the arm or the task.
+    """
+    angles = [each.angle for each in followed if each.angle is not None]
+    check_needs(settings, oriented=bool(angles))
+    needs, limits = settings.needs, joint_needs(settings)
+    demand = joint_demand(arm, [(each.time, each.q) for each in followed], needs.payload, base or BasePose())
+    missed = hand_violations(followed, needs)
+    violated = demand_violations(demand, limits)
+    stated = needs.hand_tolerance is not None or needs.tolerance_angle is not None
+    reasons = sorted((*missed, *violated), key=lambda each: (not each.touches, -each.excess))
+    return Verdict(
+        feasible=not violated,
+        hand_error=spread([each.miss for each in followed]),
+        hand_angle=spread(angles) if angles else None,
+        tolerance=needs.hand_tolerance,
+        tolerance_met=not missed if stated else None,
+        self_clearance=None,
+        obstacle_clearance=None,
+        envelope_excess=None,
+        speed_fraction=speed_fraction(demand, limits),
+        peak_speed=tuple(demand.speed.max(axis=0).tolist()),
+        peak_torque=tuple(np.abs(demand.torque).max(axis=0).tolist()),
+        reasons=tuple(each.sentence for each in reasons),
+    )
+
+
+def spread(errors: Sequence[Array]) -> Spread:
+    """Mean, 95 % and largest of an error, given over the frames of each demonstration; the worst demonstration's."""
+    figures = [(series.mean(), share(series, 95.0), series.max()) for series in errors]
+    return Spread(*(float(max(values)) for values in zip(*figures, strict=True)))

@@ -1,0 +1,137 @@
+"""What is asked of an arm and not kept, in sentences with the figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.errors import counted
+from armdesign.feasibility.demand import JointDemand
+from armdesign.feasibility.needs import UNITS, JointNeeds
+from armdesign.settings.sections import Needs
+
+VERBS = {"max_speed": "moves at", "max_acceleration": "accelerates at", "max_torque": "needs"}
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """What an arm does on one demonstration.
+
+    Attributes:
+        time: Times of the frames, shape (T,) [s].
+        q: Joint angles, shape (T, n) [rad].
+        miss: Distance of the end-effector from the hand, shape (T,) [m].
+        angle: Angle between their orientations, shape (T,) [rad]; None where no orientation is followed.
+        name: What the demonstration is called, where there are several.
+    """
+
+    time: Array
+    q: Array
+    miss: Array
+    angle: Array | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Violation:
+    """Something that is asked for and not kept.
+
+    Attributes:
+        sentence: What, in words.
+        excess: How far beyond what is allowed, as a multiple of that.
+        touches: Whether bodies are inside one another, which comes first whatever the excess.
+    """
+
+    sentence: str
+    excess: float
+    touches: bool = False
+
+
+def share(errors: Array, percent: float) -> float:
+    """The least value that an error does not exceed in a share of the frames.
+
+    Args:
+        errors: The error in every frame, shape (T,).
+        percent: The share [%].
+    """
+    return float(np.percentile(errors, percent, method="inverted_cdf"))
+
+
+def hand_violations(followed: Sequence[Followed], needs: Needs) -> list[Violation]:
+    """Tolerances of the hand that are not kept, each in the demonstration where it is worst.
+
+    Args:
+        followed: What the arm does on each demonstration.
+        needs: The tolerances.
+    """
+    found = []
+    if needs.hand_tolerance is not None:
+        errors = [1e3 * each.miss for each in followed]
+        found += missed("The hand", errors, followed, (1e3 * needs.hand_tolerance, needs.tolerance_percentile, "mm"))
+    if needs.tolerance_angle is not None:
+        errors = [np.rad2deg(each.angle) for each in followed if each.angle is not None]
+        allowed = (needs.tolerance_angle, needs.tolerance_percentile, "deg")
+        found += missed("Its orientation", errors, followed, allowed)
+    return found
+
+
+def missed(
+    what: str, errors: Sequence[Array], followed: Sequence[Followed], allowed: tuple[float, float, str]
+) -> list[Violation]:
+    """The violation of one tolerance, or nothing.
+
+    Args:
+        what: What misses.
+        errors: By how much, in every frame of each demonstration, in the unit of the tolerance.
+        followed: The demonstrations.
+        allowed: The tolerance, in which share of the frames it counts [%], and its unit.
+    """
+    tolerance, percent, unit = allowed
+    values = [share(series, percent) for series in errors]
+    worst = int(np.argmax(values))
+    value, each = values[worst], followed[worst]
+    if value <= tolerance:
+        return []
+    at = f"at {each.time[int(np.argmax(errors[worst]))]:.2f} s"
+    when = at if percent == 100.0 else f"or more in {100.0 - percent:g} % of the frames"
+    where = f" of {each.name}" if each.name else ""
+    sentence = f"{what} misses by {figure(value)} {unit} {when}{where}; {tolerance:g} {unit} are allowed."
+    return [Violation(sentence, value / tolerance - 1.0)]
+
+
+def demand_violations(demand: JointDemand, limits: JointNeeds) -> list[Violation]:
+    """Stated speeds, accelerations and torques that are not kept, for each the joint that is furthest beyond.
+
+    Args:
+        demand: What the joints have to do.
+        limits: What is stated.
+    """
+    found = []
+    pairs = ((demand.speed, limits.speed), (demand.acceleration, limits.acceleration), (demand.torque, limits.torque))
+    for (name, units), (series, stated) in zip(UNITS.items(), pairs, strict=True):
+        if stated is None:
+            continue
+        peaks = np.abs(series).max(axis=0)
+        joint, beyond = int(np.argmax(peaks / stated)), int((peaks > stated).sum())
+        if not beyond:
+            continue
+        slides = bool(limits.prismatic[joint])
+        factor = 1.0 if slides or name == "max_torque" else np.rad2deg(1.0)
+        peak, allowed, unit = factor * peaks[joint], factor * stated[joint], units[slides]
+        more = f" (beyond it, too: {counted(beyond - 1, 'other joint')})" if beyond > 1 else ""
+        found.append(
+            Violation(
+                f"Joint {joint + 1} {VERBS[name]} {figure(peak)} {unit}; {allowed:.6g} {unit} are allowed{more}.",
+                float(peaks[joint] / stated[joint]) - 1.0,
+            )
+        )
+    return found
+
+
+def figure(value: float) -> str:
+    """A number with about three digits: 0.042, 5.04, 33.0, 910."""
+    decimals = 2 - int(np.floor(np.log10(abs(value)))) if value else 0
+    return f"{value:.{min(max(decimals, 0), 4)}f}"

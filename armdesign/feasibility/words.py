@@ -1,0 +1,114 @@
+"""The verdict in words: what every summary leads with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
+from armdesign.feasibility.verdict import Gap, Spread, Verdict
+from armdesign.feasibility.violations import figure
+from armdesign.settings import Settings
+from armdesign.settings.sections import Needs
+
+MEANINGS = {
+    "r": "what the search minimises",
+    "f": "weighted distance of the followed points from the arm",
+    "E": "mean distance of the arm from the demonstrator's",
+}
+"""What the figures of the paper say, in words."""
+
+
+def summary(verdict: Verdict, settings: Settings) -> tuple[str, ...]:
+    """What an arm's summary begins with: the hand's error, the verdict with its reasons, gaps and speeds.
+
+    Args:
+        verdict: The verdict.
+        settings: What it was judged by.
+    """
+    lines = [f"{hand_words(verdict)}.", f"verdict: {headline(verdict, settings)}."]
+    lines += [f"  {reason}" for reason in verdict.reasons]
+    lines += [f"{gap_words(gap)}." for gap in (verdict.self_clearance, verdict.obstacle_clearance) if gap is not None]
+    return tuple(f"{line[:1].upper()}{line[1:]}" for line in (*lines, speed_words(verdict, settings)))
+
+
+def hand_words(verdict: Verdict) -> str:
+    """The hand's error, and that of its orientation where one is followed."""
+    angle = verdict.hand_angle
+    turned = "" if angle is None else f"; orientation {spread_words(angle, 'deg', float(np.rad2deg(1.0)))}"
+    return f"hand error {spread_words(verdict.hand_error)}{turned}"
+
+
+def spread_words(error: Spread, unit: str = "mm", factor: float = 1e3) -> str:
+    """``8.12 mm mean, 21.3 mm (95 %), 33.0 mm largest``: what it stays below in 95 % of the frames in the middle.
+
+    Args:
+        error: The error.
+        unit: The unit to show it in.
+        factor: What it is multiplied by for that.
+    """
+    mean, p95, largest = (f"{figure(factor * value)} {unit}" for value in (error.mean, error.p95, error.max))
+    return f"{mean} mean, {p95} (95 %), {largest} largest"
+
+
+def headline(verdict: Verdict, settings: Settings) -> str:
+    """The verdict in a clause.
+
+    Args:
+        verdict: The verdict.
+        settings: What it was judged by.
+    """
+    fit, kept = verdict.feasible, verdict.tolerance_met
+    what = "feasible" if fit else "not feasible"
+    if settings.body.kind == "thin":
+        what += " as a thin arm, which has no bodies to compare"
+    if kept is None:
+        return f"{what}; no tolerance is stated"
+    joined = {(True, True): ", and", (True, False): ", but not", (False, True): ", though", (False, False): ", nor"}
+    return f"{what}{joined[fit, kept]} within the tolerance of {tolerance_words(settings.needs)}"
+
+
+def tolerance_words(needs: Needs) -> str:
+    """The stated tolerances: ``5 mm and 3 deg in 95 % of the frames``."""
+    given = [] if needs.hand_tolerance is None else [f"{1e3 * needs.hand_tolerance:g} mm"]
+    given += [] if needs.tolerance_angle is None else [f"{needs.tolerance_angle:g} deg"]
+    frames = "" if needs.tolerance_percentile == 100.0 else f" in {needs.tolerance_percentile:g} % of the frames"
+    return f"{' and '.join(given)}{frames}"
+
+
+def gap_words(gap: Gap) -> str:
+    """Where two bodies come nearest."""
+    first, second = gap.bodies
+    if gap.value < 0.0:
+        return f"{first} is inside {second} by {figure(-1e3 * gap.value)} mm at {gap.time:.2f} s"
+    return f"{first} and {second} come within {figure(1e3 * gap.value)} mm of each other at {gap.time:.2f} s"
+
+
+def speed_words(verdict: Verdict, settings: Settings) -> str:
+    """How fast the joints move, and at which share of the demonstrated speed they can do the task.
+
+    Args:
+        verdict: The verdict.
+        settings: What it was judged by.
+    """
+    limits = joint_needs(settings)
+    joint = int(np.argmax(np.array(verdict.peak_speed) / limits.actuator_speed))
+    slides = bool(limits.prismatic[joint])
+    peak = verdict.peak_speed[joint] * (1.0 if slides else float(np.rad2deg(1.0)))
+    joints = "within the stated limits the joints"
+    if limits.speed is None:
+        kinds = [] if limits.prismatic.all() else [f"{np.rad2deg(TURNING):g} deg/s"]
+        kinds += [f"{SLIDING:g} m/s"] if limits.prismatic.any() else []
+        joints = f"joints of {' and '.join(kinds)}"
+    fastest = f"Joint {joint + 1} moves at up to {figure(peak)} {'m/s' if slides else 'deg/s'}"
+    if verdict.speed_fraction == 0.0:
+        return f"{fastest}; {joints} cannot do the task at any speed."
+    return f"{fastest}; {joints} do the task at {pace(verdict.speed_fraction)}."
+
+
+def pace(fraction: float) -> str:
+    """A share of the demonstrated speed in words, rounded down, so that it can be kept."""
+    if fraction >= 1.0:
+        return "the demonstrated speed"
+    percent = 100.0 * fraction
+    shown = np.floor(percent) if percent >= 10.0 else np.floor(10.0 * percent) / 10.0
+    return f"{shown:g} % of the demonstrated speed"

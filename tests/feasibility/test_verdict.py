@@ -1,0 +1,185 @@
+"""The verdict against closed forms: errors, limits, and the speed at which they are kept."""
+
+import numpy as np
+import pytest
+
+from armdesign.bodies.arm_body import arm_body
+from armdesign.errors import SettingsError
+from armdesign.feasibility.demand import joint_demand, speed_fraction
+from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
+from armdesign.feasibility.verdict import judge, spread
+from armdesign.feasibility.violations import Followed, figure
+from armdesign.feasibility.words import headline, summary
+from armdesign.kinematics.base_pose import BasePose, placed_base
+from armdesign.kinematics.dh import DHTable
+from armdesign.settings import Settings
+
+TIME = np.linspace(0.0, 2.0, 101)
+TABLE = DHTable.from_rows([(0.0, 0.0, 0.1), (np.pi / 2, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.3, 0.1)])
+
+
+def wanted(**needs):
+    return Settings().replace({"design": {"dof": 3}, "body": {"kind": "thin"}, "needs": needs})
+
+
+def accelerating(rates):
+    """Angles q = rate t^2 / 2: speeds rate t, accelerations rate; smoothing leaves quadratics as they are."""
+    return np.outer(TIME**2 / 2.0, rates)
+
+
+def followed(rates=(0.1, 0.2, 0.3), miss=None, angle=None, name=""):
+    error = np.linspace(0.0, 10e-3, len(TIME)) if miss is None else miss
+    return Followed(TIME, accelerating(rates), error, angle, name)
+
+
+def judged(each=None, **needs):
+    each = [followed()] if each is None else each
+    return judge(arm_body(TABLE, Settings().body), each, wanted(**needs))
+
+
+def test_the_hand_s_error_is_mean_share_and_largest():
+    verdict = judged([followed(miss=np.arange(101) * 1e-4)])
+    assert vars(verdict.hand_error) == pytest.approx({"mean": 5e-3, "p95": 9.5e-3, "max": 10e-3})
+    assert verdict.hand_angle is None
+    assert verdict.tolerance is None
+    assert verdict.tolerance_met is None
+    assert verdict.feasible
+    assert verdict.passed
+    assert not verdict.reasons
+
+
+def test_of_several_demonstrations_the_worst_counts():
+    first, second = np.full(101, 2e-3), np.r_[np.zeros(100), 7e-3]
+    assert vars(spread([first, second])) == pytest.approx({"mean": 2e-3, "p95": 2e-3, "max": 7e-3})
+    verdict = judged([followed(miss=first, name="a"), followed(miss=second, name="b")], hand_tolerance=5e-3)
+    assert verdict.tolerance_met is False
+    assert not verdict.passed
+    assert "7.00 mm" in verdict.reasons[0]
+    assert "5 mm" in verdict.reasons[0]
+    assert " of b" in verdict.reasons[0]
+    speeds = judged([followed((0.1, 0.2, 0.3)), followed((0.4, 0.1, 0.1))]).peak_speed
+    assert speeds == pytest.approx((0.8, 0.4, 0.6))
+
+
+@pytest.mark.parametrize(("percent", "met"), [(100.0, False), (96.0, False), (95.0, True), (50.0, True)])
+def test_a_percentile_is_the_share_of_frames_within_the_tolerance(percent, met):
+    miss = np.where(np.arange(100) < 95, 1e-3, 9e-3)
+    time, q = TIME[:100], accelerating((0.1, 0.2, 0.3))[:100]
+    verdict = judged([Followed(time, q, miss)], hand_tolerance=5e-3, tolerance_percentile=percent)
+    assert verdict.tolerance_met is met
+    assert verdict.feasible  # the tolerance is a matter of its own
+
+
+def test_the_orientation_has_a_tolerance_of_its_own():
+    angle = np.deg2rad(np.linspace(0.0, 4.0, 101))
+    kept, missed = (judged([followed(angle=angle)], tolerance_angle=allowed) for allowed in (4.1, 3.9))
+    assert kept.tolerance_met is True
+    assert missed.tolerance_met is False
+    assert np.rad2deg(missed.hand_angle.max) == pytest.approx(4.0)
+    assert "4.00 deg" in missed.reasons[0]
+    assert "3.9 deg" in missed.reasons[0]
+    with pytest.raises(SettingsError) as refused:
+        judged(tolerance_angle=3.0)
+    assert refused.value.value == 3.0
+
+
+def test_speeds_are_those_of_the_motion_and_the_assumed_joints_turn_at_180_deg_a_second():
+    verdict = judged([followed((1.0, 4.0, 2.0))])
+    assert verdict.peak_speed == pytest.approx((2.0, 8.0, 4.0))
+    assert verdict.speed_fraction == pytest.approx(TURNING / 8.0)
+    assert verdict.feasible  # no speed is stated
+    assert judged([followed((0.1, 0.1, 0.1))]).speed_fraction == 1.0
+
+
+def test_a_stated_speed_rules_the_arm_out_and_a_stated_acceleration_counts_by_its_root():
+    slow = judged([followed((1.0, 4.0, 2.0))], max_speed=(180.0, 45.0, 360.0))
+    assert not slow.feasible
+    assert slow.speed_fraction == pytest.approx(np.deg2rad(45.0) / 8.0)
+    assert "Joint 2" in slow.reasons[0]
+    assert "458 deg/s" in slow.reasons[0]
+    assert "45 deg/s" in slow.reasons[0]
+    lazy = judged([followed((1.0, 4.0, 2.0))], max_speed=(1e4,), max_acceleration=(np.rad2deg(1.0),))
+    assert lazy.speed_fraction == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("mounted", ["floor", "wall"])
+def test_at_the_speed_that_a_torque_allows_the_torque_is_just_reached(mounted):
+    arm, base = arm_body(TABLE, Settings().body), placed_base((0.0, 0.0, 0.0), 0.3, mounted)
+    q = accelerating((6.0, 9.0, 12.0))
+    demand = joint_demand(arm, [(TIME, q)], 1.5, base)
+    limit = 0.5 * (np.abs(demand.holding).max(axis=0) + np.abs(demand.torque).max(axis=0))
+    limits = joint_needs(wanted(max_torque=tuple(limit.tolist()), max_speed=(1e4,)))
+    fraction = speed_fraction(demand, limits)
+    assert 0.0 < fraction < 1.0
+    slowed = np.abs(joint_demand(arm, [(TIME / fraction, q)], 1.5, base).torque)
+    assert (slowed / limit).max() == pytest.approx(1.0, rel=1e-6)
+
+
+def test_an_arm_too_weak_to_stand_still_has_no_speed():
+    arm = arm_body(TABLE, Settings().body)
+    demand = joint_demand(arm, [(TIME, accelerating((0.1, 0.1, 0.1)))], 0.0, BasePose())
+    weak = np.abs(demand.holding).max() * 0.9
+    limits = joint_needs(wanted(max_torque=(weak,)))
+    assert speed_fraction(demand, limits) == 0.0
+    verdict = judged([followed((0.1, 0.1, 0.1))], max_torque=(weak,))
+    assert not verdict.feasible
+    assert "N m" in verdict.reasons[0]
+    assert "any speed" in summary(verdict, wanted(max_torque=(weak,)))[-1]
+
+
+def test_a_payload_adds_its_weight_times_its_lever():
+    arm, flat = arm_body(TABLE, Settings().body), np.zeros((101, 3))
+    bare, loaded = (joint_demand(arm, [(TIME, flat)], mass, BasePose()).torque[0] for mass in (0.0, 2.0))
+    assert np.abs(loaded - bare) == pytest.approx(2.0 * 9.81 * np.array([0.0, 0.7, 0.3]), abs=1e-9)
+
+
+def test_reasons_come_worst_first():
+    verdict = judged([followed((1.0, 4.0, 2.0))], hand_tolerance=9e-3, max_speed=(45.0,))
+    assert [reason.split()[0] for reason in verdict.reasons] == ["Joint", "The"]
+
+
+@pytest.mark.parametrize(
+    ("needs", "value"), [({"max_speed": (90.0, 90.0)}, (90.0, 90.0)), ({"max_torque": (1.0,) * 4}, (1.0,) * 4)]
+)
+def test_limits_are_one_or_one_a_joint(needs, value):
+    with pytest.raises(SettingsError) as refused:
+        joint_needs(wanted(**needs))
+    assert refused.value.value == value
+    assert "3" in str(refused.value.allowed)
+
+
+def test_limits_of_joints_that_slide_are_lengths():
+    settings = wanted(max_speed=(90.0, 0.2, 90.0)).replace({"design": {"joints": "RPR"}})
+    limits = joint_needs(settings)
+    assert limits.speed == pytest.approx([np.pi / 2, 0.2, np.pi / 2])
+    assert joint_needs(settings.replace({"needs": {"max_speed": None}})).actuator_speed == pytest.approx(
+        [TURNING, SLIDING, TURNING]
+    )
+
+
+@pytest.mark.parametrize("cell", [{"obstacles": ("cell.toml",)}, {"stay_within": 0.08}])
+def test_a_thin_arm_has_nothing_to_check(cell):
+    with pytest.raises(SettingsError) as refused:
+        judge(arm_body(TABLE, Settings().body), [followed()], wanted().replace({"cell": cell}))
+    assert "tube" in str(refused.value.allowed)
+
+
+def test_the_summary_leads_with_the_hand_and_suffices_is_never_said_without_a_tolerance():
+    for needs, words in (
+        ({}, "no tolerance is stated"),
+        ({"hand_tolerance": 0.02}, "within the tolerance of 20 mm"),
+        ({"hand_tolerance": 0.002}, "but not within the tolerance of 2 mm"),
+        ({"hand_tolerance": 0.002, "max_speed": (1.0,)}, "nor within the tolerance of 2 mm"),
+    ):
+        verdict, settings = judged(**needs), wanted(**needs)
+        lines = summary(verdict, settings)
+        assert lines[0].startswith("Hand error 5.00 mm mean")
+        assert words in headline(verdict, settings)
+        assert words in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.0, "0"), (0.0421, "0.0421"), (5.04, "5.04"), (33.04, "33.0"), (910.4, "910")]
+)
+def test_figures_have_three_digits(value, text):
+    assert figure(value) == text
