@@ -29,6 +29,7 @@ from armdesign.settings.kinds import (
     parameter,
     section_toml,
 )
+from armdesign.settings.place import sites
 
 S = TypeVar("S")
 LIGHTEST = 1e-6
@@ -219,6 +220,15 @@ class Cell(Section):
         "How far the arm's bodies may leave the volume that the demonstrator's arm has swept [m]; not set: no matter.",
         optional=True, panel=CELL,
     )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        """Check the values and that the places can be read.
+
+        Raises:
+            SettingsError: A value is not allowed, a region cannot be read or is empty, or two entries contradict.
+        """
+        super().__post_init__()
+        sites(self)
 
 
 def size_parameter(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclass field)
@@ -656,10 +666,13 @@ def read_settings(path: str | Path) -> Settings:
 
 
 def beside(settings: Settings, folder: Path) -> Settings:
-    """Settings with the paths of their recordings counted from a folder."""
+    """Settings with the paths of their recordings and obstacles counted from a folder."""
     task = settings.task
     files = {name: str(folder / file) for name, file in task.files.items()}
     recording = None if task.recording is None else str(folder / task.recording)
     given = {name: getattr(task, name) for name in ("more_recordings", "holdouts")}
     lists = {name: [str(folder / path) for path in paths] for name, paths in given.items() if paths}
-    return settings.replace({"task": {"recording": recording, "files": files, **lists}})
+    obstacles = [str(folder / path) for path in settings.cell.obstacles]
+    return settings.replace(
+        {"task": {"recording": recording, "files": files, **lists}, "cell": {"obstacles": obstacles}}
+    )
