@@ -11,7 +11,7 @@ import typer
 from armdesign import views
 from armdesign.cli.command_errors import INTERRUPTED
 from armdesign.cli.screen import SearchBar, clock, compiling, say, say_in_handler, show_table, show_text
-from armdesign.cli.tables import show_evaluation
+from armdesign.cli.tables import show_arm
 from armdesign.cli.worker_options import check_workers, open_backend
 from armdesign.errors import counted, resume_command
 from armdesign.experiments.auto_dof.choose_dof import (
@@ -183,6 +183,6 @@ def show_choice(choice: DofChoice, result: Result, more: tuple[str, ...]) -> Non
         rows.append((mark, str(found.dof), *shown))
     show_table(("", "joints", "f [mm]", "E [mm]", "r [m]", "hand [mm]", "L [m]", "time"), rows)
     show_text(choice.explanation)
-    show_evaluation(result.evaluation, result.problem)
+    show_arm(result)
     typer.echo(f"Written in {choice.folder}, every search in a folder nN of its own:")
     typer.echo("\n".join(f"  {name}" for name in (AUTO, TABLE, PICTURE, *files, *more)))

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from armdesign.errors import SettingsError
 from armdesign.settings.sections import Settings, read_settings
 
 
@@ -49,14 +50,38 @@ def settings_from_flags(config: Path | None, given: Mapping[str, Mapping[str, An
         config: The file; None for the published settings.
         given: Values by section and entry; None where nothing was given.
     """
-    settings = Settings() if config is None else read_settings(config)
+    return with_flags(Settings() if config is None else read_settings(config), given)
+
+
+def with_flags(settings: Settings, given: Mapping[str, Mapping[str, Any]]) -> Settings:
+    """Settings with the flags that were given over them.
+
+    Args:
+        settings: The settings.
+        given: Values by section and entry; None where nothing was given. Paths of obstacles become whole ones, as they
+            count from here and not from where the settings are written.
+
+    Raises:
+        SettingsError: A value is not allowed, or one for bodies is given with an arm that has none.
+    """
     changes = {
         section: {name: value for name, value in entries.items() if value is not None}
         if isinstance(entries, Mapping)
         else entries
         for section, entries in given.items()
     }
-    return settings.replace(changes)
+    cell, body = changes.get("cell", {}), changes.get("body", {})
+    if isinstance(cell, Mapping) and isinstance(cell.get("obstacles"), list):
+        changes["cell"] = {**cell, "obstacles": [str(Path(path).resolve()) for path in cell["obstacles"]]}
+    made = settings.replace(changes)
+    without = [name for name in ("clearance", "module_slide") if name in body]
+    if without and made.body.kind == "thin":
+        flag = f"--{without[0].replace('_', '-')}"
+        raise SettingsError(
+            f"{flag} is given, but a thin arm has no body", value=body[without[0]], allowed=f"{flag} with --body tube",
+            fix="Leave one of the two out",
+        )  # fmt: skip
+    return made
 
 
 def with_weights(settings: Settings, scenario: str | None, weights: list[float] | None) -> Settings:

@@ -15,12 +15,12 @@ from armdesign.cli.command_options import (
     OverwriteOption,
     QuietOption,
     option,
-    settings_from_flags,
+    with_flags,
 )
 from armdesign.cli.input_recordings import from_run_folder, open_demonstrations
 from armdesign.cli.screen import compiling, say, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
-from armdesign.cli.tables import show_evaluation
+from armdesign.cli.tables import show_arm
 from armdesign.errors import SettingsError
 from armdesign.fitness.block import compile_kernels
 from armdesign.kinematics.dh_files import read_design
@@ -28,11 +28,11 @@ from armdesign.runs.folder import claim_folder
 from armdesign.runs.writing import write_result
 from armdesign.search.evaluation import check_design, evaluate_design
 from armdesign.search.result import Result
-from armdesign.settings.sections import Fitness, Task
+from armdesign.settings.sections import Body, Cell, Fitness, Needs, Settings, Task, read_settings
 
 
 @one_sentence_errors
-@takes_settings(Task, Fitness, without=("demonstrations",))
+@takes_settings(Task, Cell, Body, Needs, Fitness, without=("demonstrations",))
 def evaluate(
     design: Annotated[
         Path,
@@ -77,13 +77,12 @@ def evaluate(
         refuse_without("--out", {"--overwrite": overwrite})
     table = read_design(design, convention)
     check_design(table)
-    carried = {} if config is not None else settings_of(design)
     try:
-        settings = settings_from_flags(config, carried)
+        settings = Settings().replace(settings_of(design)) if config is None else read_settings(config)
     except SettingsError as error:
         raise SettingsError(f"{config or design}: {error}", value=error.value) from error
     held = {"holdouts": None} if recordings else {}
-    settings = settings.replace({"task": given["task"] | held, "design": {"dof": table.dof}})
+    settings = with_flags(settings, {**given, "task": given["task"] | held, "design": {"dof": table.dof}})
     if not recordings:
         source = config or design
         settings = from_run_folder(settings, source if source.is_dir() else source.parent)
@@ -91,16 +90,16 @@ def evaluate(
     problem = opened.problem(longest=table.length)
     with compiling(quiet=quiet):
         compile_kernels(problem.path_problem)
-    evaluation = evaluate_design(table, problem)
+    result = Result(problem, evaluate_design(table, problem))
     if out is not None:
         claim_folder(out, overwrite=overwrite)
     if not quiet:
         for note in problem.notes:
             say(note)
-        show_evaluation(evaluation, problem)
+        show_arm(result)
     if out is None:
         return
-    written = write_result(out, Result(problem, evaluation))
+    written = write_result(out, result)
     if not quiet:
         typer.echo(written_text([out / name for name in written]))
 

@@ -30,7 +30,7 @@ from armdesign.cli.command_options import (
 from armdesign.cli.input_recordings import Demonstrations, from_run_folder, open_demonstrations
 from armdesign.cli.screen import SearchBar, clock, compiling, say, say_in_handler, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
-from armdesign.cli.tables import show_evaluation
+from armdesign.cli.tables import show_arm
 from armdesign.cli.worker_options import ClusterOption, WorkersOption, check_workers, open_backend
 from armdesign.errors import RunFolderError, SettingsError, counted, resume_command
 from armdesign.fitness.block import compile_kernels
@@ -39,7 +39,7 @@ from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import EXTENSIBLE, carry_out, extend_run, finished, tidy_up
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
-from armdesign.settings.sections import ARM, RECORDING, Design, Fitness, Search, Task
+from armdesign.settings.sections import ARM, RECORDING, Body, Cell, Design, Fitness, Needs, Search, Task
 from armdesign.swarm import ALGORITHMS
 
 AUTO = "auto"
@@ -56,7 +56,7 @@ STOPPED = {
 
 
 @one_sentence_errors
-@takes_settings(Design, Task, Fitness, Search, words={"dof": AUTO})
+@takes_settings(Design, Task, Cell, Body, Needs, Fitness, Search, words={"dof": AUTO})
 def search(
     context: typer.Context,
     recordings: Annotated[
@@ -330,5 +330,5 @@ def show_result(result: Result, files: Sequence[Path]) -> None:
     if facts is not None:
         count = counted(facts.evaluations, "candidate")
         typer.echo(f"Best of {count} in {clock(facts.wall_time)}{STOPPED[facts.stopped_by]}:")
-    show_evaluation(result.evaluation, result.problem)
+    show_arm(result)
     typer.echo(written_text(files))

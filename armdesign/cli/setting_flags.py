@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import inspect
+import re
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from typing import Annotated, Any, TypeVar
@@ -18,6 +19,8 @@ from armdesign.settings.kinds import Choice, Either, Interval, Kind, Number, Sec
 Outcome = TypeVar("Outcome")
 Given = dict[str, dict[str, Any]]
 """The settings whose flags were given, as {section: {entry: value}}."""
+LENGTHS = {"m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000), "in": Fraction(254, 10_000)}
+"""Metres per unit of length."""
 DURATIONS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 
@@ -90,7 +93,7 @@ def flag(section: type[Section], name: str, kind: Kind) -> inspect.Parameter:
     if isinstance(kind, Switch):
         declared, annotation = f"{declared}/--no-{declared[2:]}", bool | None
     else:
-        repeatable = isinstance(kind, Several) and isinstance(kind.item, Interval)
+        repeatable = isinstance(kind, Several) and (kind.repeated or isinstance(kind.item, Interval))
         annotation = list[str] | None if repeatable else str | None  # type: ignore[assignment]
     options = kind.options if isinstance(kind, Choice) else ()
     option = typer.Option(
@@ -140,6 +143,8 @@ def read_flag(kind: Kind, text: Any, flag: str) -> Any:  # noqa: ANN401 (a setti
             return kind.word
         case Several(item=Interval()):
             return [read_flag(kind.item, part, flag) for part in text]
+        case Several(item=Text(), repeated=True):
+            return [part.strip() for each in text for part in each.split(",") if part.strip()]
         case Several(item=Text()):
             return split_list(text)
     try:
@@ -153,14 +158,15 @@ def read_flag(kind: Kind, text: Any, flag: str) -> Any:  # noqa: ANN401 (a setti
                 return [read_number(number, part) for part in text.split(",") if part.strip()]
     except (ValueError, ZeroDivisionError, OverflowError) as error:
         allowed = "two numbers A:B such as 2.5:3.1" if isinstance(kind, Interval) else kind.describe()
-        if isinstance(kind, Number) and kind.unit == "s":
-            allowed += ", such as 90s, 30m, 2h or 1d"
+        examples = {"s": ", such as 90s, 30m, 2h or 1d", "m": ", such as 0.005 or 5mm"}
+        if isinstance(kind, Number):
+            allowed += examples.get(str(kind.unit), "")
         raise SettingsError(f"{flag} is {text!r}", value=text, allowed=allowed) from error
     return text
 
 
 def read_number(kind: Number, text: str) -> float | int:
-    """A number, a fraction such as 1/6, or a number with its unit such as 6Hz or 30m.
+    """A number, a fraction such as 1/6, or a number with its unit such as 6Hz, 5mm or, of a time, 30m.
 
     Args:
         kind: The number's kind, with its unit.
@@ -172,6 +178,9 @@ def read_number(kind: Number, text: str) -> float | int:
     text = text.strip()
     if kind.unit == "s" and text[-1:] in DURATIONS:
         return float(text[:-1]) * DURATIONS[text[-1]]
+    length = re.fullmatch(r"(.*[0-9.])\s*(mm|cm|m|in)", text) if kind.unit == "m" else None
+    if length is not None:
+        return float(Fraction(length[1]) * LENGTHS[length[2]])
     if kind.unit and text.lower().endswith(kind.unit.lower()):
         text = text[: -len(kind.unit)]
     if "/" in text:

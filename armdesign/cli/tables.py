@@ -1,15 +1,17 @@
-"""The tables on an arm: its DH rows, its fitness, and its errors on every point and demonstration."""
+"""What is printed of an arm: the hand's error and the verdict, its DH rows, its fitness, its errors on every point."""
 
 from __future__ import annotations
 
 import numpy as np
 import typer
 
-from armdesign.cli.screen import show_table
+from armdesign.cli.screen import show_table, show_text
 from armdesign.errors import counted, short_names
+from armdesign.feasibility.words import MEANINGS, summary
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import Evaluation
+from armdesign.search.result import Result
 
 
 def show_design(table: DHTable) -> None:
@@ -28,24 +30,25 @@ def show_design(table: DHTable) -> None:
         typer.echo(f"base yaw {np.rad2deg(table.base_yaw):.3f} deg")
 
 
-def show_evaluation(evaluation: Evaluation, problem: DesignProblem) -> None:
-    """Print DH rows, length, fitness in its parts, and the errors of each point and of each demonstration.
-
-    Args:
-        evaluation: What the arm does.
-        problem: The task.
-    """
+def show_arm(result: Result) -> None:
+    """Print the hand's error and the verdict, then DH rows, fitness, and the errors of each point and demonstration."""
+    evaluation, problem = result.evaluation, result.problem
     fitness, several = problem.settings.fitness, len(problem.every) > 1
     meant = (
         f", {fitness.demonstrations} of {len(problem.demonstrations)} demonstrations"
         if len(problem.demonstrations) > 1
         else ""
     )
-    typer.echo(f"{counted(evaluation.table.dof, 'joint')}, modified DH (Craig): T = Rx(alpha) Tx(a) Tz(d) Rz(q)\n")
+    show_text("\n".join(summary(result.verdict, problem.settings)))
+    typer.echo(f"\n{counted(evaluation.table.dof, 'joint')}, modified DH (Craig): T = Rx(alpha) Tx(a) Tz(d) Rz(q)\n")
     show_design(evaluation.table)
     typer.echo(f"\nlength L {evaluation.table.length:.4f} m")
-    typer.echo(f"fitness r {evaluation.fitness:.4f} m = {fitness.lambda_f:g} f + {fitness.lambda_E:g} E{meant}")
-    typer.echo(f"f {evaluation.path_fitness * 1e3:.2f} mm, E {evaluation.area * 1e3:.2f} mm")
+    figures = {
+        "r": f"fitness r {evaluation.fitness:.4f} m = {fitness.lambda_f:g} f + {fitness.lambda_E:g} E{meant}",
+        "f": f"f {evaluation.path_fitness * 1e3:.2f} mm",
+        "E": f"E {evaluation.area * 1e3:.2f} mm",
+    }
+    show_text("\n".join(f"{figure}: {MEANINGS[name]}" for name, figure in figures.items()))
     typer.echo(f"start error {evaluation.path.start_error * 1e3:.3f} mm\n")
     if several:
         show_demonstrations(evaluation, problem)

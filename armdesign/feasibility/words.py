@@ -60,7 +60,7 @@ def headline(verdict: Verdict, settings: Settings) -> str:
     fit, kept = verdict.feasible, verdict.tolerance_met
     what = "feasible" if fit else "not feasible"
     if settings.body.kind == "thin":
-        what += " as a thin arm, which has no bodies to compare"
+        what += " as a thin arm, without bodies"
     if kept is None:
         return f"{what}; no tolerance is stated"
     joined = {(True, True): ", and", (True, False): ", but not", (False, True): ", though", (False, False): ", nor"}

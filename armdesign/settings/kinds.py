@@ -154,11 +154,12 @@ class Text(Kind):
 
 @dataclass(frozen=True)
 class Several(Kind):
-    """A list of values of one kind, between two lengths."""
+    """A list of values of one kind, between two lengths; its flag may be given more than once where ``repeated``."""
 
     item: Kind
     least: int = 0
     most: int = 1000
+    repeated: bool = False
 
     def check(self, name: str, value: Any) -> tuple[Any, ...]:  # noqa: ANN401
         """See Kind.check."""

@@ -94,7 +94,7 @@ CASES = [
     ("search {packaging} --config {place}", "cannot read"),
     ("search {packaging} --config binary.csv", "not UTF-8"),
     ("search {packaging} --config cut.toml", "cut.toml", "line 1", "--write-config"),
-    ("search {packaging} --config section.toml", "robot", "allowed: task, design, fitness, solver, search"),
+    ("search {packaging} --config section.toml", "robot", "allowed: task, design, cell, body, needs, fitness, solver, search"),
     ("search {packaging} --config entry.toml", "design.degrees", "allowed: dof, alpha"),
     ("search {packaging} --config range.toml", "range.toml", "design.dof.* 11;", "allowed: .*1 to 10"),
     ("search {packaging} --config huge.toml", "design.dof", "allowed: .*1 to 10"),

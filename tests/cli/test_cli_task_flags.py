@@ -189,3 +189,48 @@ def test_compiling_is_announced_once_where_it_takes_a_while(monkeypatch, capsys,
     with CompilationBar() as bar:
         bar(9, 9)  # all of it comes from the disk cache
     assert capsys.readouterr().err == ""
+
+
+LENGTHS = {"5mm": 0.005, "0.5cm": 0.005, "0.005": 0.005, "5e-3 m": 0.005, "2in": 0.0508, "35 mm": 0.035, "1/200": 0.005}
+
+
+@pytest.mark.parametrize("text", LENGTHS)
+def test_lengths_are_metres_or_have_their_unit(run, text):
+    outcome = run("search", "--write-config", "--tolerance", text, "--clearance", text)
+    assert outcome.exit_code == 0, outcome.output
+    settings = tomllib.loads(outcome.stdout)
+    assert settings["needs"]["hand_tolerance"] == settings["body"]["clearance"] == LENGTHS[text]
+
+
+@pytest.mark.parametrize("text", ["0", "0mm", "5 miles", "mm", "-1mm", "nan"])
+def test_a_length_that_is_none_is_refused(run, text):
+    outcome = run("search", "--write-config", "--tolerance", text)
+    assert outcome.exit_code == 2
+    assert len(outcome.stderr.splitlines()) == 1
+    assert "olerance" in outcome.stderr
+    assert "above 0" in outcome.stderr
+
+
+def test_regions_and_obstacles_may_be_several(run, place):
+    flags = (
+        "--place",
+        "x=0..1 y=0.5 z=0",
+        "--place",
+        "x=2 y=0..1 z=0",
+        "--obstacles",
+        "a.toml,b.stl",
+        "--obstacles",
+        "c.stl",
+    )
+    outcome = run("search", "--write-config", *flags, "--mounted", "floor")
+    assert outcome.exit_code == 0, outcome.output
+    cell = tomllib.loads(outcome.stdout)["cell"]
+    assert cell["place"] == ["x=0..1 y=0.5 z=0", "x=2 y=0..1 z=0"]
+    assert cell["obstacles"] == [str((place / name).resolve()) for name in ("a.toml", "b.stl", "c.stl")]
+
+
+def test_what_is_asked_of_bodies_is_not_asked_of_a_thin_arm(run):
+    outcome = run("search", "--write-config", "--body", "thin", "--clearance", "5mm")
+    assert outcome.exit_code == 2
+    assert "--clearance" in outcome.stderr
+    assert run("search", "--write-config", "--body", "tube", "--clearance", "5mm").exit_code == 0
