@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from armdesign.kinematics.dh_files import read_design
     from armdesign.kinematics.models import arm_model
     from armdesign.runs.alternatives import alternatives
+    from armdesign.runs.checking import check
     from armdesign.runs.reading import read_result
     from armdesign.runs.writing import write_result
     from armdesign.search.design_arm import design
@@ -54,6 +55,7 @@ _HOMES = {
     "alternatives": "runs.alternatives",
     "arm_model": "kinematics.models",
     "auto_dof": "experiments.auto_dof.choose_dof",
+    "check": "runs.checking",
     "compare": "experiments.compare.comparison",
     "convert": "demonstration.convert",
     "design": "search.design_arm",
@@ -89,6 +91,7 @@ __all__ = [
     "alternatives",
     "arm_model",
     "auto_dof",
+    "check",
     "compare",
     "convert",
     "design",

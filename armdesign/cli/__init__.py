@@ -18,6 +18,7 @@ from armdesign._version import __version__
 COMMANDS = {
     "search": ("search_command", "Search the arm that follows a recorded demonstration best."),
     "evaluate": ("evaluate_command", "Score a given arm on a task."),
+    "check": ("check_command", "Judge a finished arm: can it exist, and does it do its task?"),
     "sweep": ("sweep_command", "Run many searches, one for every combination of settings."),
     "runs": ("runs_command", "List the runs below a folder and their states."),
     "alternatives": ("alternatives_command", "Show the best arms of a search that really differ."),
@@ -30,8 +31,8 @@ COMMANDS = {
 }
 """Every command: the module that holds it, under its own name or as ``app``, and its line in the list of commands."""
 EXIT_CODES = (
-    "Exit codes: 0 done; 1 a run of a sweep or study has failed; 2 bad input; 4 a search has found no arm; 130 stopped "
-    "by Ctrl-C."
+    "Exit codes: 0 done; 1 a run of a sweep or study has failed; 2 bad input; 3 an arm is not feasible or misses its "
+    "tolerance (check); 4 a search has found no arm; 130 stopped by Ctrl-C."
 )
 
 

@@ -58,9 +58,8 @@ def headline(verdict: Verdict, settings: Settings) -> str:
         settings: What it was judged by.
     """
     fit, kept = verdict.feasible, verdict.tolerance_met
-    what = "feasible" if fit else "not feasible"
-    if settings.body.kind == "thin":
-        what += " as a thin arm, without bodies"
+    thin = " as a thin arm, without bodies" if settings.body.kind == "thin" else ""
+    what = f"feasible{thin}" if fit else "not feasible"
     if kept is None:
         return f"{what}; no tolerance is stated"
     joined = {(True, True): ", and", (True, False): ", but not", (False, True): ", though", (False, False): ", nor"}

@@ -10,6 +10,7 @@ from typing import Any
 from armdesign.demonstration import Recording, Step
 from armdesign.demonstration.findings import warning
 from armdesign.errors import ArmDesignError, TaskError, counted, short_names
+from armdesign.feasibility.needs import check_needs
 from armdesign.search.design_problem import Demonstration, DesignProblem
 from armdesign.search.prepare_demonstration import SAME_RATE, prepare_demonstration, select
 from armdesign.settings.sections import Settings
@@ -36,12 +37,13 @@ def prepare(
     Raises:
         TaskError: A point is unknown, the orientation is missing, the start is out of reach, or the demonstrations do
             not have the same points.
-        SettingsError: The weights do not fit the points.
+        SettingsError: The weights do not fit the points, or what is asked of the arm cannot be judged.
         RecordingError: The data cannot be used.
     """
     # the first is prepared as if it were alone: what it settles holds for all
     seen = [recordings] if isinstance(recordings, Recording) else list(recordings)
     first = prepare_demonstration(seen[0], for_one(settings), longest=longest)
+    check_needs(first.settings, oriented=bool(first.settings.fitness.orientation_weight))
     if len(seen) == 1 and not holdouts:
         return DesignProblem(first.settings, (first,))
     # names are compared at once, before the long work on the data of the others

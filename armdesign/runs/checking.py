@@ -1,0 +1,59 @@
+"""The verdict on a finished arm, made anew: with other obstacles, bodies or needs than it was searched with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from armdesign.errors import SettingsError
+from armdesign.feasibility.verdict import Verdict
+from armdesign.runs.folder import RESULT
+from armdesign.runs.reading import read_result
+from armdesign.search.result import Result
+from armdesign.settings.sections import Body, Cell, Needs
+
+JUDGED_BY = (Cell, Body, Needs)
+"""Sections of the settings that say what a finished arm is judged by."""
+
+
+def check(arm: Result | str | Path, **entries: Any) -> Verdict:  # noqa: ANN401 (any setting)
+    """Judge a finished arm: can it exist, and does it do its task?
+
+    ``check("runs/take", obstacles=["cell.toml"], hand_tolerance=0.005).passed`` is what ``armdesign check`` ends by.
+
+    Args:
+        arm: The arm: a result, a run folder, or the result.json in it.
+        entries: Entries of ``Cell``, ``Body`` and ``Needs`` by their names, over those of its settings; or whole
+            sections.
+
+    Raises:
+        ArmDesignError: The run cannot be read, a setting is not allowed, or there is nothing to check it on.
+    """
+    result = arm if isinstance(arm, Result) else finished_arm(arm)
+    known = [name for kind in JUDGED_BY for name in (kind.title(), *kind.names())]
+    for name in entries:
+        if name not in known:
+            raise SettingsError(f"'{name}' is not what a finished arm is judged by", value=name, allowed=known)
+    settings = result.problem.settings.with_entries(**entries)
+    return judged_by(result, {kind.title(): vars(getattr(settings, kind.title())) for kind in JUDGED_BY}).verdict
+
+
+def judged_by(result: Result, changes: dict[str, dict[str, Any]]) -> Result:
+    """A result whose verdict is made anew under other settings.
+
+    Args:
+        result: The arm.
+        changes: {section: {entry: value}}.
+    """
+    return replace(result, problem=result.problem.with_settings(changes), known_verdict=None)
+
+
+def finished_arm(place: str | Path) -> Result:
+    """The result in a run folder, named by the folder or by its result.json.
+
+    Raises:
+        RunFolderError: There is none.
+    """
+    path = Path(place)
+    return read_result(path.parent if path.name == RESULT else path)
