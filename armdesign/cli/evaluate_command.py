@@ -23,10 +23,10 @@ from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.tables import show_arm
 from armdesign.errors import SettingsError
 from armdesign.fitness.block import compile_kernels
-from armdesign.kinematics.dh_files import read_design
+from armdesign.kinematics.dh_files import read_base_pose, read_design
 from armdesign.runs.folder import claim_folder
 from armdesign.runs.writing import write_result
-from armdesign.search.evaluation import check_design, evaluate_design
+from armdesign.search.evaluation import at_given_place, check_design, evaluate_design
 from armdesign.search.result import Result
 from armdesign.settings.sections import Body, Cell, Fitness, Needs, Settings, Task, read_settings
 
@@ -87,7 +87,7 @@ def evaluate(
         source = config or design
         settings = from_run_folder(settings, source if source.is_dir() else source.parent)
     opened = open_demonstrations(recordings, settings, scenario, weights, "evaluate DESIGN")
-    problem = opened.problem(longest=table.length)
+    problem = at_given_place(opened.problem(longest=table.length), read_base_pose(design))
     with compiling(quiet=quiet):
         compile_kernels(problem.path_problem)
     result = Result(problem, evaluate_design(table, problem))

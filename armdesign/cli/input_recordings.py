@@ -10,12 +10,12 @@ from typing import Any
 from armdesign.cli.command_options import with_weights
 from armdesign.cli.screen import say
 from armdesign.demonstration import Recording
+from armdesign.demonstration.points.selection import ORIGIN
 from armdesign.errors import SettingsError
 from armdesign.runs.folder import DEMONSTRATIONS, HOLDOUTS, TASK, TASK_JSON, inner_folders, old_name_note
 from armdesign.search.design_arm import recording_of
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import for_one, prepare
-from armdesign.search.prepare_demonstration import ORIGIN
 from armdesign.settings.kinds import is_unicode
 from armdesign.settings.sections import Settings
 
@@ -97,7 +97,8 @@ def from_run_folder(settings: Settings, folder: Path) -> Settings:
     holdouts = [str(place / TASK) for place in inner_folders(folder, HOLDOUTS)]
     say(f"{gone} does not exist any more: the task in {folder} is used instead (--base {ORIGIN}).")
     tasks = {"recording": str(folder / TASK), "more_recordings": others or None, "holdouts": holdouts or None}
-    return settings.replace({"task": {**tasks, "files": {}, "base": ORIGIN}})
+    as_it_is: dict[str, Any] = {"files": {}, "base": ORIGIN, "units": None, "up": None, "mirror": False}
+    return settings.replace({"task": {**tasks, **as_it_is}})
 
 
 def resolved(paths: Sequence[str]) -> list[str] | None:

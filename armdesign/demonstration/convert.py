@@ -7,7 +7,7 @@ from pathlib import Path
 
 from armdesign.demonstration import Recording, Step, resolve, write_plain_csv
 from armdesign.demonstration.cleaning.cleaning import settled_cleaning
-from armdesign.demonstration.provenance import Provenance, provenance_of, task_json
+from armdesign.demonstration.provenance import Provenance, TaskRecord, provenance_of, task_json
 from armdesign.demonstration.task import cleaned_points
 from armdesign.files import write_whole
 from armdesign.settings.sections import Settings
@@ -63,9 +63,8 @@ def write_conversion(path: Path, conversion: Conversion) -> tuple[Path, Path]:
     beside = task_json_beside(path)
     recording = conversion.recording
     write_plain_csv(path, recording)
-    content = task_json(
-        conversion.provenance, conversion.steps, base=conversion.base, frames=recording.frames, rate=recording.rate
-    )
+    record = TaskRecord(conversion.base, conversion.provenance, conversion.steps)
+    content = task_json(record, recording.frames, recording.rate)
     write_whole(beside, content)
     return path, beside
 

@@ -72,10 +72,12 @@ def base_steps(path: Array, base: str, base_mode: str) -> tuple[Step, ...]:
     return (Step("base", f"{moved} {meaning[base_mode]}", {"mode": base_mode, "moves": reach}),)
 
 
-def task_step(recording: Recording, length: float) -> Step:
-    """How long the task is, and the demonstrator's arm [m]."""
+def task_step(recording: Recording, length: float | None = None) -> Step:
+    """How long the task is, and the demonstrator's arm [m] where the base point is known."""
     duration = float(recording.time[-1] - recording.time[0])
     frames = f"The task has {recording.frames} frames over {seconds(duration)}"
+    if length is None:
+        return Step("task", f"{frames}.", {"frames": recording.frames, "duration": duration})
     sentence = f"{frames}; the demonstrator's arm measures {1e3 * length:.0f} mm."
     return Step("task", sentence, {"frames": recording.frames, "duration": duration, "arm_length": length})
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -84,30 +84,48 @@ def fingerprint(path: str | None) -> str | None:
         return None
 
 
-def task_json(provenance: Provenance, steps: Sequence[Step], *, base: str, frames: int, rate: float) -> str:
+class TaskRecord(NamedTuple):
+    """What a ``task.json`` says of the task beside it.
+
+    Attributes:
+        base: Name of the base.
+        provenance: Where the task comes from.
+        steps: What was found and done.
+        origin: Where its points count from in the room, x, y, z [m]; None where that moves with the base point.
+        shoulder: Whether its first point is the base's own path.
+    """
+
+    base: str
+    provenance: Provenance
+    steps: tuple[Step, ...]
+    origin: tuple[float, ...] | None = None
+    shoulder: bool = False
+
+
+def task_json(record: TaskRecord, frames: int, rate: float) -> str:
     """The content of a ``task.json``, of a run folder or beside a converted recording.
 
     Args:
-        provenance: Where the task comes from.
-        steps: What was found and done.
-        base: Name of the base.
+        record: What is said of the task.
         frames: Number of frames T.
         rate: Frames per second, from the median step [1/s].
     """
+    room = {"origin": record.origin, "base_is_first_point": record.shoulder} if record.origin is not None else {}
     content = {
         "schema_version": SCHEMA_VERSION,
         "armdesign_version": __version__,
-        "base_name": base,
+        "base_name": record.base,
         "frames": frames,
         "rate": rate,
-        **asdict(provenance),
-        "steps": [asdict(step) for step in steps],
+        **room,
+        **asdict(record.provenance),
+        "steps": [asdict(step) for step in record.steps],
     }
     return json.dumps(as_json(content), indent=2, allow_nan=False) + "\n"
 
 
-def read_task_json(path: Path) -> tuple[str, Provenance, tuple[Step, ...]]:
-    """Name of the base, provenance and steps out of a ``task.json``.
+def read_task_json(path: Path) -> TaskRecord:
+    """What a ``task.json`` says of the task beside it.
 
     Raises:
         RunFolderError: It is missing or damaged.
@@ -118,7 +136,11 @@ def read_task_json(path: Path) -> tuple[str, Provenance, tuple[Step, ...]]:
         entries["sources"] = tuple(Source(**source) for source in content["sources"])
         entries["points"] = tuple(content["points"])
         steps = tuple(Step(str(s["name"]), str(s["sentence"]), dict(s["details"])) for s in content["steps"])
-        return str(content["base_name"]), Provenance(**entries), steps
+        origin = None if content.get("origin") is None else tuple(float(x) for x in content["origin"])
+        if origin is not None and (len(origin) != 3 or not np.isfinite(origin).all()):
+            raise ValueError(f"the origin is {origin}")
+        shoulder = content.get("base_is_first_point", False) is True
+        return TaskRecord(str(content["base_name"]), Provenance(**entries), steps, origin, shoulder)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise RunFolderError(f"{path} is missing or damaged", value=str(path)) from error
 

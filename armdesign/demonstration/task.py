@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.cleaning import clean, crop
@@ -18,7 +19,7 @@ from armdesign.demonstration.findings import (
     side_steps,
     task_step,
 )
-from armdesign.demonstration.points.selection import Selection, resolve
+from armdesign.demonstration.points.selection import ORIGIN, Selection, resolve
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step, first_bad_step, median_step, path_lines
 from armdesign.errors import TaskError
@@ -41,6 +42,10 @@ class Task:
         base: Name of the base point.
         steps: What was found and done on the way here.
         orientation: Name of the point that gave the orientation, by default the last; None without quaternions.
+        origin: Where the frame's origin is in the room, whose axes it has, shape (3,) [m]; None for a frame that moves
+            with the base point.
+        shoulder: The base point's own path in the frame, shape (T, 3) [m], where it is not always the origin and is
+            of interest.
     """
 
     time: Array
@@ -51,6 +56,8 @@ class Task:
     base: str
     steps: tuple[Step, ...] = ()
     orientation: str | None = None
+    origin: Array | None = None
+    shoulder: Array | None = None
 
     def __post_init__(self) -> None:
         """Normalise to read-only arrays, compute R where it is not given, and check everything.
@@ -67,6 +74,8 @@ class Task:
         self._freeze("P", self.P, (len(self.points), 3))
         if len(self.time) < MIN_FRAMES or first_bad_step(self.time) is not None:
             raise TaskError("a task needs three or more frames with increasing times")
+        if self.shoulder is not None:
+            self._freeze("shoulder", self.shoulder, (3,))
         self._settle_orientation()
 
     def _settle_orientation(self) -> None:
@@ -91,6 +100,16 @@ class Task:
 
     def _repr_html_(self) -> str:
         return shown(repr(self), drawing(task_lines(self)))
+
+    @property
+    def arm(self) -> Array:
+        """The demonstrator's arm from the base point to the hand, shape (T, m + 1, 3) [m].
+
+        Without a base point its points alone, shape (T, m, 3).
+        """
+        if self.shoulder is not None:
+            return np.concatenate([self.shoulder[:, None], self.P], axis=1)
+        return self.P if self.base == ORIGIN else np.pad(self.P, ((0, 0), (1, 0), (0, 0)))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -136,23 +155,35 @@ def build_task(recording: Recording, settings: TaskSettings | None = None) -> Ta
     return task_of_selection(resolve(recording, how.base, how.points, how.orientation), how)
 
 
-def task_of_selection(selection: Selection, settings: TaskSettings) -> Task:
+def task_of_selection(
+    selection: Selection, settings: TaskSettings, *, in_room: bool = False, keep_base: bool = False
+) -> Task:
     """Make a task of points selected from a recording.
 
     Args:
         selection: The points, from ``resolve``.
         settings: How to clean them, and ``base_mode``: each frame minus the base in that frame, or minus its mean.
+        in_room: Whether the task stays in the room, and nothing is subtracted, since the base has a place of its own.
+        keep_base: Whether the base point's own path is kept with ``base_mode`` fixed, too.
     """
     base, names = selection.base, selection.points
     cleaned, steps = cleaned_points(selection, settings)
-    path = cleaned.points[base]
-    origin = path if settings.base_mode == "shoulder" else path.mean(axis=0, keepdims=True)
     places = np.stack([cleaned.points[name] for name in names], axis=1)
-    length = check_arm_length(places - path[:, None], cleaned.source, settings.scale)
-    steps = (*steps, *base_steps(path, base, settings.base_mode), task_step(cleaned, length))
     turn = selection.orientation
     quaternions = None if turn is None else cleaned.orientations[turn]
-    return Task(cleaned.time, places - origin[:, None], None, quaternions, names, base, steps, turn)
+    path = cleaned.points.get(base)
+    if path is None:  # no base point: the points are where they are
+        steps = (*steps, task_step(cleaned))
+        return Task(cleaned.time, places, None, quaternions, names, base, steps, turn, np.zeros(3))
+    origin = path if settings.base_mode == "shoulder" else path.mean(axis=0, keepdims=True)
+    length = check_arm_length(places - path[:, None], cleaned.source, settings.scale)
+    if in_room:
+        steps = (*steps, task_step(cleaned, length))
+        return Task(cleaned.time, places, None, quaternions, names, base, steps, turn, np.zeros(3), path)
+    steps = (*steps, *base_steps(path, base, settings.base_mode), task_step(cleaned, length))
+    fixed = origin[0] if settings.base_mode == "fixed" else None
+    own = path - origin if keep_base and fixed is not None else None
+    return Task(cleaned.time, places - origin[:, None], None, quaternions, names, base, steps, turn, fixed, own)
 
 
 def cleaned_points(selection: Selection, settings: TaskSettings) -> tuple[Recording, tuple[Step, ...]]:
@@ -165,9 +196,10 @@ def cleaned_points(selection: Selection, settings: TaskSettings) -> tuple[Record
     recording, base, names = selection.recording, selection.base, selection.points
     # First of all the size: one that no arm has mostly means another unit, and cleaning would fail for other reasons.
     part, _ = crop(recording, settings.start, settings.stop)
-    places = np.stack([part.points[name] for name in names], axis=1)
-    scale = settings.scale
-    check_arm_length(scale * (places - part.points[base][:, None]), recording.source, scale)
+    scale, chain = settings.scale, [base, *names] if base in recording.points else [*names]
+    places = np.stack([part.points[name] for name in chain], axis=1)
+    if len(chain) > 1:
+        check_arm_length(scale * (places[:, 1:] - places[:, :1]), recording.source, scale)
     cleaned, done = clean(recording, settings)
     steps = (
         recording_step(recording),
@@ -176,7 +208,7 @@ def cleaned_points(selection: Selection, settings: TaskSettings) -> tuple[Record
         points_step(base, names, selection.orientation, selection.expressions),
         *side_steps(selection.expressions.values(), is_mirrored(recording)),
         *done,
-        *sanity_steps(cleaned, base, names),
+        *(sanity_steps(cleaned, chain[0], chain[1:]) if len(chain) > 1 else ()),
     )
     return cleaned, steps
 
@@ -189,19 +221,25 @@ def task_lines(task: Task) -> list[Line]:
 def task_recording(task: Task) -> Recording:
     """The task in the form of a recording: each point relative to the base, and the orientation where there is one.
 
-    ``task_from_recording`` gives time, P, quaternions and R back to the last bit, also through a plain CSV file.
+    A base point that is not the origin comes first. ``task_from_recording`` gives time, P, quaternions and R back to
+    the last bit, also through a plain CSV file.
     """
-    points = {name: task.P[:, i] for i, name in enumerate(task.points)}
+    points = {} if task.shoulder is None else {task.base: task.shoulder}
+    points |= {name: task.P[:, i] for i, name in enumerate(task.points)}
     turns = {task.orientation: task.quaternions} if task.orientation and task.quaternions is not None else {}
     return Recording(task.time, points, turns, "task")
 
 
-def task_from_recording(recording: Recording, base: str = "base") -> Task:
+def task_from_recording(
+    recording: Recording, base: str = "base", *, origin: ArrayLike | None = None, shoulder: bool = False
+) -> Task:
     """Take a recording as a task, all its points being relative to the base already.
 
     Args:
         recording: Without gaps; with one orientation at most, of unit quaternions.
         base: What to call the base.
+        origin: Where the points count from in the room, shape (3,) [m]; None where that moves.
+        shoulder: Whether the first point is the base's own path.
 
     Raises:
         TaskError: There is no point, a value is missing, or there is more than one orientation.
@@ -212,12 +250,16 @@ def task_from_recording(recording: Recording, base: str = "base") -> Task:
     if len(names) > 1:
         message = f"{recording.source}: a task has one orientation at most, here are {len(names)}"
         raise TaskError(message, value=names, fix=f"Keep one of {', '.join(names)}")
-    for name, series in (*recording.points.items(), *recording.orientations.items()):
-        missing = np.flatnonzero(np.isnan(series[:, 0]))
+    for name, values in (*recording.points.items(), *recording.orientations.items()):
+        missing = np.flatnonzero(np.isnan(values[:, 0]))
         if len(missing):
             message = f"{recording.source}: '{name}' is missing in frame {missing[0] + 1}"
             raise TaskError(message, value=name, fix="A task has no gaps; build it from the recording again")
-    P = np.stack(list(recording.points.values()), axis=1)
+    series = list(recording.points.values())
+    first = 1 if shoulder else 0
+    P, points = np.stack(series[first:], axis=1), tuple(recording.points)[first:]
     orientation = names[0] if names else None
     quaternions = recording.orientations[orientation] if orientation else None
-    return Task(recording.time, P, None, quaternions, tuple(recording.points), base, (), orientation)
+    where = None if origin is None else np.array(origin, dtype=float)
+    path = series[0] if shoulder else None
+    return Task(recording.time, P, None, quaternions, points, base, (), orientation, where, path)

@@ -144,17 +144,44 @@ class DesignSpace:
         rows, yaw = self.rows(Phi)
         return DHTable.from_rows(rows[0, :, :3], float(yaw[0]))
 
-    def phi(self, table: DHTable) -> Array:
-        """The free entries of a DH table, shape (D,); those of a base to be placed are at their lower bounds.
+    def place_entries(self, table: DHTable, base: BasePose | None = None) -> Array:
+        """The entries behind those of the table's rows: base yaw, and where the base is to be placed the rest.
+
+        Args:
+            table: The arm.
+            base: Where it stands in the task frame; by default at the lower bounds.
+        """
+        if not self.sites:
+            return np.array([table.base_yaw])
+        entries = self.lower[self.cells :].copy()
+        if base is None:
+            return entries
+        misses = []
+        for site, box in zip(self.sites, self._boxes, strict=True):
+            turn = base.rotation @ MOUNTINGS[site.mounted].T
+            yaw = math.atan2(turn[1, 0], turn[0, 0])
+            yaw += 2.0 * np.pi * math.ceil((site.yaw[0] - yaw) / (2.0 * np.pi) - 1e-9)  # the first turn in its range
+            at = np.r_[yaw, base.translation]
+            wrong = 0.0 if site.mounted == base.mounted else np.inf
+            misses.append((float(np.abs(at - np.clip(at, *box.T)).max()) + wrong, at))
+        k = int(np.argmin([miss for miss, _ in misses]))
+        entries[:4] = np.clip(misses[k][1], *self._boxes[k].T)
+        entries[4:] = k + 0.5
+        return entries
+
+    def phi(self, table: DHTable, base: BasePose | None = None) -> Array:
+        """The free entries of an arm, shape (D,).
+
+        Args:
+            table: Its DH table.
+            base: Where it stands in the task frame, where the base is to be placed; by default at the lower bounds.
 
         Raises:
             DesignError: The table has another number of joints, or differs in an entry that is fixed here.
         """
         if table.dof != self.dof:
             raise DesignError(f"the design has {table.dof} joints, the search space {self.dof}")
-        place = self.lower[self.cells :].copy()  # of a placed base nothing is known here
-        place[0] = table.base_yaw if not self.sites else place[0]
-        entries = np.r_[np.stack([table.alpha, table.a, table.d], axis=1).ravel(), place]
+        entries = np.r_[np.stack([table.alpha, table.a, table.d], axis=1).ravel(), self.place_entries(table, base)]
         differing = [
             n for n, x, low, f in zip(self.names, entries, self.lower, self.free, strict=True) if not f and x != low
         ]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from armdesign.errors import DesignError
+from armdesign.kinematics.base_pose import MOUNTINGS, BasePose
 from armdesign.kinematics.dh import DHTable
 
 CONVENTIONS = ("modified", "classic")
@@ -52,6 +53,48 @@ def read_design(path: str | Path, convention: str | None = None) -> DHTable:
     if len(rows) < 2:
         raise DesignError(f"{path}: a modified table needs a row per joint and a tool row, this has {len(rows)}")
     return DHTable.from_rows(rows, yaw)
+
+
+def read_base_pose(path: str | Path) -> BasePose | None:
+    """Where the base of an arm stands in the room, out of a run's result.json; None for a file that does not say it.
+
+    Args:
+        path: The file or the run folder.
+
+    Raises:
+        DesignError: The file cannot be read, or what it says is no pose.
+    """
+    path = design_file(path)
+    if path.suffix.lower() != ".json":
+        return None
+    content = parse(path, read_text(path))
+    pose = content.get("base_pose") if isinstance(content, Mapping) else None
+    if pose is None or (isinstance(pose, Mapping) and pose.get("frame") != "room"):
+        return None
+    return base_pose_of(pose, path)
+
+
+def base_pose_of(pose: object, path: Path) -> BasePose:
+    """A base pose as result.json holds it.
+
+    Args:
+        pose: A table of translation, rotation, mounted and frame.
+        path: Where it was read, for the message.
+
+    Raises:
+        DesignError: It is none.
+    """
+    try:
+        entries = dict(pose)  # type: ignore[call-overload]
+        translation = np.array(entries["translation"], dtype=float).reshape(3)
+        rotation = np.array(entries["rotation"], dtype=float).reshape(3, 3)
+        mounted, frame = str(entries["mounted"]), str(entries["frame"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise DesignError(f"{path} is damaged: 'base_pose' is {pose!r}", value=pose) from error
+    turns = np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-6 and np.linalg.det(rotation) > 0.0
+    if not (turns and np.isfinite(translation).all() and mounted in MOUNTINGS):
+        raise DesignError(f"{path} is damaged: 'base_pose' is {pose!r}", value=pose)
+    return BasePose(translation, rotation, mounted, frame)
 
 
 def with_fixed_rows(table: DHTable, path: Path, content: Mapping[str, Any]) -> DHTable:

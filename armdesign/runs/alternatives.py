@@ -21,7 +21,7 @@ from armdesign.runs.folder import ALTERNATIVES
 from armdesign.runs.writing import ALTERNATIVES_FOLDER, remove_alternatives, write_result
 from armdesign.search.arm_symmetry import DIFFERENT, KEPT, different_arms
 from armdesign.search.design_problem import DesignProblem
-from armdesign.search.evaluation import Evaluation, evaluate_design
+from armdesign.search.evaluation import Evaluation, evaluate_candidate
 from armdesign.search.result import Result
 
 
@@ -89,11 +89,13 @@ def alternatives(result: Result, count: int = 5, distance: float = DIFFERENT) ->
     else:
         raise RunFolderError("the result keeps no alternatives", fix="Search with the algorithm multibasin")
     found = different_evaluations(problem, Phi, count, distance)
-    return [Result(problem, each, name=f"{result.name} {rank}") for rank, each in enumerate(found, start=1)]
+    return [Result(*each, name=f"{result.name} {rank}") for rank, each in enumerate(found, start=1)]
 
 
-def different_evaluations(problem: DesignProblem, Phi: Array, count: int, distance: float) -> list[Evaluation]:
-    """Evaluate the best designs that differ.
+def different_evaluations(
+    problem: DesignProblem, Phi: Array, count: int, distance: float
+) -> list[tuple[DesignProblem, Evaluation]]:
+    """Evaluate the best designs that differ, each on the demonstrations as seen from its own base.
 
     Args:
         problem: Demonstrations and settings.
@@ -101,12 +103,13 @@ def different_evaluations(problem: DesignProblem, Phi: Array, count: int, distan
         count: Number of arms.
         distance: How different they have to be, see ``different_arms``.
     """
-    found: list[Evaluation] = []
+    found: list[tuple[DesignProblem, Evaluation]] = []
+    problem = problem.in_room
     for k in different_arms(Phi, problem.space, distance, len(Phi)):
         if len(found) == count:
             break
         with suppress(SearchError):  # does not reach the start on this machine by a hair
-            found.append(evaluate_design(problem.space.table(Phi[k]), problem))
+            found.append(evaluate_candidate(Phi[k], problem))
     return found
 
 
@@ -128,9 +131,9 @@ def write_alternatives(
     check_options(count, distance)
     found: list[Alternative] = []
     evaluations = different_evaluations(problem, read_designs(folder, problem.space), count, distance)
-    for rank, evaluation in enumerate(evaluations, start=1):
+    for rank, (seen, evaluation) in enumerate(evaluations, start=1):
         place = folder / ALTERNATIVES_FOLDER / str(rank)
-        write_result(place, Result(problem, evaluation))
+        write_result(place, Result(seen, evaluation))
         found.append(Alternative(rank, evaluation, place))
     remove_alternatives(folder, beyond=len(found))
     return found

@@ -13,9 +13,10 @@ from armdesign._types import Array
 from armdesign._version import __version__
 from armdesign.demonstration import task_recording
 from armdesign.demonstration.files.plain_csv import plain_csv
-from armdesign.demonstration.provenance import task_json
+from armdesign.demonstration.provenance import TaskRecord, task_json
 from armdesign.export.urdf import result_urdf
 from armdesign.fitness.constraints import DesignSpace
+from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.folder import (
     ALTERNATIVES,
@@ -52,6 +53,7 @@ def contents(result: Result) -> dict[str, str]:
 def problem_contents(problem: DesignProblem) -> dict[str, str]:
     """What a later process needs to take a search up: every demonstration's task and settings."""
     files: dict[str, str] = {}
+    problem = problem.in_room
     for name, demonstration in inner_demonstrations(problem).items():
         files |= {f"{name}/{file}": text for file, text in task_contents(demonstration, demonstration.settings).items()}
     return files | task_contents(problem.first, problem.settings)
@@ -60,10 +62,10 @@ def problem_contents(problem: DesignProblem) -> dict[str, str]:
 def task_contents(demonstration: Demonstration, settings: Settings) -> dict[str, str]:
     """task.csv, task.json and settings.toml of one demonstration."""
     task = demonstration.task
-    origin = task_json(
-        demonstration.provenance, demonstration.steps, base=task.base, frames=len(task.time), rate=1.0 / task.dt
-    )
-    return {TASK: plain_csv(task_recording(task)), TASK_JSON: origin, SETTINGS: settings.to_toml()}
+    origin = None if task.origin is None else tuple(task.origin.tolist())
+    record = TaskRecord(task.base, demonstration.provenance, demonstration.steps, origin, task.shoulder is not None)
+    about = task_json(record, len(task.time), 1.0 / task.dt)
+    return {TASK: plain_csv(task_recording(task)), TASK_JSON: about, SETTINGS: settings.to_toml()}
 
 
 def result_contents(result: Result) -> dict[str, str]:
@@ -98,6 +100,7 @@ def result_content(result: Result) -> dict[str, Any]:
     problem, evaluation = result.problem, result.evaluation
     content = path_content(evaluation.table, problem.first, problem.settings, evaluation.demonstrations[0])
     content |= {name: getattr(evaluation, name) for name in ("fitness", "path_fitness", "area")}
+    content["base_pose"] = base_pose_content(result.base_pose)
     inner = list(inner_demonstrations(problem))
     further = len(problem.demonstrations) - 1
     if further:
@@ -206,6 +209,12 @@ def dh_content(table: DHTable) -> dict[str, Any]:
     names = ("alpha", "a", "d", "theta") if np.any(table.theta) else ("alpha", "a", "d")
     rows = [{name: float(getattr(table, name)[i]) for name in names} for i in range(table.dof + 1)]
     return {"convention": "modified", "base_yaw": float(table.base_yaw), "rows": rows}
+
+
+def base_pose_content(pose: BasePose) -> dict[str, Any]:
+    """A base pose for JSON."""
+    where = {"translation": pose.translation.tolist(), "rotation": pose.rotation.tolist()}
+    return where | {"mounted": pose.mounted, "frame": pose.frame}
 
 
 def history_csv(history: History) -> str:

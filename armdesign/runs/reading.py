@@ -18,7 +18,7 @@ from armdesign.feasibility.verdict import Gap, Spread, Verdict
 from armdesign.files import read_json
 from armdesign.fitness.block import BlockEvaluator, PathResult
 from armdesign.kinematics.dh import DHTable
-from armdesign.kinematics.dh_files import read_design
+from armdesign.kinematics.dh_files import base_pose_of, read_design
 from armdesign.runs.folder import (
     DEMONSTRATIONS,
     HISTORY,
@@ -53,6 +53,8 @@ def read_result(folder: str | Path) -> Result:
     place = Path(folder)
     content, problem = result_content(place), read_problem(place)
     table = read_design(place / RESULT)
+    if problem.space.sites:
+        problem = problem.placed(base_pose_of(content.get("base_pose"), place / RESULT))
     first = read_path(place, problem.first, content, table)
     demonstrations, holdouts = [first], []
     if len(problem.demonstrations) > 1:
@@ -99,14 +101,15 @@ def read_demonstration(folder: Path) -> Demonstration:
     if not path.is_file():
         raise RunFolderError(f"{folder} holds no run to resume: {SETTINGS} is missing", value=str(folder))
     try:
-        base, provenance, steps = read_task_json(folder / TASK_JSON)
+        record = read_task_json(folder / TASK_JSON)
     except RunFolderError as error:
         raise RunFolderError(f"{folder} holds no run to resume: {error}", value=str(folder)) from error
-    task = task_from_recording(read_plain_csv(folder / TASK), base=base)
+    recording = read_plain_csv(folder / TASK)
+    task = task_from_recording(recording, record.base, origin=record.origin, shoulder=record.shoulder)
     settings = read_settings(path)
     if "body" not in tomllib.loads(path.read_text(encoding="utf-8-sig")):  # written when arms were but lines
         settings = settings.replace({"body": {"kind": "thin"}})
-    return Demonstration(settings, task, steps, provenance)
+    return Demonstration(settings, task, record.steps, record.provenance)
 
 
 def read_inner(folder: Path, pattern: str, recordings: Sequence[str] | None) -> tuple[Demonstration, ...]:

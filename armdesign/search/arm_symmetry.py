@@ -15,6 +15,8 @@ FLAT = 1e-3
 """Link length below which two joint axes count as meeting [m]."""
 KEPT = 60
 """Designs that a search keeps at most as its alternatives."""
+SMALLEST_ROOM = 0.1
+"""Smallest width of a place in terms of which two bases differ [m]."""
 DIFFERENT = 0.3
 """Distance from which two arms count as different, every entry in terms of the width of its bounds."""
 
@@ -22,7 +24,7 @@ DIFFERENT = 0.3
 def length_slab(space: DesignSpace) -> Slab:
     """L_min < L < L_max as bounds of a weighted sum of Phi; lengths are not negative, so L is linear in them."""
     lower, _ = space.bounds
-    weights = np.where(space.angular, 0.0, 1.0)
+    weights = np.where(space.extending, 1.0, 0.0)
     fixed = float(space.lengths(lower)[0]) - float(weights @ lower)  # what entries outside Phi add to L
     return Slab(weights, space.length[0] - fixed, space.length[1] - fixed)
 
@@ -39,11 +41,14 @@ def canonical_form(space: DesignSpace) -> Callable[[Array], Array]:
     """
 
     def canonical(Phi: Array) -> Array:
-        entries = space.full(Phi)  # fixed entries included; the last is the base yaw
-        rows = entries[:, :-1].reshape(len(entries), space.dof + 1, 3)
+        entries = space.full(Phi)  # fixed entries included; those of the base come last
+        rows = entries[:, : space.cells].reshape(len(entries), space.dof + 1, 3)
         meeting = rows[:, 1:, 1] < FLAT
         rows[:, 1:, 0] = np.where(meeting, np.abs(rows[:, 1:, 0]), rows[:, 1:, 0])
-        entries[:, :-1] = rows.reshape(len(entries), 3 * (space.dof + 1))
+        entries[:, : space.cells] = rows.reshape(len(entries), space.cells)
+        if len(space.sites) > 1:  # what lies beyond the box of its site is the same as on its edge
+            site, standing = space.standing(Phi)
+            entries[:, space.cells :] = np.column_stack([standing, site + 0.5])
         chosen: Array = entries[:, space.free]
         return chosen
 
@@ -65,14 +70,14 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
     Returns:
         Euclidean distances, shape (A,).
     """
-    n = space.dof
+    n, cells = space.dof, space.cells
     entries = space.full(np.vstack([design, others]))
-    one, rows = entries[0, :-1].reshape(n + 1, 3), entries[1:, :-1].reshape(-1, n + 1, 3)
-    width = (space.upper - space.lower)[:-1].reshape(n + 1, 3)
+    one, rows = entries[0, :cells].reshape(n + 1, 3), entries[1:, :cells].reshape(-1, n + 1, 3)
+    width = (space.upper - space.lower)[:cells].reshape(n + 1, 3)
     # an entry that is fixed counts in terms of the widest of its kind, if any is free
     unit = np.where(width > 0.0, width, width.max(axis=0))
     unit = np.where(unit > 0.0, unit, 1.0)
-    yaw = (entries[1:, -1] - entries[0, -1]) / max(float(space.upper[-1] - space.lower[-1]), 1.0)
+    standing = base_distances(space, np.vstack([design, others]))
     # squared distances; every row may choose its own side, since the half turns go into the joints beside it
     best = np.full(len(others), np.inf)
     for turns in product((0, 1), repeat=n):  # every choice of axes to turn round: 2^n ways to write the arm
@@ -87,7 +92,27 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
             ways.append((twist / unit[:, 0]) ** 2 + ((side * rows[:, :, 1] - one[:, 1]) / unit[:, 1]) ** 2)
         ways[1][:, 0] = np.inf  # row 0 hangs on the base
         best = np.minimum(best, (np.minimum(*ways) + across).sum(axis=1))
-    return np.asarray(np.sqrt(best + yaw**2))
+    return np.asarray(np.sqrt(best + standing**2))
+
+
+def base_distances(space: DesignSpace, Phi: Array) -> Array:
+    """How differently the bases of designs stand than that of the first, by the widths of the bounds, shape (N - 1,).
+
+    Args:
+        space: The design space.
+        Phi: Designs, shape (N, D).
+    """
+    yaw = space.full(Phi)[:, space.cells]
+    wide = max(float(space.upper[space.cells] - space.lower[space.cells]), 1.0)
+    if not space.sites:
+        return np.asarray((yaw[1:] - yaw[0]) / wide)
+    site, standing = space.standing(Phi)
+    turned, shifted = standing[1:, 0] - standing[0, 0], standing[1:, 1:] - standing[0, 1:]
+    turned = (turned + np.pi) % (2.0 * np.pi) - np.pi
+    place = slice(space.cells + 1, space.cells + 4)
+    unit = np.maximum(space.upper[place] - space.lower[place], SMALLEST_ROOM)
+    other = (site[1:] != site[0]).astype(float)  # mounted otherwise, or somewhere else altogether
+    return np.asarray(np.sqrt((turned / wide) ** 2 + ((shifted / unit) ** 2).sum(axis=1) + other))
 
 
 def different_arms(Phi: Array, space: DesignSpace, distance: float, most: int) -> list[int]:

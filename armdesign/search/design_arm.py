@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from armdesign.demonstration import Recording, read_recording, read_recordings
+from armdesign.demonstration.points.selection import ORIGIN
 from armdesign.errors import SettingsError
 from armdesign.search.backends.parallel import WorkerPool
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import file_of, known, prepare
-from armdesign.search.prepare_demonstration import ORIGIN
 from armdesign.search.result import Result
 from armdesign.search.search import Progress, search
 from armdesign.settings import Settings
+from armdesign.settings.place import sites
 
 Source: TypeAlias = "str | Path | Recording"
 """A recording, or where it is."""
@@ -99,7 +100,7 @@ def recording_of(settings: Settings) -> Recording:
         RecordingError: It cannot be read.
     """
     task = settings.task
-    relative = task.base == ORIGIN
+    relative = task.base == ORIGIN and not sites(settings.cell)
     units, up, mirror = (None, None, False) if relative else (task.units, task.up, task.mirror)
     if task.files:
         return read_recordings(task.files, rate=task.file_rate, units=units, up=up, mirror=mirror)

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import PurePath
 from typing import Any
 
+import numpy as np
+
+from armdesign._types import Array
 from armdesign.demonstration import Step, Task
+from armdesign.demonstration.files.quaternions import from_matrices, product
 from armdesign.demonstration.provenance import Provenance, Source
 from armdesign.demonstration.task import task_lines
 from armdesign.errors import counted
+from armdesign.feasibility.penalty import Requirements, Shown, make_penalty
 from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
 from armdesign.fitness.objective import Demonstrations, Objective
 from armdesign.fitness.problem import Problem, make_problem
-from armdesign.fitness.robot import RobotFitness
+from armdesign.fitness.robot import Penalty, RobotFitness
+from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.line_drawing import drawing, shown
 from armdesign.settings import Settings
+from armdesign.settings.place import sites
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -30,12 +36,16 @@ class Demonstration:
         task: What is tracked.
         steps: What was decided and done to the data.
         provenance: Where the task comes from.
+        base: Where the arm's base is that the task is seen from; None where the task is as it was demonstrated.
+        room: This demonstration as it was before a base was chosen; None where none was.
     """
 
     settings: Settings
     task: Task
     steps: tuple[Step, ...] = ()
     provenance: Provenance = field(default_factory=Provenance)
+    base: BasePose | None = None
+    room: Demonstration | None = None
 
     def __repr__(self) -> str:
         return f"Demonstration {PurePath(self.name).name!r}: {repr(self.task).removeprefix('Task: ')}"
@@ -51,9 +61,31 @@ class Demonstration:
             TaskError: There are too many points.
             SettingsError: The weights do not fit the points.
         """
+        if self.room is not None and self.base is not None:  # by the very products of the search, to the last bit
+            problem = self.room.path_problem
+            columns = self.base.turned_back(problem.R.swapaxes(1, 2))
+            P, R = self.base.inside(problem.P), columns.swapaxes(1, 2)
+            return replace(problem, P=np.ascontiguousarray(P), R=np.ascontiguousarray(R))
         settings, task = self.settings, self.task
         limits = joint_limits(settings.design)
         return make_problem(task.P, task.R, task.dt, limits, settings.fitness, settings.solver)
+
+    def placed(self, base: BasePose) -> Demonstration:
+        """This demonstration as seen from a base in its task frame."""
+        room = self.room or self
+        task = room.task
+        back = from_matrices(base.rotation.T[None])
+        turns = None if task.quaternions is None else product(back, task.quaternions)
+        shoulder = None if task.shoulder is None else base.inside(task.shoulder)
+        seen = replace(
+            task, P=base.inside(task.P), R=None, quaternions=turns, origin=None, shoulder=shoulder,
+        )  # fmt: skip
+        return replace(room, task=seen, base=base, room=room)
+
+    def with_settings(self, changes: Mapping[str, Mapping[str, Any]]) -> Demonstration:
+        """This demonstration under other settings, see DesignProblem.with_settings."""
+        room = None if self.room is None else self.room.with_settings(changes)
+        return replace(self, settings=self.settings.replace(changes), room=room)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -98,7 +130,37 @@ class DesignProblem:
     @cached_property
     def space(self) -> DesignSpace:
         """The designs Phi; made once."""
-        return design_space(self.settings.design)
+        return design_space(self.settings.design, sites(self.settings.cell))
+
+    @property
+    def origin(self) -> Array | None:
+        """Where the task frame's origin is in the room, whose axes it has, shape (3,) [m]; None without a room."""
+        return (self.first.room or self.first).task.origin
+
+    @property
+    def base_pose(self) -> BasePose:
+        """Where the arm's base stands: in the room, or in the task frame where that moves in the room."""
+        base, origin = self.first.base, self.origin
+        if base is None:
+            return BasePose(frame="base") if origin is None else BasePose(origin.copy())
+        return base if origin is None else replace(base, translation=base.translation + origin)
+
+    def placed(self, base: BasePose) -> DesignProblem:
+        """The same demonstrations as seen from a base in the task frame; what an arm does there is its part to solve.
+
+        Args:
+            base: Where the base stands in the task frame.
+        """
+        seen, unseen = (tuple(each.placed(base) for each in part) for part in (self.demonstrations, self.holdouts))
+        return DesignProblem(self.settings, seen, unseen)
+
+    @property
+    def in_room(self) -> DesignProblem:
+        """The problem before a base was chosen; itself where none was."""
+        if self.first.room is None:
+            return self
+        seen, unseen = (tuple(each.room or each for each in part) for part in (self.demonstrations, self.holdouts))
+        return DesignProblem(self.settings, seen, unseen)
 
     @property
     def first(self) -> Demonstration:
@@ -142,10 +204,20 @@ class DesignProblem:
         Args:
             block: Arms side by side; any value gives the same scores.
         """
-        problems = [each.path_problem for each in self.demonstrations]
+        if self.first.room is not None:  # designs bring their own bases
+            return self.in_room.objective(block)
+        problems, penalty = [each.path_problem for each in self.demonstrations], self.penalty()
         if len(problems) == 1:
-            return RobotFitness(problems[0], self.space, block)
-        return Demonstrations(problems, self.space, block, worst=self.settings.fitness.demonstrations == "worst")
+            return RobotFitness(problems[0], self.space, block, penalty)
+        worst = self.settings.fitness.demonstrations == "worst"
+        return Demonstrations(problems, self.space, block, penalty, worst=worst)
+
+    def penalty(self) -> Penalty | None:
+        """What is added to r of an arm that could not be built or would touch something; None for the paper's arm."""
+        settings, n = self.settings, self.settings.design.dof
+        limits, every = joint_limits(settings.design), self.in_room.demonstrations
+        shown = tuple(Shown(each.task.time, each.task.arm) for each in every)
+        return make_penalty(Requirements(settings, limits, (False,) * n, shown, None, self.origin))
 
     def with_settings(self, changes: Mapping[str, Mapping[str, Any]]) -> DesignProblem:
         """These demonstrations under other settings of design, fitness, solver or search.
@@ -157,7 +229,6 @@ class DesignProblem:
             SettingsError: A setting is unknown or not allowed.
         """
         demonstrations, holdouts = (
-            tuple(dataclasses.replace(each, settings=each.settings.replace(changes)) for each in part)
-            for part in (self.demonstrations, self.holdouts)
+            tuple(each.with_settings(changes) for each in part) for part in (self.demonstrations, self.holdouts)
         )
         return DesignProblem(self.settings.replace(changes), demonstrations, holdouts)

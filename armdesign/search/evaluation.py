@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.errors import DesignError, SearchError, counted
+from armdesign.errors import DesignError, SearchError, SettingsError, counted
 from armdesign.fitness.block import BlockEvaluator, PathResult
 from armdesign.fitness.objective import combined, settles_mount
 from armdesign.fitness.problem import Problem
+from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.kernels.skeleton import MAX_DOF
 from armdesign.search.design_problem import DesignProblem
@@ -108,6 +109,48 @@ def evaluate_design(table: DHTable, problem: DesignProblem) -> Evaluation:
     others = [evaluate_on(table, each.path_problem, first.path, each.name) for each in problem.demonstrations[1:]]
     holdouts = [path_evaluation(table, each.path_problem, first.path) for each in problem.holdouts]
     return combined_evaluation(table, (first, *others), problem.settings.fitness.demonstrations, holdouts)
+
+
+def evaluate_candidate(Phi: Array, problem: DesignProblem) -> tuple[DesignProblem, Evaluation]:
+    """Follow the demonstrations with one design of the search.
+
+    Args:
+        Phi: The design, shape (D,).
+        problem: The demonstrations.
+
+    Returns:
+        The demonstrations as seen from the design's own base, and what its arm does there.
+
+    Raises:
+        SearchError: The arm does not reach the first frame.
+    """
+    space = problem.space
+    seen = problem.placed(space.base_pose(Phi)) if space.sites else problem
+    return seen, evaluate_design(space.table(Phi), seen)
+
+
+def at_given_place(problem: DesignProblem, base: BasePose | None = None) -> DesignProblem:
+    """The demonstrations as seen from where a given arm stands; the problem itself where that is the task's origin.
+
+    Args:
+        problem: The demonstrations.
+        base: Where the arm stands in the room; by default at the one place that the settings name, without a turn.
+
+    Raises:
+        SettingsError: The settings leave more than one place.
+    """
+    places = problem.space.sites
+    if not places or problem.first.room is not None:
+        return problem
+    if base is None:
+        low, high = places[0].box
+        if len(places) > 1 or (low != high).any():
+            raise SettingsError(
+                "a given arm needs one place for its base, and the settings name a region", value=str(places[0]),
+                allowed="one point", fix="Give it with --base-at X,Y,Z (cell.base_at)",
+            )  # fmt: skip
+        base = placed_base(low, float(np.clip(0.0, *places[0].yaw)), places[0].mounted)
+    return problem.placed(base)
 
 
 def evaluate_on(table: DHTable, problem: Problem, first: PathResult | None = None, where: str = "") -> PathEvaluation:

@@ -89,6 +89,7 @@ def shared_settings(settings: Settings, first: Demonstration) -> Settings:
         {
             "task": {name: getattr(task, name) for name in ("outliers", "repeats", "low_pass")} | {"files": {}},
             "fitness": {"weights": fitness.weights, "orientation_weight": fitness.orientation_weight},
+            "cell": {"place": first.settings.cell.place},
         }
     )
 

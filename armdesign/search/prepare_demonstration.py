@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,17 +14,16 @@ from armdesign.demonstration.cleaning.cleaning import CLEANING_ENTRIES, settled_
 from armdesign.demonstration.cleaning.gaps import seconds
 from armdesign.demonstration.findings import warning
 from armdesign.demonstration.points.expressions import unquoted
-from armdesign.demonstration.points.selection import with_orientation
+from armdesign.demonstration.points.selection import ORIGIN, with_orientation
 from armdesign.demonstration.provenance import provenance_of
 from armdesign.demonstration.task import task_of_selection
 from armdesign.errors import SettingsError, TaskError, counted
 from armdesign.fitness.problem import SCENARIOS, resolve_weights, start_effort
 from armdesign.search.design_problem import Demonstration
+from armdesign.settings.place import NEAR_TASK, Site, near_task, sites
 from armdesign.settings.sections import Settings
 from armdesign.settings.sections import Task as TaskSettings
 
-ORIGIN = "origin"
-"""Name of the base where the points of a recording already count from it, as in a run's task.csv."""
 SAME_RATE = 1e-3
 """Relative difference of frame rates that is none."""
 ROUNDED = 0.3
@@ -43,6 +43,8 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
         SettingsError: The weights do not fit the points.
         RecordingError: The data cannot be used.
     """
+    places = sites(settings.cell)
+    settings, steps = settled_base_mode(settings, places)
     # first the points, then their weights: these say whether an orientation has to be found, too
     chosen = select(recording, settings)
     w_0, weights = weights_for(settings, len(chosen.points))
@@ -50,20 +52,25 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
         chosen = select_orientation(chosen, recording, settings)
     how = settled_cleaning(settings.task, chosen.recording)
     if counts_from_base(recording, settings):
-        task = replace(task_from_recording(chosen.recording, base=ORIGIN), steps=chosen.steps)
+        origin = np.zeros(3) if places else None
+        task = replace(task_from_recording(chosen.recording, base=ORIGIN, origin=origin), steps=chosen.steps)
     else:
-        task = task_of_selection(chosen, how)
-    steps = list(task.steps)
+        keep_base = bool(settings.cell.obstacles or settings.cell.stay_within)
+        task = task_of_selection(chosen, how, in_room=bool(places), keep_base=keep_base)
+    steps = [*steps, *task.steps]
     wanted = settings.task.orientation
     if wanted is not None and chosen.orientation is None:
         sentence = f"The orientation of '{wanted}' is not followed: the orientation weight w_0 is 0."
         steps.append(Step("orientation", sentence))
     settings = settled(settings, chosen, how, w_0, weights)
+    reach = settings.design.length[1] if longest is None else longest
+    if places:
+        places = near_task(places, task.P[:, -1], reach)
+        settings = settings.replace({"cell": {"place": settled_places(settings, places)}})
     provenance = provenance_of(chosen, settings.task)
     settings, more = settled_continuity(settings, recorded_step(chosen.recording), task.dt)
     steps += more
-    reach = settings.design.length[1] if longest is None else longest
-    steps += check_reach(task, reach, searched=longest is None)
+    steps += check_reach(task, reach, places, searched=longest is None)
     steps += continuity_warnings(task, settings, reach)
     return Demonstration(settings, task, tuple(steps), provenance)
 
@@ -83,7 +90,12 @@ def select(recording: Recording, settings: Settings) -> Selection:
     """
     task = settings.task
     if not counts_from_base(recording, settings):
-        return resolve(recording, task.base, task.points, None)
+        try:
+            return resolve(recording, task.base, task.points, None)
+        except TaskError:
+            if not (sites(settings.cell) and task.base is None and task.points):
+                raise
+            return resolve(recording, ORIGIN, task.points, None)  # a base with a place of its own needs no point
     names = tuple(named(text, recording) for text in task.points or tuple(recording.points))
     for name in names:
         if name not in recording.points:
@@ -132,8 +144,33 @@ def select_orientation(selection: Selection, recording: Recording, settings: Set
 
 
 def counts_from_base(recording: Recording, settings: Settings) -> bool:
-    """Whether the recording's points count from the base already."""
+    """Whether the recording's points count from the base already, or are finished where the base has a place."""
+    if recording.about.captured and sites(settings.cell):
+        return False
     return settings.task.base == ORIGIN and ORIGIN not in recording.points
+
+
+def settled_base_mode(settings: Settings, places: Sequence[Site]) -> tuple[Settings, list[Step]]:
+    """The settings with the base mode that goes with a base in the room, and what has to be said of it.
+
+    Args:
+        settings: The settings as asked for.
+        places: Where the base may stand; none where it stands at a point of the recording.
+    """
+    fixed = settings.replace({"task": {"base_mode": "fixed"}})
+    if places:
+        shown = "; ".join(str(site) for site in places if site != NEAR_TASK) or "the floor near the task"
+        sentence = f"The base is placed in the room: {shown}. All paths are those in the room."
+        return fixed, [Step("place", sentence, {"places": [str(site) for site in places]})]
+    if settings.cell.obstacles and settings.task.base_mode != "fixed":
+        sentence = "Obstacles stand in the room, and so does the base: base_mode is 'fixed'."
+        return fixed, [Step("base-mode", sentence, {"base_mode": "fixed"})]
+    return settings, []
+
+
+def settled_places(settings: Settings, places: Sequence[Site]) -> tuple[str, ...]:
+    """The places for the settings: as they were given, unless only the task could tell."""
+    return tuple(map(str, places)) if NEAR_TASK in sites(settings.cell) else settings.cell.place
 
 
 def named(text: str, recording: Recording) -> str:
@@ -214,12 +251,13 @@ def weights_for(settings: Settings, m: int) -> tuple[float, tuple[float, ...]]:
         raise SettingsError(str(error), value=error.value, fix=fix) from error
 
 
-def check_reach(task: Task, longest: float, *, searched: bool) -> tuple[Step, ...]:
+def check_reach(task: Task, longest: float, places: Sequence[Site] = (), *, searched: bool) -> tuple[Step, ...]:
     """Compare the hand's distance from the base with the longest arm allowed.
 
     Args:
         task: The task.
         longest: Length of the longest arm [m].
+        places: Where the base may stand; none where it stands in the origin of the task.
         searched: Whether an arm is searched for, so that it can be no longer; else there is one of that length.
 
     Returns:
@@ -229,6 +267,15 @@ def check_reach(task: Task, longest: float, *, searched: bool) -> tuple[Step, ..
         TaskError: The first hand point lies out of reach of any arm.
     """
     distance = np.linalg.norm(task.P[:, -1], axis=1)
+    if places:
+        distance = np.min([distance_from(site, task.P[:, -1]) for site in places], axis=0)
+    if places and distance[0] >= longest:
+        raise TaskError(
+            f"no place of the base reaches the task: at the start the hand is {distance[0]:.3f} m from the nearest, "
+            f"and no arm may be longer than L_max = {longest:g} m",
+            value=float(distance[0]),
+            fix="Move or widen the place (--place, --base-at), raise design.length, or check --units",
+        )
     if searched and distance[0] >= longest:
         raise TaskError(
             f"the task is out of reach: at the start the hand is {distance[0]:.3f} m from the base, "
@@ -240,10 +287,17 @@ def check_reach(task: Task, longest: float, *, searched: bool) -> tuple[Step, ..
     if beyond == 0:
         return ()
     sentence = (
-        f"In {beyond} of {len(distance)} frames the hand is farther from the base (up to {distance.max():.3f} m) than "
+        f"In {beyond} of {len(distance)} frames the hand is farther from {'any place of ' if places else ''}the base "
+        f"(up to {distance.max():.3f} m) than "
         f"{'the longest arm reaches, L_max =' if searched else 'the arm is long,'} {longest:g} m."
     )
     return (Step("reach", sentence, {"frames": beyond, "farthest": float(distance.max())}),)
+
+
+def distance_from(site: Site, points: Array) -> Array:
+    """Distances of points in the room, shape (T, 3) [m], from the nearest place of a site, shape (T,) [m]."""
+    low, high = site.box
+    return np.asarray(np.linalg.norm(points - np.clip(points, low, high), axis=1))
 
 
 def settled_continuity(settings: Settings, recorded: float, dt: float) -> tuple[Settings, tuple[Step, ...]]:

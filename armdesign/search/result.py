@@ -18,11 +18,12 @@ from armdesign.feasibility.verdict import Verdict, judge, spread
 from armdesign.feasibility.violations import Followed
 from armdesign.feasibility.words import MEANINGS, hand_words, headline, spread_words
 from armdesign.fitness.constraints import joint_limits
+from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
-from armdesign.kinematics.dh_files import read_design
+from armdesign.kinematics.dh_files import read_base_pose, read_design
 from armdesign.kinematics.line_drawing import Line, drawing, shown
 from armdesign.search.design_problem import Demonstration, DesignProblem
-from armdesign.search.evaluation import Evaluation, PathEvaluation, evaluate_design
+from armdesign.search.evaluation import Evaluation, PathEvaluation, at_given_place, evaluate_design
 from armdesign.swarm import ALGORITHMS, History
 
 
@@ -63,7 +64,7 @@ class Result:
     """An arm that does a task: found by a search, given and scored, or read from a run folder.
 
     Attributes:
-        problem: The demonstrations and the settings.
+        problem: The demonstrations as seen from the arm's base, and the settings.
         evaluation: The arm (``evaluation.table``) with its path on every demonstration.
         history: Best, mean, valid and evaluated candidates per iteration; None for an arm that was not searched.
         facts: How the search went; None for an arm that was not searched.
@@ -135,6 +136,11 @@ class Result:
         return self.evaluation.fitness
 
     @property
+    def base_pose(self) -> BasePose:
+        """Where the arm's base stands in the room."""
+        return self.problem.base_pose
+
+    @property
     def limits(self) -> Array:
         """Joint limits of the search, shape (n, 2) [rad]."""
         return joint_limits(self.problem.settings.design)
@@ -179,5 +185,6 @@ def evaluate(arm: DHTable | str | Path, problem: DesignProblem, name: str = "arm
         DesignError: The arm cannot be read, has another number of joints, or no length.
         SearchError: It does not reach the first frame.
     """
-    table = arm if isinstance(arm, DHTable) else read_design(arm)
-    return Result(problem, evaluate_design(table, problem), name=name)
+    table, base = (arm, None) if isinstance(arm, DHTable) else (read_design(arm), read_base_pose(arm))
+    seen = at_given_place(problem, base)
+    return Result(seen, evaluate_design(table, seen), name=name)

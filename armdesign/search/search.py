@@ -17,7 +17,7 @@ from armdesign.fitness.robot import Rejections
 from armdesign.search.arm_symmetry import canonical_form, length_slab
 from armdesign.search.backends.backend import Backend, InProcess
 from armdesign.search.design_problem import DesignProblem
-from armdesign.search.evaluation import evaluate_design
+from armdesign.search.evaluation import evaluate_candidate
 from armdesign.search.result import Result, SearchFacts
 from armdesign.settings.sections import Search as SearchSettings
 from armdesign.swarm import (
@@ -154,7 +154,7 @@ class Search:
         """
         if not np.isfinite(self.swarm.best_fitness):
             raise nothing_found(self.problem, self.nearest)
-        best = evaluate_design(self.space.table(self.swarm.best_position), self.problem)
+        problem, best = evaluate_candidate(self.swarm.best_position, self.problem)
         history, settings = self.swarm.history, self.settings
         effort = history.effort
         facts = SearchFacts(
@@ -168,7 +168,7 @@ class Search:
             stopped_by=stopped_by,
             wall_time=self.elapsed,
         )
-        return Result(self.problem, best, history, facts, self.swarm.basins)
+        return Result(problem, best, history, facts, self.swarm.basins)
 
     def state(self) -> State:
         """Everything that another process needs to go on, as arrays and values that JSON can hold."""

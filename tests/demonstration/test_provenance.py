@@ -9,7 +9,7 @@ import pytest
 
 from armdesign.demonstration import About, Recording, Step, read_recording, write_plain_csv
 from armdesign.demonstration.convert import convert, write_conversion
-from armdesign.demonstration.provenance import Provenance, Source, fingerprint, read_task_json, task_json
+from armdesign.demonstration.provenance import Provenance, Source, TaskRecord, fingerprint, read_task_json, task_json
 from armdesign.errors import RunFolderError
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import start_run
@@ -92,14 +92,13 @@ def test_what_is_written_is_read_again(tmp_path):
         (Source("a.c3d", "00"), Source("b.c3d")), "C3D", "mm", "y", True, "s", ("a=b+c", "d"), "d", "fixed"
     )
     steps = (Step("units", "Metres.", {"unit": "m"}), Step("note", "Nothing."))
-    (tmp_path / "t.json").write_text(task_json(origin, steps, base="s", frames=10, rate=100.0))
-    base, again, notes = read_task_json(tmp_path / "t.json")
-    assert (base, again, notes) == ("s", origin, steps)
+    (tmp_path / "t.json").write_text(task_json(TaskRecord("s", origin, steps, (0.1, 0.2, 0.3), True), 10, 100.0))
+    assert read_task_json(tmp_path / "t.json") == ("s", origin, steps, (0.1, 0.2, 0.3), True)
 
 
 def test_numbers_of_numpy_are_written_as_numbers(tmp_path):
     steps = (Step("x", "X.", {"a": np.float64(0.5), "b": np.int64(3), "c": float("nan"), "d": np.array([1.0, 2.0])}),)
-    (tmp_path / "t.json").write_text(task_json(Provenance(), steps, base="s", frames=1, rate=1.0))
+    (tmp_path / "t.json").write_text(task_json(TaskRecord("s", Provenance(), steps), 1, 1.0))
     assert content(tmp_path / "t.json")["steps"][0]["details"] == {"a": 0.5, "b": 3, "c": None, "d": [1.0, 2.0]}
 
 

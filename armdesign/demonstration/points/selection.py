@@ -16,6 +16,8 @@ from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import Recording, Step
 from armdesign.errors import TaskError
 
+ORIGIN = "origin"
+"""Name of the base where there is no base point: the points of a recording count from its origin."""
 RIGID = 0.01
 """Residual, root mean square, up to which markers count as being on one rigid body [m]."""
 
@@ -183,7 +185,7 @@ def resolve(
     Args:
         recording: In metres with z up.
         base: Expression for the base. Where not given: the shoulder guessed by the names in a take of a capture
-            system, the first point in a finished recording.
+            system, the first point in a finished recording. ORIGIN, where that is no point: there is none.
         points: Expressions for the points from the base to the hand; they may refer to points defined before.
             Where not given: guessed, or all but the base.
         orientation: Expression for what has the hand's orientation; None for none.
@@ -196,10 +198,14 @@ def resolve(
     """
     if not recording.points and not recording.about.bodies:
         raise TaskError(f"{recording.source}: there are no points, only orientations")
-    base, points, guessed, steps = _completed(recording, base, tuple(points))
     defined: dict[str, Point] = {}
-    first = _add(defined, base, recording, " for the base")
-    parts = {term.name for term in defined[first].expression.terms}
+    if base == ORIGIN and ORIGIN not in recording.points:
+        first, guessed, parts = ORIGIN, None, set()
+        steps: tuple[Step, ...] = ()
+    else:
+        base, points, guessed, steps = _completed(recording, base, tuple(points))
+        first = _add(defined, base, recording, " for the base")
+        parts = {term.name for term in defined[first].expression.terms}
     for text in points or [quoted(name) for name in recording.points if name not in parts]:
         _add(defined, text, recording)
     names = tuple(name for name in defined if name != first)

@@ -26,7 +26,7 @@ from armdesign.experiments.auto_dof.dof_records import (
 from armdesign.experiments.auto_dof.dof_rule import JOINTS, Rule, Verdict, decide, explain
 from armdesign.experiments.auto_dof.extra_joint import with_extra_joint
 from armdesign.files import write_whole
-from armdesign.kinematics.dh_files import read_design
+from armdesign.kinematics.dh_files import read_base_pose, read_design
 from armdesign.runs.folder import (
     DEMONSTRATIONS,
     HOLDOUTS,
@@ -292,7 +292,8 @@ def problem_to_search(folder: Path, n: int, results: Mapping[int, DofResult]) ->
     if smaller is None or not smaller.valid:
         return problem, True
     most = max(1, problem.settings.search.particles // SHARE)
-    designs = with_extra_joint(read_design(folder / run_name(n - 1) / "result.json"), problem.space, most)
+    before = folder / run_name(n - 1) / "result.json"
+    designs = with_extra_joint(read_design(before), problem.space, most, read_base_pose(before))
     first = designs.tolist() or None
     return replace(problem, settings=problem.settings.replace({"search": {"first": first}})), True
 
