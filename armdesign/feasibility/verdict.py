@@ -12,9 +12,10 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody
+from armdesign.bodies.exact import ExactScene
 from armdesign.feasibility.demand import joint_demand, speed_fraction
 from armdesign.feasibility.needs import check_needs, joint_needs
-from armdesign.feasibility.violations import Followed, demand_violations, hand_violations, share
+from armdesign.feasibility.violations import Followed, Gap, demand_violations, gap_violations, hand_violations, share
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.settings import Settings
 
@@ -32,25 +33,6 @@ class Spread:
     mean: float
     p95: float
     max: float
-
-
-@dataclass(frozen=True)
-class Gap:
-    """Where two bodies come nearest.
-
-    Attributes:
-        value: Their distance, negative where they are inside one another [m].
-        frame: The frame it is in, or before it, from 0.
-        bodies: Their names.
-        time: When, in the demonstration [s].
-        demonstration: In which one, from 0.
-    """
-
-    value: float
-    frame: int
-    bodies: tuple[str, str]
-    time: float
-    demonstration: int = 0
 
 
 @dataclass(frozen=True)
@@ -108,9 +90,10 @@ def judge(arm: ArmBody, followed: Sequence[Followed], settings: Settings, base: 
     angles = [each.angle for each in followed if each.angle is not None]
     check_needs(settings, oriented=bool(angles))
     needs, limits = settings.needs, joint_needs(settings)
+    gaps = clearances(ExactScene(arm), followed) if settings.body.kind == "tube" else (None, None)
     demand = joint_demand(arm, [(each.time, each.q) for each in followed], needs.payload, base or BasePose())
     missed = hand_violations(followed, needs)
-    violated = demand_violations(demand, limits)
+    violated = [*demand_violations(demand, limits), *gap_violations(gaps, followed, settings.body.clearance)]
     stated = needs.hand_tolerance is not None or needs.tolerance_angle is not None
     reasons = sorted((*missed, *violated), key=lambda each: (not each.touches, -each.excess))
     return Verdict(
@@ -119,14 +102,31 @@ def judge(arm: ArmBody, followed: Sequence[Followed], settings: Settings, base: 
         hand_angle=spread(angles) if angles else None,
         tolerance=needs.hand_tolerance,
         tolerance_met=not missed if stated else None,
-        self_clearance=None,
-        obstacle_clearance=None,
+        self_clearance=gaps[0],
+        obstacle_clearance=gaps[1],
         envelope_excess=None,
         speed_fraction=speed_fraction(demand, limits),
         peak_speed=tuple(demand.speed.max(axis=0).tolist()),
         peak_torque=tuple(np.abs(demand.torque).max(axis=0).tolist()),
         reasons=tuple(each.sentence for each in reasons),
     )
+
+
+def clearances(scene: ExactScene, followed: Sequence[Followed]) -> tuple[Gap | None, Gap | None]:
+    """Where the arm's bodies come nearest to one another and to obstacles, over all demonstrations.
+
+    Args:
+        scene: The arm among the obstacles.
+        followed: What it does on each demonstration.
+    """
+    found: tuple[list[Gap], list[Gap]] = ([], [])
+    for k, each in enumerate(followed):
+        for gaps, clearance in zip(found, (scene.self_clearance, scene.obstacle_clearance), strict=True):
+            least = clearance(each.q)
+            if least is not None:
+                gaps.append(Gap(least.value, least.frame, least.bodies, float(each.time[least.frame]), k))
+    own, others = (min(gaps, key=lambda gap: gap.value, default=None) for gaps in found)
+    return own, others
 
 
 def spread(errors: Sequence[Array]) -> Spread:

@@ -36,6 +36,25 @@ class Followed:
 
 
 @dataclass(frozen=True)
+class Gap:
+    """Where two bodies come nearest.
+
+    Attributes:
+        value: Their distance, negative where they are inside one another [m].
+        frame: The frame it is in, or before it, from 0.
+        bodies: Their names.
+        time: When, in the demonstration [s].
+        demonstration: In which one, from 0.
+    """
+
+    value: float
+    frame: int
+    bodies: tuple[str, str]
+    time: float
+    demonstration: int = 0
+
+
+@dataclass(frozen=True)
 class Violation:
     """Something that is asked for and not kept.
 
@@ -129,6 +148,34 @@ def demand_violations(demand: JointDemand, limits: JointNeeds) -> list[Violation
             )
         )
     return found
+
+
+def gap_violations(gaps: Sequence[Gap | None], followed: Sequence[Followed], clearance: float) -> list[Violation]:
+    """Bodies that come nearer to one another, or to an obstacle, than is asked for.
+
+    Args:
+        gaps: Where they come nearest; None where there is nothing to compare.
+        followed: What the arm does on each demonstration.
+        clearance: The least distance that is asked for [m].
+    """
+    found = []
+    for gap in gaps:
+        if gap is not None and gap.value < clearance:
+            name = followed[gap.demonstration].name
+            where = f"{gap.time:.2f} s{f' of {name}' if name else ''}"
+            asked = f"{1e3 * clearance:g} mm are asked for"
+            found.append(
+                Violation(f"{gap_words(gap)} at {where}; {asked}.", 1.0 - gap.value / clearance, gap.value < 0.0)
+            )
+    return found
+
+
+def gap_words(gap: Gap) -> str:
+    """Where two bodies come nearest: ``link_2 and table come within 1.20 mm of each other``."""
+    first, second = gap.bodies
+    if gap.value < 0.0:
+        return f"{first} and {second} are inside one another by {figure(-1e3 * gap.value)} mm"
+    return f"{first} and {second} come within {figure(1e3 * gap.value)} mm of each other"
 
 
 def figure(value: float) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
-from armdesign.feasibility.verdict import Gap, Spread, Verdict
-from armdesign.feasibility.violations import figure
+from armdesign.feasibility.verdict import Spread, Verdict
+from armdesign.feasibility.violations import figure, gap_words
 from armdesign.settings import Settings
 from armdesign.settings.sections import Needs
 
@@ -27,7 +27,11 @@ def summary(verdict: Verdict, settings: Settings) -> tuple[str, ...]:
     """
     lines = [f"{hand_words(verdict)}.", f"verdict: {headline(verdict, settings)}."]
     lines += [f"  {reason}" for reason in verdict.reasons]
-    lines += [f"{gap_words(gap)}." for gap in (verdict.self_clearance, verdict.obstacle_clearance) if gap is not None]
+    lines += [
+        f"{gap_words(gap)}, at {gap.time:.2f} s."
+        for gap in (verdict.self_clearance, verdict.obstacle_clearance)
+        if gap is not None and gap.value >= settings.body.clearance  # else it is among the reasons
+    ]
     return tuple(f"{line[:1].upper()}{line[1:]}" for line in (*lines, speed_words(verdict, settings)))
 
 
@@ -72,14 +76,6 @@ def tolerance_words(needs: Needs) -> str:
     given += [] if needs.tolerance_angle is None else [f"{needs.tolerance_angle:g} deg"]
     frames = "" if needs.tolerance_percentile == 100.0 else f" in {needs.tolerance_percentile:g} % of the frames"
     return f"{' and '.join(given)}{frames}"
-
-
-def gap_words(gap: Gap) -> str:
-    """Where two bodies come nearest."""
-    first, second = gap.bodies
-    if gap.value < 0.0:
-        return f"{first} is inside {second} by {figure(-1e3 * gap.value)} mm at {gap.time:.2f} s"
-    return f"{first} and {second} come within {figure(1e3 * gap.value)} mm of each other at {gap.time:.2f} s"
 
 
 def speed_words(verdict: Verdict, settings: Settings) -> str:

@@ -14,7 +14,8 @@ from armdesign._types import Array
 from armdesign.demonstration import read_plain_csv, task_from_recording
 from armdesign.demonstration.provenance import read_task_json
 from armdesign.errors import RunFolderError
-from armdesign.feasibility.verdict import Gap, Spread, Verdict
+from armdesign.feasibility.verdict import Spread, Verdict
+from armdesign.feasibility.violations import Gap
 from armdesign.files import read_json
 from armdesign.fitness.block import BlockEvaluator, PathResult
 from armdesign.kinematics.dh import DHTable

@@ -183,3 +183,33 @@ def test_the_summary_leads_with_the_hand_and_suffices_is_never_said_without_a_to
 )
 def test_figures_have_three_digits(value, text):
     assert figure(value) == text
+
+
+@pytest.mark.parametrize(("a", "gap"), [(0.018, -0.042), (0.062, 0.002), (0.1, 0.04)])
+def test_modules_side_by_side_are_as_far_apart_as_their_axes_less_a_diameter(a, gap):
+    table = DHTable.from_rows([(0.0, 0.0, 0.0), (0.0, a, 0.0), (np.pi / 2, 0.3, 0.1)])
+    settings = Settings().replace({"design": {"dof": 2}})
+    still = Followed(TIME, np.zeros((101, 2)), np.full(101, 1e-3))
+    verdict = judge(arm_body(table, settings.body, side=None), [still], settings)
+    assert verdict.self_clearance.value == pytest.approx(gap, abs=6e-5)
+    assert verdict.self_clearance.bodies == ("module of joint_1", "module of joint_2")
+    assert verdict.feasible == (gap >= settings.body.clearance)
+    assert verdict.obstacle_clearance is None
+    reasons = " ".join(verdict.reasons)
+    assert ("5 mm" in reasons) == (gap < settings.body.clearance)
+    assert ("inside" in reasons) == (gap < 0.0)
+
+
+def test_of_several_demonstrations_the_nearest_counts():
+    table = DHTable.from_rows([(0.0, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.3, 0.1)])
+    settings = Settings().replace({"design": {"dof": 2}})
+    arm = arm_body(table, settings.body, side=None)
+    motions = [("open", np.zeros((101, 2))), ("folded", np.outer(np.linspace(0.0, 3.0, 101), [0.0, 1.0]))]
+    each = [Followed(TIME, q, np.zeros(101), None, name) for name, q in motions]
+    alone = [judge(arm, [one], settings).self_clearance.value for one in each]
+    both = judge(arm, each, settings)
+    assert alone[0] == pytest.approx(2.0 * settings.body.reach, abs=6e-5)  # tubes in line, cut off about their joint
+    assert alone[1] < 0.0
+    assert both.self_clearance.value == pytest.approx(alone[1], abs=6e-5)
+    assert both.self_clearance.demonstration == 1
+    assert " of folded;" in both.reasons[0]
