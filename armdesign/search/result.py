@@ -115,7 +115,7 @@ class Result:
         settings, several = self.problem.settings, len(self.problem.demonstrations) > 1
         pairs = zip(self.problem.demonstrations, self.evaluation.demonstrations, strict=True)
         followed = [done(self.table, each, scored, several=several) for each, scored in pairs]
-        return judge(arm_body(self.table, settings.body, side=None), followed, settings)
+        return judge(arm_body(self.table, settings.body, side=None), followed, settings, self.base_pose)
 
     @property
     def held_out(self) -> str:

@@ -173,9 +173,11 @@ def test_anywhere_on_the_floor_is_settled_as_a_region(examples):
     assert prepare(recording, problem.settings).settings == problem.settings
 
 
-def test_obstacles_fix_the_base_in_the_room(examples):
+def test_obstacles_fix_the_base_in_the_room(examples, tmp_path):
+    cell = tmp_path / "cell.toml"
+    cell.write_text('[[box]]\nname = "far"\ncenter = [5, 5, 5]\nsize = [1, 1, 1]\n')
     recording = read_recording(examples["packaging"])
-    problem = prepare(recording, placed_settings(cell={"obstacles": ("cell.toml",)}))
+    problem = prepare(recording, placed_settings(cell={"obstacles": (str(cell),)}, body={"kind": "tube"}))
     assert problem.settings.task.base_mode == "fixed"
     np.testing.assert_allclose(problem.origin, recording.points["shoulder"].mean(axis=0))
     np.testing.assert_allclose(problem.base_pose.translation, problem.origin)
