@@ -13,9 +13,12 @@ from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
 from armdesign.export.trajectory.simulation import Tracking
 from armdesign.export.xml_text import rpy
+from armdesign.feasibility.words import MEANINGS, headline
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.result import Result, SearchFacts
 from armdesign.views.report import plots, words
+from armdesign.views.report.answers import answers
+from armdesign.views.report.cell_pictures import cell_pictures
 from armdesign.views.report.facts import (
     FitnessParts,
     JointLoads,
@@ -45,6 +48,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
     parts = fitness_parts(run)
     loads = joint_loads(run, chosen)
     pictures = {
+        "cell": cell_pictures(run),
         "scene": scene_pictures(run),
         "sketch": sketch_picture(run.table),
         "fitness": plots.fitness_picture(run, parts),
@@ -56,6 +60,9 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
     context = {
         "run": run,
         "facts": facts,
+        "verdict": run.verdict,
+        "headline": headline(run.verdict, run.problem.settings),
+        "answers": answers(run),
         "parts": parts,
         "pictures": pictures,
         "version": __version__,
@@ -115,7 +122,7 @@ def number(value: float, digits: int = 1) -> str:
 
 
 def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[str, str]]:
-    """The figures at the head of the page."""
+    """The figures of the arm below the head of the page."""
     path, name = run.evaluation.path, run.problem.task.points[-1]
     hand = path.distance[:, -1]
     peak = np.abs(loads.torque).max(axis=0)
@@ -124,7 +131,6 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
     figures = [
         ("Joints", str(run.table.dof)),
         ("Length, tool included", f"{number(1e3 * run.table.length, 0)} mm"),
-        (f"Fitness r{of_several}", f"{number(run.evaluation.fitness, 4)} m"),
         (f"Error of {name}, mean", f"{number(1e3 * hand.mean())} mm"),
         (f"Error of {name}, largest", f"{number(1e3 * hand.max())} mm"),
     ]
@@ -135,6 +141,7 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
         ("Error at the start", f"{number(1e3 * start_error(run), 3)} mm"),
         (f"Peak torque, joint {int(peak.argmax()) + 1}", f"{number(peak.max(), 2)} N m"),
         ("Moving mass, assumed", f"{number(loads.masses[1:].sum() + payload, 2)} kg"),
+        (f"r{of_several}: {MEANINGS['r']}", f"{number(run.evaluation.fitness, 4)} m"),
     ]
 
 
@@ -193,7 +200,7 @@ def bound_marks(run: Result, facts: SearchFacts | None) -> np.ndarray[Any, Any]:
     if facts is None or space.dof != table.dof:
         return marks
     entries = np.stack([table.alpha, table.a, table.d], axis=1).ravel()
-    lower, upper, free = space.lower[:-1], space.upper[:-1], space.free[:-1]
+    lower, upper, free = space.lower[: space.cells], space.upper[: space.cells], space.free[: space.cells]
     at_end = (np.abs(entries - lower) < AT_BOUND) | (np.abs(entries - upper) < AT_BOUND)
     marks[:] = (free & at_end).reshape(marks.shape)
     return marks

@@ -1,0 +1,204 @@
+"""Plan and elevation of the cell: the room with the person, the obstacles, the base with its distances, and the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon, Rectangle
+from scipy.spatial import ConvexHull, QhullError
+
+from armdesign._types import Array
+from armdesign.search.result import Result
+from armdesign.settings.place import Site
+from armdesign.views.report.drawing import GREY, HUMAN, WIDTH, Picture, picture, short
+from armdesign.views.report.report_scene import SHADES, box, framed
+
+INSTANTS = 3
+PATH_POINTS = 250
+VIEWS = (("plan", "Plan", 0, 1), ("elevation", "Elevation", 0, 2))
+FACE, EDGE = "#e6e6e6", "#555555"
+LETTER = 0.075
+"""Width of a small letter [inch]."""
+LINE = 0.16
+"""Height of a line of small letters [inch]."""
+
+
+class Outline(NamedTuple):
+    """An obstacle as a picture shows it.
+
+    Attributes:
+        name: Its name.
+        points: Points whose convex hull is drawn, in the room, shape (K, 3) [mm].
+    """
+
+    name: str
+    points: Array
+
+
+@dataclass(frozen=True)
+class CellScene:
+    """What is drawn, in the room, in millimetres.
+
+    Attributes:
+        base: Where the base stands, shape (3,).
+        corners: Arm skeleton at the instants, shape (k, c, 3).
+        human: The demonstrator's arm at the instants, shape (k, p, 3).
+        hand: Path of the hand, shape (P, 3).
+        sites: Where the base might have stood: lower and upper corners, shape (2, 3) each.
+        obstacles: What stands around.
+        frame: ``room``, or ``base`` where there is no room.
+    """
+
+    base: Array
+    corners: Array
+    human: Array
+    hand: Array
+    sites: tuple[Array, ...]
+    obstacles: tuple[Outline, ...]
+    frame: str
+
+    def projected(self, axes: list[int]) -> Array:
+        """Everything that has an end, shape (P, 2); planes have none."""
+        parts = [self.base, np.zeros(3), self.corners, self.human, self.hand, *self.sites]
+        parts += [outline.points for outline in self.obstacles]
+        return np.concatenate([np.reshape(part, (-1, 3)) for part in parts])[:, axes]
+
+
+def cell_scene(run: Result, obstacles: Sequence[Outline] = ()) -> CellScene:
+    """The cell of a run.
+
+    Args:
+        run: The run.
+        obstacles: What stands around.
+    """
+    problem, q, base = run.problem.in_room, run.evaluation.path.q, run.base_pose
+    origin = np.zeros(3) if problem.origin is None else problem.origin
+    chosen = np.unique(np.linspace(0, len(q) - 1, INSTANTS).astype(int))
+    drawn = np.unique(np.linspace(0, len(q) - 1, PATH_POINTS).astype(int))
+    sites: Sequence[Site] = problem.space.sites
+    return CellScene(
+        base=1e3 * base.translation,
+        corners=1e3 * (run.table.skeleton(q[chosen]) @ base.rotation.T + base.translation),
+        human=1e3 * (problem.task.arm[chosen] + origin),
+        hand=1e3 * (problem.task.P[drawn, -1] + origin),
+        sites=tuple(1e3 * (site.box + origin) for site in sites),
+        obstacles=tuple(obstacles),
+        frame=base.frame,
+    )
+
+
+def cell_pictures(run: Result, obstacles: Sequence[Outline] = ()) -> list[Picture]:
+    """Plan and elevation of the cell.
+
+    Args:
+        run: The run.
+        obstacles: What stands around.
+    """
+    scene = cell_scene(run, obstacles)
+    where = "in the recording's room" if scene.frame == "room" else "from the moving base, as there is no fixed room"
+    names = ", ".join(each.name for each in scene.obstacles)
+    pictures = []
+    for key, title, across, up in VIEWS:
+
+        def build(across: int = across, up: int = up) -> Figure:
+            return cell_figure(scene, across, up)
+
+        x, y = (f"{'xyz'[k]} {scene.base[k]:.0f} mm" for k in (across, up))
+        alt = f"{title} of the cell, {where}: the base at {x}, {y}; obstacles: {names or 'none'}."
+        caption = f"{title}, millimetres {where}. Square: the base, with its distances from the origin (cross). "
+        caption += "Blue: the arm, light to dark; dashed: the demonstrator's arm; dotted: the hand's path"
+        caption += "; dashed box: where the base might stand." if scene.sites else "."
+        pictures.append(picture(key, build, alt, caption))
+    return pictures
+
+
+def cell_figure(scene: CellScene, across: int, up: int) -> Figure:
+    """The cell along one of its axes.
+
+    Args:
+        scene: What is drawn.
+        across: The coordinate to the right.
+        up: The coordinate upwards.
+    """
+    axes = [across, up]
+    low, high = box(scene.projected(axes))
+    margin = 0.06 * float((high - low).max())  # room for the dimensions
+    figure = framed(low - margin, high + margin, left=0.72, right=0.1, bottom=0.45, top=0.08)
+    axis = figure.axes[0]
+    for outline in scene.obstacles:
+        axis.add_patch(Polygon(hull(outline.points[:, axes]), facecolor=FACE, edgecolor=EDGE, hatch="///", zorder=1))
+    for site in scene.sites:
+        corner, size = site[0][axes], np.maximum(np.diff(site[:, axes], axis=0)[0], 1e-6)
+        style: dict[str, Any] = {"facecolor": "none", "edgecolor": "black", "linestyle": (0, (5, 3)), "linewidth": 0.9}
+        axis.add_patch(
+            Rectangle((float(corner[0]), float(corner[1])), float(size[0]), float(size[1]), zorder=2, **style)
+        )
+    axis.plot(*scene.hand[:, axes].T, color=HUMAN, linestyle=":", linewidth=1.5, zorder=3)
+    for k, (arm, human) in enumerate(zip(scene.corners, scene.human, strict=True)):
+        axis.plot(*human[:, axes].T, color=HUMAN, linestyle="--", marker="^", markersize=4, linewidth=0.9, zorder=3)
+        shade = SHADES[-len(scene.corners) :][k]
+        axis.plot(*arm[:, axes].T, color=shade, linewidth=3.2, solid_capstyle="round", zorder=4 + 0.1 * k)
+    axis.plot([0.0], [0.0], "+", color="black", markersize=11, zorder=6)
+    axis.plot(*scene.base[axes], "s", color="black", markersize=8, zorder=6)
+    labels(axis, scene, axes)
+    axis.set(xlabel=f"{'xyz'[across]} [mm]", ylabel=f"{'xyz'[up]} [mm]")
+    axis.locator_params(nbins=6)
+    return figure
+
+
+def labels(axis: Axes, scene: CellScene, axes: list[int]) -> None:
+    """Names of the obstacles and dimensions of the base, each where no other stands.
+
+    Args:
+        axis: Where they are written.
+        scene: What is drawn.
+        axes: The two coordinates of the picture.
+    """
+    x, y = (float(value) for value in scene.base[axes])
+    arrow: dict[str, Any] = {"arrowstyle": "<->", "color": GREY, "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
+    wanted: list[tuple[str, Array]] = []
+    for (x0, y0), (x1, y1) in (((0.0, y), (x, y)), ((x, 0.0), (x, y))):
+        length = abs(x1 - x0) + abs(y1 - y0)
+        if length > 1.0:
+            axis.annotate("", (x1, y1), (x0, y0), arrowprops=arrow, zorder=5)
+            wanted.append((f"{length:.0f}", np.array([(x0 + x1) / 2.0, (y0 + y1) / 2.0])))
+    wanted += [(short(each.name, 20).strip(), each.points[:, axes].mean(axis=0)) for each in scene.obstacles]
+    per_inch = np.ptp(axis.get_xlim()) / (WIDTH - 0.82)
+    taken: list[Array] = []
+    for text, at in wanted:
+        spot = free_spot(at, per_inch * np.array([LETTER * len(text) + 0.06, LINE]), taken)
+        style: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
+        middle = spot.mean(axis=0)
+        axis.text(middle[0], middle[1], text, ha="center", va="center", fontsize=8, zorder=7, bbox=style)
+        taken.append(spot)
+
+
+def free_spot(at: Array, size: Array, taken: Sequence[Array]) -> Array:
+    """A box for a label near a point that no other label's box meets, shape (2, 2): lower and upper corner.
+
+    Args:
+        at: Where it would stand best, shape (2,).
+        size: Width and height, shape (2,).
+        taken: Boxes of the labels so far.
+    """
+    for step in range(40):
+        for side in (1.0, -1.0):
+            middle = at + np.array([0.0, side * step * size[1] * 0.6])
+            spot = np.stack([middle - size / 2.0, middle + size / 2.0])
+            if all((spot[1] <= other[0]).any() or (spot[0] >= other[1]).any() for other in taken):
+                return spot
+    return spot
+
+
+def hull(points: Array) -> Array:
+    """Corners of the convex hull in order, shape (K, 2); of points on a line the two ends."""
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        along = points @ np.ptp(points, axis=0)
+        return np.asarray(points[[along.argmin(), along.argmax()]])

@@ -1,0 +1,78 @@
+"""The head of the report: answers that are the verdict's, a place that is the base's, labels that keep apart."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from armdesign.feasibility.verdict import Spread
+from armdesign.kinematics.base_pose import BasePose, placed_base
+from armdesign.settings import Body, Needs, Settings
+from armdesign.views.report.answers import answers, place, touching
+from armdesign.views.report.cell_pictures import Outline, cell_figure, cell_scene, free_spot, hull
+
+
+def test_answers_give_the_figures_of_the_verdict(invented, numbers):
+    run = invented()
+    found = {answer.question: answer for answer in answers(run)}
+    assert len(found) == 4
+    error = run.verdict.hand_error
+    mean, p95, _, largest = numbers(found["Does it do the job?"].words)[:4]
+    assert [mean, p95, largest] == pytest.approx([1e3 * error.mean, 1e3 * error.p95, 1e3 * error.max], rel=6e-3)
+    assert found["Does it do the job?"].good is None  # no tolerance is stated
+    if run.verdict.speed_fraction < 1.0:
+        assert numbers(found["How fast is it?"].figure)[0] <= 100.0 * run.verdict.speed_fraction
+
+
+@pytest.mark.parametrize("met", [True, False])
+def test_a_tolerance_is_met_or_not(invented, met):
+    run = invented()
+    verdict = dataclasses.replace(run.verdict, tolerance=0.005, tolerance_met=met, hand_error=Spread(0.1, 0.2, 0.3))
+    settings = run.problem.settings.replace({"needs": {"hand_tolerance": 0.005}})
+    problem = dataclasses.replace(run.problem, settings=settings)
+    answer = answers(dataclasses.replace(run, problem=problem, known_verdict=verdict))[0]
+    assert answer.good is met
+    assert "5 mm" in answer.words
+
+
+def test_a_place_is_told_in_millimetres_and_how_it_is_mounted(numbers):
+    for mounted, yaw in (("floor", 0.5), ("wall", -1.2), ("ceiling", 2.0)):
+        answer = place(placed_base((0.1, -0.25, 0.7), yaw, mounted), "shoulder")
+        assert numbers(answer.figure) == [100.0, -250.0, 700.0]
+        assert numbers(answer.words) == [round(np.rad2deg(yaw))]
+    assert "shoulder" in place(BasePose(frame="base"), "shoulder").words
+
+
+def test_a_thin_arm_touches_nothing_that_is_known(invented):
+    verdict = dataclasses.replace(invented().verdict, self_clearance=None, obstacle_clearance=None)
+    assert touching(verdict, Settings(body=Body(kind="thin"), needs=Needs())).good is None
+
+
+def test_the_cell_is_drawn_in_the_room(invented):
+    run = invented()
+    obstacle = Outline(
+        "<table>", np.array([[x, y, z] for x in (0.0, 900.0) for y in (0.0, 400.0) for z in (0.0, 50.0)])
+    )
+    scene = cell_scene(run, [obstacle])
+    assert scene.base == pytest.approx(1e3 * run.base_pose.translation)
+    first = run.table.skeleton(run.evaluation.path.q[:1]) @ run.base_pose.rotation.T + run.base_pose.translation
+    assert scene.corners[0] == pytest.approx(1e3 * first[0])
+    figure = cell_figure(scene, 0, 1)
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    assert "<table>" in texts
+    assert figure.axes[0].get_xlim()[1] >= 900.0
+
+
+def test_labels_stand_apart():
+    size, taken = np.array([3.0, 1.0]), []
+    for _ in range(6):
+        taken.append(free_spot(np.array([5.0, 5.0]), size, taken))
+    for i, one in enumerate(taken):
+        for other in taken[i + 1 :]:
+            assert (one[1] <= other[0]).any() or (one[0] >= other[1]).any()
+
+
+def test_the_outline_of_points_is_their_hull():
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]])
+    assert len(hull(square)) == 4
+    assert sorted(map(tuple, hull(np.array([[0.0, 0.0], [2.0, 2.0], [1.0, 1.0]])))) == [(0.0, 0.0), (2.0, 2.0)]
