@@ -27,12 +27,14 @@ class Motion:
 
     Attributes:
         points: The demonstrator's, shape (T, m, 3) [m].
+        arm: The demonstrator's arm from the base point, where the recording has one, to the hand, shape (T, k, 3) [m].
         places: Those of the arm that belong to them, shape (T, m, 3) [m].
         tip: The end-effector, shape (T, 3) [m].
         distance: From points to places, shape (T, m) [m].
     """
 
     points: Array
+    arm: Array
     places: Array
     tip: Array
     distance: Array
@@ -42,11 +44,15 @@ def motion_of(run: Result) -> Motion:
     """The points of a run and their places on the arm."""
     path = run.evaluation.path
     on_arm = places(run.table, path.q, np.c_[path.sigma, np.ones(len(path.q))])
-    return Motion(run.problem.task.P, on_arm[:, :-1], on_arm[:, -1], path.distance)
+    arm = run.problem.in_room.task.arm
+    base = run.problem.first.base
+    if base is not None:
+        arm = (arm - base.translation) @ base.rotation
+    return Motion(run.problem.task.P, arm, on_arm[:, :-1], on_arm[:, -1], path.distance)
 
 
 def draw_demonstrator(node: Any, motion: Motion, chosen: Indices) -> list[Track]:  # noqa: ANN401
-    """Draw the points as balls, and rods from the base from point to point.
+    """Draw the points as balls, and rods from point to point of the demonstrator's arm.
 
     Args:
         node: A ``meshcat.Visualizer``; the base frame is that of the node.
@@ -56,14 +62,15 @@ def draw_demonstrator(node: Any, motion: Motion, chosen: Indices) -> list[Track]
     Returns:
         How they move over the keyframes.
     """
-    points = motion.points[chosen]
-    ends = np.concatenate([np.zeros_like(points[:, :1]), points], axis=1)
+    points, ends = motion.points[chosen], motion.arm[chosen]
     tracks: list[Track] = []
     for i in range(points.shape[1]):
-        ball, segment = node[f"point_{i + 1}"], node[f"segment_{i + 1}"]
+        ball = node[f"point_{i + 1}"]
         ball.set_object(mg.Sphere(POINT), material(DEMONSTRATOR))
-        segment.set_object(rod(SEGMENT), material(DEMONSTRATOR))
         tracks.append(position_track(ball.path.lower(), points[:, i]))
+    for i in range(ends.shape[1] - 1):
+        segment = node[f"segment_{i + 1}"]
+        segment.set_object(rod(SEGMENT), material(DEMONSTRATOR))
         tracks += rod_tracks(segment.path.lower(), ends[:, i], ends[:, i + 1])
     return tracks
 

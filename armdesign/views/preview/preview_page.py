@@ -104,14 +104,15 @@ def page_data(scene: Scene, speed: float) -> dict[str, Any]:
 def framed(shown: Shown, floor: float) -> Array:
     """What the camera has to see of a design: its space, base frame, name and foot, shape (13, 3)."""
     corners = np.stack(np.meshgrid(*shown.bounds.T, indexing="ij"), axis=-1).reshape(-1, 3)
-    axes = shown.origin + 1.2 * AXIS * np.eye(3)
-    above = [[*shown.origin[:2], top_of(shown)], [*shown.origin[:2], floor]]
+    origin = shown.pose[:3, 3]
+    axes = origin + 1.2 * AXIS * shown.pose[:3, :3].T
+    above = [[*origin[:2], top_of(shown)], [*origin[:2], floor]]
     return np.concatenate([corners, axes, above])
 
 
 def top_of(shown: Shown) -> float:
     """Height of a name above its design [m]."""
-    return max(float(shown.bounds[1, 2]), 1.2 * AXIS) + NAME_GAP
+    return max(float(shown.bounds[1, 2]), float(shown.pose[2, 3]) + 1.2 * AXIS) + NAME_GAP
 
 
 def design_data(shown: Shown) -> dict[str, Any]:
@@ -127,11 +128,12 @@ def design_data(shown: Shown) -> dict[str, Any]:
 def labels(shown: Shown, *, several: bool) -> list[dict[str, Any]]:
     """Texts at points of the scene: the axes of the base frame, and the design's name where there are several."""
     found = []
-    for axis, direction, colour in zip("xyz", np.eye(3), AXES, strict=True):
-        place = (shown.origin + 1.15 * AXIS * direction).tolist()
+    origin = shown.pose[:3, 3]
+    for axis, direction, colour in zip("xyz", shown.pose[:3, :3].T, AXES, strict=True):
+        place = (origin + 1.15 * AXIS * direction).tolist()
         found.append({"text": axis, "place": place, "kind": "axis", "colour": colour})
     if several:
-        above = [*shown.origin[:2].tolist(), top_of(shown)]
+        above = [*origin[:2].tolist(), top_of(shown)]
         found.append({"text": shown.name, "place": above, "kind": "name", "colour": "#1d242b"})
     return found
 

@@ -13,7 +13,6 @@ from armdesign._types import Array
 from armdesign.demonstration.files.readers import legible_text
 from armdesign.export.urdf import result_urdf
 from armdesign.search.result import Result
-from armdesign.settings import Body
 from armdesign.views.preview.arm_shapes import draw_arm
 from armdesign.views.preview.colours import GROUND, SKY, Scale, scale_for
 from armdesign.views.preview.human import (
@@ -32,6 +31,8 @@ GAP = 0.25
 """Free space between designs side by side [m]."""
 MARGIN = 0.1
 """Floor beyond and below what is shown [m]."""
+BELOW = 0.02
+"""What reaches no deeper than this below z = 0 still stands on the room's floor [m]."""
 MOST_TRACED = 600
 """Points of the traces of all designs; more look no different."""
 AXIS, AXIS_RADIUS = 0.15, 0.004
@@ -47,7 +48,7 @@ class Shown:
         points: Names of the m points.
         times: Keyframe times from the start, shape (K,) [s].
         distance: Distances of the points at the keyframes, shape (K, m) [m].
-        origin: Place of its base, shape (3,) [m].
+        pose: Pose of its base, shape (4, 4): where it stands in the recording's room, beside the designs before it.
         bounds: Lowest and highest corner of all it passes through, shape (2, 3) [m].
         frames: Number of frames of the task.
         deviation: How far the end-effector gets from its path by showing only keyframes [m].
@@ -58,7 +59,7 @@ class Shown:
     points: tuple[str, ...]
     times: Array
     distance: Array
-    origin: Array
+    pose: Array
     bounds: Array
     frames: int
     deviation: float
@@ -97,17 +98,16 @@ def build_scene(runs: Sequence[Result], urdfs: Sequence[str] | None = None) -> S
     motions = [motion_of(run) for run in runs]
     scale = scale_for(np.concatenate([motion.distance.ravel() for motion in motions]))
     bounds = [bounds_of(run, motion) for run, motion in zip(runs, motions, strict=True)]
-    origins = side_by_side(bounds)
+    beside = side_by_side(bounds)
     window = Window()
     viewer = meshcat.Visualizer(window=window)
     designs, parts, most = [], [], most_keyframes(runs)
     for k, (run, motion, urdf) in enumerate(zip(runs, motions, texts, strict=True)):
         chosen = choose_frames(run.problem.task.time, most)
-        shown = describe(run, motion, chosen, origins[k], bounds[k])
+        shown = describe(run, motion, chosen, beside[k], bounds[k])
         designs.append(shown)
-        node, pose = viewer[f"design_{k + 1}"], np.eye(4)
-        pose[:3, 3] = shown.origin
-        node.set_transform(pose)
+        node = viewer[f"design_{k + 1}"]
+        node.set_transform(shown.pose)
         draw_frame(node["base_frame"], AXIS, AXIS_RADIUS)
         draw_traces(node["traces"], motion, MOST_TRACED // len(runs))
         tracks = [
@@ -117,21 +117,22 @@ def build_scene(runs: Sequence[Result], urdfs: Sequence[str] | None = None) -> S
             *draw_orientations(node["orientations"], run, motion, chosen),
         ]
         parts.append((shown.times, tracks))
-    floor = draw_surroundings(viewer, designs)
+    floor = draw_surroundings(viewer, designs, room=all(run.base_pose.frame == "room" for run in runs))
     duration = max(float(shown.times[-1]) for shown in designs)
     return Scene((*window.commands, animation(parts, duration)), tuple(designs), scale, duration, floor)
 
 
-def describe(run: Result, motion: Motion, chosen: Indices, origin: Array, bounds: Array) -> Shown:
-    """What the page says of a design."""
-    task = run.problem.task
+def describe(run: Result, motion: Motion, chosen: Indices, beside: Array, bounds: Array) -> Shown:
+    """What the page says of a design, moved aside by a vector of shape (3,) [m]."""
+    task, pose = run.problem.task, run.base_pose.matrix
+    pose[:3, 3] += beside
     return Shown(
         name=legible_text(run.name),
         points=tuple(map(legible_text, task.points)),
         times=task.time[chosen] - task.time[0],
         distance=motion.distance[chosen],
-        origin=origin,
-        bounds=bounds + origin,
+        pose=pose,
+        bounds=bounds + beside,
         frames=len(task.time),
         deviation=deviation(task.time, motion.tip[:, None], chosen),
         oriented=task.R is not None,
@@ -139,36 +140,45 @@ def describe(run: Result, motion: Motion, chosen: Indices, origin: Array, bounds
 
 
 def bounds_of(run: Result, motion: Motion) -> Array:
-    """Lowest and highest corner of what a run passes through in its base frame, its base and solids included."""
-    body = Body()
+    """Lowest and highest corner of what a run passes through in the room, its base and solids included."""
+    body, base = run.problem.settings.body, run.base_pose
     corners = run.table.skeleton(run.evaluation.path.q).reshape(-1, 3)
     thick = body.joint_diameter / 2.0
-    passed = np.concatenate([corners - thick, corners + thick, motion.points.reshape(-1, 3)])
-    base = np.array([body.base_diameter / 2.0, body.base_diameter / 2.0, body.reach + body.base_height])
-    return np.stack([np.minimum(passed.min(axis=0), -base), np.maximum(passed.max(axis=0), base)])
+    passed = np.concatenate([corners, motion.points.reshape(-1, 3), motion.arm.reshape(-1, 3)])
+    plate = np.array([body.base_diameter / 2.0, body.base_diameter / 2.0, body.reach + body.base_height])
+    plate[2] = 0.0 if run.problem.first.base is not None else plate[2]  # a placed arm stands on its plate's face
+    passed = np.concatenate([passed, [plate, -plate]]) @ base.rotation.T + base.translation
+    arm = corners @ base.rotation.T + base.translation
+    return np.stack([np.minimum(passed.min(axis=0), arm.min(axis=0) - thick),
+                     np.maximum(passed.max(axis=0), arm.max(axis=0) + thick)])  # fmt: skip
 
 
 def side_by_side(bounds: Sequence[Array]) -> Array:
-    """Where the bases stand so that designs do not touch: in a row along y, the first at the origin, shape (N, 3) [m].
+    """How far designs are moved aside so that they do not touch: along y, the first not at all, shape (N, 3) [m].
 
     Args:
-        bounds: Lowest and highest corner of each in its base frame, shape (2, 3) [m].
+        bounds: Lowest and highest corner of each in the room, shape (2, 3) [m].
     """
-    origins = np.zeros((len(bounds), 3))
+    beside = np.zeros((len(bounds), 3))
     for k in range(1, len(bounds)):
-        origins[k, 1] = origins[k - 1, 1] + bounds[k - 1][1, 1] + GAP - bounds[k][0, 1]
-    return origins
+        beside[k, 1] = beside[k - 1, 1] + bounds[k - 1][1, 1] + GAP - bounds[k][0, 1]
+    return beside
 
 
-def draw_surroundings(viewer: Any, designs: Sequence[Shown]) -> float:  # noqa: ANN401 (a meshcat.Visualizer)
+def draw_surroundings(viewer: Any, designs: Sequence[Shown], *, room: bool) -> float:  # noqa: ANN401
     """Draw the floor with a line every 0.1 m, and the background.
+
+    Args:
+        viewer: A ``meshcat.Visualizer``.
+        designs: What is shown.
+        room: Whether all of it is in a room, whose floor is at z = 0 where nothing reaches below.
 
     Returns:
         z of the floor [m].
     """
     low = np.min([shown.bounds[0] for shown in designs], axis=0) - MARGIN
     high = np.max([shown.bounds[1] for shown in designs], axis=0) + MARGIN
-    floor = float(np.floor(low[2] * 10.0) / 10.0)
+    floor = 0.0 if room and low[2] + MARGIN > -BELOW else float(np.floor(low[2] * 10.0) / 10.0)
     draw_grid(viewer["floor"], np.stack([low[:2], high[:2]]), floor)
     for name in ("/Grid", "/Axes"):
         viewer[name].set_property("visible", False)
