@@ -13,8 +13,9 @@ from armdesign.experiments.compare.ready_made import open_ready_made, plain_name
 from armdesign.experiments.compare.serial_arm import SerialArm, read_arm
 from armdesign.files import read_json
 from armdesign.fitness.constraints import joint_limits
+from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
-from armdesign.kinematics.dh_files import read_design
+from armdesign.kinematics.dh_files import read_base_pose, read_design
 from armdesign.runs.folder import settings_file
 from armdesign.search.evaluation import check_design
 from armdesign.search.result import Result
@@ -32,12 +33,14 @@ class DesignArm:
         source: Where it was read.
         table: The arm.
         limits: Joint limits, shape (n, 2) [rad].
+        base: Where its base stands in the room; None where nothing says it.
     """
 
     name: str
     source: str
     table: DHTable
     limits: Array
+    base: BasePose | None = None
 
     @property
     def dof(self) -> int:
@@ -77,7 +80,7 @@ def open_arms(
     arms: list[DesignArm | SerialArm] = []
     for arm in given:
         if isinstance(arm, Result):
-            arms.append(DesignArm(arm.name, str(arm.folder or arm.name), arm.table, arm.limits))
+            arms.append(DesignArm(arm.name, str(arm.folder or arm.name), arm.table, arm.limits, arm.base_pose))
         elif isinstance(arm, str | Path):
             arms.append(open_arm(str(arm), settings, links.get(str(arm))))
         else:
@@ -161,7 +164,7 @@ def open_design(path: Path, settings: Settings) -> DesignArm:
     own = carried_settings(path, ("design",)) or settings
     limits = joint_limits(replace(own.design, dof=table.dof))
     name = path.resolve().name if path.name != "result.json" else path.resolve().parent.name
-    return DesignArm(name, str(path), table, limits)
+    return DesignArm(name, str(path), table, limits, read_base_pose(path))
 
 
 def carried_settings(path: Path, sections: Sequence[str] | None = None) -> Settings | None:

@@ -2,13 +2,15 @@
 
 Low-discrepancy base poses all over the box are looked at roughly, with few start poses; from the best of them and the
 plain pose, the base at the shoulder without a turn, a particle swarm (eq. 7) goes on with the fitness proper. What is
-returned is its best, so it is never worse than the plain pose.
+returned is its best, so it is never worse than the plain pose. Where the settings give places for the base, the same
+search goes through each of them in the place of the box around the shoulder, and the best of all counts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from armdesign.experiments.compare.polyline_arm import PolylineEvaluator, arm_pr
 from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.fitness.block import PathResult, Scores
 from armdesign.fitness.problem import StartEffort, start_poses
+from armdesign.settings.place import Site
 from armdesign.settings.sections import Fitness, Solver
 from armdesign.swarm import PSO, Box, SearchSpace
 
@@ -89,12 +92,28 @@ class Mounting:
         scores: Fitness there, one entry each.
         path: Path there; empty if no pose reaches the start.
         evaluations: Base poses tried.
+        mounted: What the base is mounted on: floor, wall or ceiling.
     """
 
     base: Array
     scores: Scores
     path: PathResult
     evaluations: int
+    mounted: str = "floor"
+
+
+class Region(NamedTuple):
+    """Base poses (x, y, z, yaw) among which the best is sought.
+
+    Attributes:
+        lower: Lower bounds, shape (4,) [m, rad].
+        upper: Upper bounds, shape (4,) [m, rad].
+        first: The pose that is tried first, shape (4,).
+    """
+
+    lower: Array
+    upper: Array
+    first: Array
 
 
 def mount_arm(
@@ -104,6 +123,7 @@ def mount_arm(
     solver: Solver,
     base_search: BaseSearch | None = None,
     on_progress: Callable[[BaseProgress], None] | None = None,
+    sites: Sequence[Site] = (),
 ) -> Mounting:
     """Search the base pose of a ready-made arm for a task.
 
@@ -114,19 +134,53 @@ def mount_arm(
         solver: Settings of the solver.
         base_search: Effort, box and seed.
         on_progress: Called after every round.
+        sites: Where the base may stand; by default in the search's box around the shoulder.
     """
     search = base_search or BaseSearch()
     rng = np.random.default_rng(search.seed)
     frames = (task.P, task.R, task.dt, fitness)
     full = PolylineEvaluator(arm_problem(arm, *frames, solver), arm)
     rough = full.on(arm_problem(arm, *frames, replace(solver, **ROUGH._asdict())))
-    poses = spread_poses(search, rng)
+    if not sites:
+        half = np.r_[np.full(3, search.half_width), np.pi]
+        return best_in_region(rough, full, Region(-half, half, PLAIN), search, rng, on_progress)
+    share = replace(search, evaluations=max(1, search.evaluations // len(sites)))
+    found = []
+    for site in sites:
+        lower, upper = np.array([site.x, site.y, site.z, site.yaw]).T
+        region = Region(lower, upper, (lower + upper) / 2.0)
+        best = best_in_region(rough.at(site), full.at(site), region, share, rng, on_progress)
+        found.append(replace(best, mounted=site.mounted))
+    tried = sum(each.evaluations for each in found)
+    best = min(found, key=lambda each: (float(each.scores.fitness[0]), float(each.scores.start_error[0])))
+    return replace(best, evaluations=tried)
+
+
+def best_in_region(
+    rough: PolylineEvaluator,
+    full: PolylineEvaluator,
+    region: Region,
+    search: BaseSearch,
+    rng: np.random.Generator,
+    on_progress: Callable[[BaseProgress], None] | None,
+) -> Mounting:
+    """The best base pose in one region.
+
+    Args:
+        rough: Evaluator with the effort of the first look.
+        full: Evaluator with the fitness proper.
+        region: Where the base may stand.
+        search: How many poses are tried.
+        rng: Random numbers.
+        on_progress: Called after every round.
+    """
+    poses = spread_poses(region, search, rng)
     looks = rough_scores(rough, poses, search, on_progress)
     best = np.lexsort((looks.start_error, looks.fitness))
     particles = poses[best[:PARTICLES]]
     if 0 not in best[:PARTICLES]:
-        particles[-1] = PLAIN
-    base, tried = swarm_search(full, particles, search, rng, on_progress)
+        particles[-1] = region.first
+    base, tried = swarm_search(full, particles, region, search, rng, on_progress)
     if base is None:  # no pose reaches the start
         base = poses[best[0]]
     base = np.r_[base[:3], np.pi - np.mod(np.pi - base[3], 2.0 * np.pi)]
@@ -134,12 +188,13 @@ def mount_arm(
     return Mounting(base, scores, path, len(poses) + tried)
 
 
-def spread_poses(search: BaseSearch, rng: np.random.Generator) -> Array:
-    """Base poses all over the box, the plain one first; half of all that are to be tried, shape (N, 4)."""
+def spread_poses(region: Region, search: BaseSearch, rng: np.random.Generator) -> Array:
+    """Base poses all over a region, its first one first; half of all that are to be tried, shape (N, 4)."""
     count = max(1, search.evaluations // 2)
     unit = (start_poses(count, np.tile([0.0, 1.0], (4, 1))) + rng.random(4)) % 1.0
-    poses = (2.0 * unit - 1.0) * np.r_[np.full(3, search.half_width), np.pi]
-    poses[0] = PLAIN
+    middle, half = (region.upper + region.lower) / 2.0, (region.upper - region.lower) / 2.0
+    poses = middle + (2.0 * unit - 1.0) * half
+    poses[0] = region.first
     return np.asarray(poses)
 
 
@@ -167,6 +222,7 @@ def rough_scores(
 def swarm_search(
     full: PolylineEvaluator,
     particles: Array,
+    region: Region,
     search: BaseSearch,
     rng: np.random.Generator,
     on_progress: Callable[[BaseProgress], None] | None,
@@ -178,12 +234,15 @@ def swarm_search(
     Args:
         full: Evaluator with the fitness proper.
         particles: First base poses, shape (N, 4) [m, rad].
-        search: How many are tried in all, and how far from the shoulder.
+        region: Where the base may stand.
+        search: How many are tried in all.
         rng: Random numbers.
         on_progress: Called after every round.
     """
-    reach = np.r_[np.full(3, search.half_width), 2.0 * np.pi]
-    box = Box(-reach, reach, np.array([False, False, False, True]))
+    lower, upper = region.lower.copy(), region.upper.copy()
+    if upper[3] - lower[3] >= 2.0 * np.pi - 1e-9:
+        lower[3], upper[3] = -2.0 * np.pi, 2.0 * np.pi
+    box = Box(lower, upper, np.array([False, False, False, True]))
     before = max(1, search.evaluations // 2)
     rounds = max(1, (search.evaluations - before) // len(particles))
     parameters = PSO.Parameters(particles=len(particles), iterations=rounds, **FACTORS)

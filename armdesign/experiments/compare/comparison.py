@@ -35,6 +35,7 @@ class ArmScore:
         moving_mass: Mass of all that moves [kg]; None where it is not known.
         torque: Peak torque of each joint, shape (n,) [N m]; None where it is not known.
         base: Base pose (x, y, z, yaw) that was found for a ready-made arm, shape (4,) [m, rad].
+        mounted: What its base is mounted on: floor, wall or ceiling.
         evaluations: Base poses that were tried.
     """
 
@@ -45,6 +46,7 @@ class ArmScore:
     moving_mass: float | None = None
     torque: Array | None = None
     base: Array | None = None
+    mounted: str = "floor"
     evaluations: int = 0
 
     @property
@@ -115,7 +117,8 @@ def compare(
 ) -> Comparison:
     """Score designs and ready-made arms on the same task by the same fitness.
 
-    A design's base is at the demonstrator's shoulder; that of a ready-made arm is sought in a box around it.
+    A design's base is where its run has it, by default at the demonstrator's shoulder; that of a ready-made arm is
+    sought in the places that the settings give, by default in a box around the shoulder.
 
     Args:
         arms: Run folders, DH tables, URDFs, names of ready-made arms such as ``ur5``, results, or arms already open.
@@ -141,14 +144,17 @@ def compare(
 
 
 def score_design(design: DesignArm, problem: DesignProblem, payload: float = 0.0) -> ArmScore:
-    """Score a design, its base at the shoulder.
+    """Score a design, its base where its run has it, by default at the shoulder.
 
     Args:
         design: The design.
         problem: The task and the settings.
         payload: Point mass at the tool, for the torques [kg].
     """
-    task, solver = problem.task, with_joints(problem.settings, design.dof).solver
+    whole, solver = problem.in_room, with_joints(problem.settings, design.dof).solver
+    if problem.space.sites and design.base is not None:
+        whole = whole.placed(design.base)
+    task = whole.task
     path_problem = make_problem(task.P, task.R, task.dt, design.limits, problem.settings.fitness, solver)
     scores, path = BlockEvaluator(path_problem, block=1).follow(design.table)
     row = ArmScore(design, scores, path, moving_mass=moving_mass(design_model(design.table)))
@@ -172,10 +178,11 @@ def score_ready_made(
         on_progress: Called with how far the search is.
     """
     settings = with_joints(problem.settings, arm.dof)
-    mounting = mount_arm(arm, problem.task, settings.fitness, settings.solver, base_search, on_progress)
+    task, sites = problem.in_room.task, problem.space.sites
+    mounting = mount_arm(arm, task, settings.fitness, settings.solver, base_search, on_progress, sites)
     row = ArmScore(
         arm, mounting.scores, mounting.path, moving_mass=arm.moving_mass or None, base=mounting.base,
-        evaluations=mounting.evaluations,
+        mounted=mounting.mounted, evaluations=mounting.evaluations,
     )  # fmt: skip
     return with_effort(row, problem, ready_made_model(arm, payload))
 

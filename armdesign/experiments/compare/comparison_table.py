@@ -46,6 +46,7 @@ def effort_cells(row: ArmScore) -> tuple[str, ...]:
     base = "-"
     if row.base is not None:
         base = ", ".join(f"{value:.0f}" for value in (*row.base[:3] * 1e3, np.rad2deg(row.base[3])))
+        base += "" if row.mounted == "floor" else f" {row.mounted}"
     return row.arm.name, shown(row.moving_mass, 2), shown(row.peak_torque, 1), base
 
 
@@ -56,12 +57,18 @@ def shown(value: float | None, digits: int) -> str:
 
 def comparison_notes(comparison: Comparison) -> list[str]:
     """What a reader of the tables has to know, a sentence each."""
-    notes, rows, best = [], comparison.rows, comparison.best
+    notes, rows, best, sites = [], comparison.rows, comparison.best, comparison.problem.space.sites
     if best is not None and sum(row.reached for row in rows) > 1:
         notes.append(f"Smallest r: {best.arm.name}.")
     if any(row.kind == READY_MADE for row in rows):
-        notes.append("Bases are relative to the demonstrator's shoulder, z up; those of designs are at the shoulder.")
-    edge = 0.98 * comparison.base_search.half_width
+        if sites:
+            places = "; ".join(map(str, sites))
+            notes.append(
+                f"Bases are in the recording's room, sought in {places}; designs are where their runs have them."
+            )
+        else:
+            notes.append("Bases are relative to the demonstrator's shoulder, z up; designs are at the shoulder.")
+    edge = np.inf if sites else 0.98 * comparison.base_search.half_width
     for row in rows:
         name = row.arm.name
         if not row.reached:
@@ -136,6 +143,7 @@ def row_content(row: ArmScore, points: tuple[str, ...]) -> dict[str, Any]:
         "joint_torques": row.torque,
         "tool": row.tool,
         "base": None if row.base is None else dict(zip(("x", "y", "z", "yaw"), row.base.tolist(), strict=True)),
+        "mounted": None if row.base is None else row.mounted,
         "held_joints": row.held,
         "evaluations": row.evaluations,
     }

@@ -6,7 +6,9 @@ axis, then no longer its z, is turned with it. Here every joint's frame is turne
 piece behind the joint. The piece from the base to the first joint starts off the task's origin, which the kernels
 know only of pieces behind a joint; it hangs on a mount, a joint at the base that is held at 0.
 
-The demonstration stays where it is: p_0 of the area E is the demonstrator's shoulder wherever the base is.
+Without a place for the base the demonstration stays where it is: p_0 of the area E is the demonstrator's shoulder
+wherever the base is. At a site of the room the demonstration is seen from the base, as that of a design is, and p_0 is
+the base.
 """
 
 from __future__ import annotations
@@ -23,12 +25,15 @@ from armdesign.errors import DesignError
 from armdesign.experiments.compare.serial_arm import SUPPORTED, SerialArm
 from armdesign.fitness.batch import Batch, CandidateQueue
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
+from armdesign.fitness.constraints import turned_bases
 from armdesign.fitness.kernels.solver_state import SAMPLE
 from armdesign.fitness.problem import Problem, make_problem, start_poses
 from armdesign.fitness.slots import Slots
+from armdesign.kinematics.base_pose import MOUNTINGS
 from armdesign.kinematics.dh import rot_z
 from armdesign.kinematics.kernels.skeleton import ALONG_X, CHAIN, MAX_DOF
 from armdesign.kinematics.models import ArmBlock, BlockViews, se3_view
+from armdesign.settings.place import Site
 from armdesign.settings.sections import Fitness, Solver
 
 FULL_TURN = np.pi
@@ -151,6 +156,7 @@ class PolylineEvaluator(BlockEvaluator):
             block: Number of base poses side by side.
         """
         self.arm_chain = PolylineChain(arm)
+        self.mounting: Array | None = None
         super().__init__(problem, block)
         for slots in self.slots:
             slots.arms = AxisBlock(len(slots), self.arm_chain.axes)
@@ -159,6 +165,12 @@ class PolylineEvaluator(BlockEvaluator):
         """This arm on another problem; the two share their block and must not run at the same time."""
         other = copy(self)
         other.problem = problem
+        return other
+
+    def at(self, site: Site) -> PolylineEvaluator:
+        """This arm with its base mounted as at a site of the room; base poses then are those in the room."""
+        other = copy(self)
+        other.mounting = MOUNTINGS[site.mounted]
         return other
 
     def scores(self, bases: ArrayLike, cutoff: Array | None = None) -> Scores:
@@ -177,12 +189,16 @@ class PolylineEvaluator(BlockEvaluator):
         return scores, replace(path, q=path.q[:, self.arm_chain.mounted :].copy())
 
     def _batch(self, bases: ArrayLike, cutoff: Array | None) -> Batch:
-        """Base poses in the place of the first DH row; the other rows stay empty."""
+        """Base poses in the place of the first DH row, or at a site those of the batch; the other rows stay empty."""
         poses = np.asarray(bases, dtype=float).reshape(-1, 4)
         rows = np.zeros((len(poses), self.problem.dof + 1, 4))
-        rows[:, 0] = poses
         limits = np.full(len(poses), np.inf) if cutoff is None else np.asarray(cutoff, dtype=float)
-        return Batch(rows, np.zeros(len(poses)), limits)
+        batch = Batch(rows, np.zeros(len(poses)), limits)
+        if self.mounting is not None:
+            mountings = np.broadcast_to(self.mounting, (len(poses), 3, 3))
+            return batch._replace(bases=turned_bases(poses[:, 3], poses[:, :3], mountings))
+        rows[:, 0] = poses
+        return batch
 
     def _exchange(self, slots: Slots, queue: CandidateQueue) -> None:
         """Load what is next, and put the arm in the place of the DH arms that were made of the rows."""

@@ -7,9 +7,11 @@ import pytest
 from compare_arms import evaluator, example_problem
 
 from armdesign.errors import SettingsError
-from armdesign.experiments.compare.base_pose import BaseSearch, mount_arm, spread_poses
+from armdesign.experiments.compare.base_pose import PLAIN, BaseSearch, Region, mount_arm, spread_poses
 from armdesign.experiments.compare.polyline_arm import PolylineEvaluator, arm_problem
 from armdesign.experiments.compare.ready_made import open_ready_made
+from armdesign.kinematics.base_pose import placed_base
+from armdesign.settings.place import Site
 from armdesign.settings.sections import Solver
 
 FEW = Solver(starts=64, descents=12, finalists=3)
@@ -68,7 +70,8 @@ def test_progress_grows_to_the_total_and_r_falls():
 
 
 def test_the_first_poses_fill_the_box():
-    poses = spread_poses(BaseSearch(2048, half_width=0.4), np.random.default_rng(0))
+    half = np.array([0.4, 0.4, 0.4, np.pi])
+    poses = spread_poses(Region(-half, half, PLAIN), BaseSearch(2048), np.random.default_rng(0))
     np.testing.assert_array_equal(poses[0], 0.0)
     scaled = poses[1:] / [0.4, 0.4, 0.4, np.pi]
     assert np.abs(scaled).max() <= 1.0
@@ -76,6 +79,22 @@ def test_the_first_poses_fill_the_box():
         counts = np.histogram(column, bins=10, range=(-1, 1))[0]
         assert counts.min() > 90
         assert counts.max() < 115
+
+
+def test_a_base_is_sought_in_the_sites_alone_and_seen_from_there():
+    start, arm = example_problem(), open_ready_made("ur3")
+    places = [
+        Site("wall", (-0.3, -0.3), (-0.2, 0.2), (-0.1, 0.3), (-0.5, 0.5)),
+        Site("floor", (0.1, 0.3), (0.0, 0.0), (-0.5, -0.2)),
+    ]
+    found = mount_arm(arm, start.task, start.settings.fitness, FEW, BaseSearch(80), sites=places)
+    site = next(place for place in places if place.mounted == found.mounted)
+    assert (np.clip(found.base[:3], *site.box) == found.base[:3]).all()
+    # the fitness is that of the task seen from the base, with the arm at the origin
+    base = placed_base(found.base[:3], found.base[3], found.mounted)
+    P = base.inside(start.task.P)
+    again, _ = evaluator(arm, P, fitness=start.settings.fitness, **vars(FEW)).follow_from(PLAIN)
+    np.testing.assert_allclose(again.fitness, found.scores.fitness, rtol=1e-6)
 
 
 def test_an_arm_out_of_reach_has_no_path_but_the_nearest_base():
