@@ -61,6 +61,10 @@ class DesignError(ArmDesignError):
     """A design (DH table) cannot be read or is not a serial arm this package handles."""
 
 
+class ObstacleError(ArmDesignError):
+    """An obstacle cannot be read or used."""
+
+
 class SearchError(ArmDesignError):
     """The search cannot start or has found nothing."""
 
