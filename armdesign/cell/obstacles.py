@@ -188,12 +188,13 @@ Shape: TypeAlias = Box | Sphere | Cylinder | Plane | Mesh
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """Something that stands in the room.
+    """Something that stands in the room, or goes through it.
 
     Attributes:
         name: Its name.
         shape: What it is.
-        pose: Pose of its frame in the room, or in the frame of what carries it, shape (4, 4).
+        pose: Pose of its frame in the room, shape (4, 4), or of a moving one at every frame of the demonstration, shape
+            (T, 4, 4); until ``Obstacles.carried`` has been called, that of a carried one in its carrier's frame.
         carried_by: Body of the recording that carries it; None where it stands still.
         source: The file it comes from.
     """
@@ -204,39 +205,24 @@ class Obstacle:
     carried_by: str | None = None
     source: str = ""
 
-    def poses(self, carriers: Mapping[str, Array] | None = None) -> Array:
-        """Its poses in the room: one, shape (1, 4, 4), or of a carried one each frame's, shape (T, 4, 4).
+    @property
+    def poses(self) -> Array:
+        """Its poses, shape (1, 4, 4), or of a moving one (T, 4, 4)."""
+        return self.pose if self.pose.ndim == 3 else self.pose[None]
 
-        Args:
-            carriers: Poses of the bodies that carry obstacles, by name, shape (T, 4, 4) each.
-
-        Raises:
-            ObstacleError: What carries it is not among them.
-        """
-        if self.carried_by is None:
-            return self.pose[None]
-        if carriers is None or self.carried_by not in carriers:
-            raise ObstacleError(
-                f"{self.source}: '{self.name}' is carried by '{self.carried_by}', which the recording does not have "
-                "with an orientation", value=self.carried_by, allowed=sorted(carriers or ()),
-            )  # fmt: skip
-        return np.asarray(carriers[self.carried_by] @ self.pose)
-
-    def distances(self, points: Array, carriers: Mapping[str, Array] | None = None) -> Array:
+    def distances(self, points: Array) -> Array:
         """Signed distances of points to it, negative inside: exact, of a mesh too.
 
         Args:
-            points: Points in the room, shape (N, 3) [m]; of a carried obstacle one for each frame.
-            carriers: See ``poses``.
+            points: Points in the room, shape (N, 3) [m]; of a moving obstacle one for each frame.
 
         Returns:
             Shape (N,) [m].
         """
-        poses = self.poses(carriers)
-        local = np.einsum("nij,ni->nj", poses[:, :3, :3], points - poses[:, :3, 3])
+        local = np.einsum("nij,ni->nj", self.poses[:, :3, :3], points - self.poses[:, :3, 3])
         if isinstance(self.shape, Mesh):
             return mesh_distances(self.shape.tree, local)
-        arrays = Obstacles((replace(self, pose=np.eye(4), carried_by=None),)).arrays()
+        arrays = Obstacles((replace(self, pose=np.eye(4)),)).arrays()
         ends = np.ascontiguousarray(np.stack([local, local], axis=1))
         return np.asarray(segment_distances(arrays, 0, BasePose().columns, ends, np.zeros(len(ends), dtype=WITNESS)))
 
@@ -256,18 +242,37 @@ class Obstacles:
         """Bodies of the recording that carry obstacles."""
         return tuple(dict.fromkeys(one.carried_by for one in self.each if one.carried_by is not None))
 
-    def moved(self, pose: Array) -> Obstacles:
-        """The room turned and moved with everything that stands still in it, by a pose of shape (4, 4)."""
-        return Obstacles(tuple(one if one.carried_by else replace(one, pose=pose @ one.pose) for one in self.each))
+    def carried(self, carriers: Mapping[str, Array]) -> Obstacles:
+        """The obstacles with what is carried at its place in every frame.
 
-    def arrays(self, carriers: Mapping[str, Array] | None = None, origin: Array | None = None) -> ObstacleArrays:
+        Args:
+            carriers: Poses of the bodies that carry obstacles in the room, by name, shape (T, 4, 4) each.
+
+        Raises:
+            ObstacleError: What carries one is not among them.
+        """
+        for one in self.each:
+            if one.carried_by is not None and one.carried_by not in carriers:
+                raise ObstacleError(
+                    f"{one.source}: '{one.name}' is carried by '{one.carried_by}', which the recording does not have "
+                    "with an orientation", value=one.carried_by, allowed=sorted(carriers) or "none",
+                )  # fmt: skip
+        moving = (
+            replace(one, pose=carriers[one.carried_by] @ one.pose) if one.carried_by else one for one in self.each
+        )
+        return Obstacles(tuple(moving))
+
+    def moved(self, pose: Array) -> Obstacles:
+        """The room turned and moved with everything in it, by a pose of shape (4, 4)."""
+        return Obstacles(tuple(replace(one, pose=pose @ one.pose) for one in self.each))
+
+    def arrays(self, origin: Array | None = None) -> ObstacleArrays:
         """The obstacles as the kernels read them, in the frame that has its origin at a point of the room.
 
         Args:
-            carriers: Poses of the bodies that carry obstacles, by name, shape (T, 4, 4) each.
             origin: The point, shape (3,) [m]; by default the room's origin.
         """
-        poses = [one.poses(carriers) for one in self.each]
+        poses = [one.poses for one in self.each]
         counts = np.array([len(own) for own in poses], dtype=np.int64)
         meshes = [one.shape for one in self.each if isinstance(one.shape, Mesh)]
         extents = np.array([one.shape.extents for one in self.each]).reshape(-1, 3)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +20,7 @@ from armdesign.demonstration.findings import (
     side_steps,
     task_step,
 )
-from armdesign.demonstration.points.selection import ORIGIN, Selection, resolve
+from armdesign.demonstration.points.selection import CARRIER, ORIGIN, Selection, resolve
 from armdesign.demonstration.points.standard import is_mirrored
 from armdesign.demonstration.recording import MIN_FRAMES, Recording, Step, first_bad_step, median_step, path_lines
 from armdesign.errors import TaskError
@@ -46,6 +47,7 @@ class Task:
             with the base point.
         shoulder: The base point's own path in the frame, shape (T, 3) [m], where it is not always the origin and is
             of interest.
+        bodies: Poses in the room of recorded bodies that carry something, by name, shape (T, 4, 4) each [m].
     """
 
     time: Array
@@ -58,6 +60,7 @@ class Task:
     orientation: str | None = None
     origin: Array | None = None
     shoulder: Array | None = None
+    bodies: Mapping[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Normalise to read-only arrays, compute R where it is not given, and check everything.
@@ -168,22 +171,27 @@ def task_of_selection(
     """
     base, names = selection.base, selection.points
     cleaned, steps = cleaned_points(selection, settings)
+    bodies = {name: np.tile(np.eye(4), (len(cleaned.time), 1, 1)) for name in selection.carriers}
+    for name, poses in bodies.items():
+        poses[:, :3, :3] = rotation_matrices(cleaned.orientations[CARRIER + name])
+        poses[:, :3, 3] = cleaned.points[CARRIER + name]
     places = np.stack([cleaned.points[name] for name in names], axis=1)
     turn = selection.orientation
     quaternions = None if turn is None else cleaned.orientations[turn]
     path = cleaned.points.get(base)
     if path is None:  # no base point: the points are where they are
         steps = (*steps, task_step(cleaned))
-        return Task(cleaned.time, places, None, quaternions, names, base, steps, turn, np.zeros(3))
+        return Task(cleaned.time, places, None, quaternions, names, base, steps, turn, np.zeros(3), bodies=bodies)
     origin = path if settings.base_mode == "shoulder" else path.mean(axis=0, keepdims=True)
     length = check_arm_length(places - path[:, None], cleaned.source, settings.scale)
     if in_room:
         steps = (*steps, task_step(cleaned, length))
-        return Task(cleaned.time, places, None, quaternions, names, base, steps, turn, np.zeros(3), path)
+        return Task(cleaned.time, places, None, quaternions, names, base, steps, turn, np.zeros(3), path, bodies)
     steps = (*steps, *base_steps(path, base, settings.base_mode), task_step(cleaned, length))
     fixed = origin[0] if settings.base_mode == "fixed" else None
     own = path - origin if keep_base and fixed is not None else None
-    return Task(cleaned.time, places - origin[:, None], None, quaternions, names, base, steps, turn, fixed, own)
+    seen = places - origin[:, None]
+    return Task(cleaned.time, seen, None, quaternions, names, base, steps, turn, fixed, own, bodies)
 
 
 def cleaned_points(selection: Selection, settings: TaskSettings) -> tuple[Recording, tuple[Step, ...]]:

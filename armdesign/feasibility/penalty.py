@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.cell.obstacles import Obstacles
 from armdesign.fitness.robot import Penalty
 from armdesign.settings.sections import Settings
 
@@ -20,13 +20,12 @@ class Shown:
         time: Frame times, shape (T,) [s].
         arm: The demonstrator's arm in the task frame, from the base point to the hand, shape (T, m + 1, 3) [m]; the
             points alone, shape (T, m, 3), where the recording has no base point.
-        carriers: Poses of recorded bodies that carry obstacles, by name, shape (T, 12) each in the room: axes x, y, z,
-            then the origin.
+        obstacles: What stands in the room, or goes through it.
     """
 
     time: Array
     arm: Array
-    carriers: dict[str, Array] = field(default_factory=dict)
+    obstacles: Obstacles = field(default_factory=Obstacles)
 
     @property
     def dt(self) -> float:
@@ -43,7 +42,6 @@ class Requirements:
         limits: Joint limits, shape (n, 2) [rad; m of prismatic joints].
         prismatic: Which joints slide, n of them.
         demonstrations: What is demonstrated, in the order of the paths that the penalty gets.
-        obstacles: What stands in the room; None where nothing does.
         origin: Position of the task frame in the room, whose axes it has, shape (3,) [m]; None where there is no room.
     """
 
@@ -51,7 +49,6 @@ class Requirements:
     limits: Array
     prismatic: tuple[bool, ...]
     demonstrations: tuple[Shown, ...]
-    obstacles: Any = None
     origin: Array | None = None
 
 

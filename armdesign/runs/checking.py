@@ -10,11 +10,15 @@ from armdesign.errors import SettingsError
 from armdesign.feasibility.verdict import Verdict
 from armdesign.runs.folder import RESULT
 from armdesign.runs.reading import read_result
+from armdesign.search.prepare import with_obstacles
 from armdesign.search.result import Result
 from armdesign.settings.sections import Body, Cell, Needs
 
 JUDGED_BY = (Cell, Body, Needs)
 """Sections of the settings that say what a finished arm is judged by."""
+
+CELL = ("obstacles", "obstacle_units", "stand")
+"""Settings that say what stands in the room."""
 
 
 def check(arm: Result | str | Path, **entries: Any) -> Verdict:  # noqa: ANN401 (any setting)
@@ -46,7 +50,10 @@ def judged_by(result: Result, changes: dict[str, dict[str, Any]]) -> Result:
         result: The arm.
         changes: {section: {entry: value}}.
     """
-    return replace(result, problem=result.problem.with_settings(changes), known_verdict=None)
+    before, problem = result.problem.settings.cell, result.problem.with_settings(changes)
+    if any(getattr(problem.settings.cell, name) != getattr(before, name) for name in CELL):
+        problem = with_obstacles(problem)
+    return replace(result, problem=problem, known_verdict=None)
 
 
 def finished_arm(place: str | Path) -> Result:

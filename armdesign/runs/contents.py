@@ -11,6 +11,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign._version import __version__
+from armdesign.cell.obstacle_record import obstacles_json
 from armdesign.demonstration import task_recording
 from armdesign.demonstration.files.plain_csv import plain_csv
 from armdesign.demonstration.provenance import TaskRecord, task_json
@@ -23,6 +24,7 @@ from armdesign.runs.folder import (
     DEMONSTRATIONS,
     HISTORY,
     HOLDOUTS,
+    OBSTACLES,
     RESULT,
     SETTINGS,
     TASK,
@@ -60,12 +62,13 @@ def problem_contents(problem: DesignProblem) -> dict[str, str]:
 
 
 def task_contents(demonstration: Demonstration, settings: Settings) -> dict[str, str]:
-    """task.csv, task.json and settings.toml of one demonstration."""
+    """task.csv, task.json, settings.toml and what stands in the room of one demonstration."""
     task = demonstration.task
     origin = None if task.origin is None else tuple(task.origin.tolist())
     record = TaskRecord(task.base, demonstration.provenance, demonstration.steps, origin, task.shoulder is not None)
     about = task_json(record, len(task.time), 1.0 / task.dt)
-    return {TASK: plain_csv(task_recording(task)), TASK_JSON: about, SETTINGS: settings.to_toml()}
+    around = {OBSTACLES: obstacles_json(demonstration.obstacles)} if demonstration.obstacles.each else {}
+    return {TASK: plain_csv(task_recording(task)), TASK_JSON: about, **around, SETTINGS: settings.to_toml()}
 
 
 def result_contents(result: Result) -> dict[str, str]:

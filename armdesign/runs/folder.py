@@ -10,11 +10,13 @@ from armdesign.errors import RunFolderError
 SETTINGS, TASK, TASK_JSON, RESULT = "settings.toml", "task.csv", "task.json", "result.json"
 EARLIER_SETTINGS = "study.toml"
 """What versions before the release called the settings; such run folders can still be read."""
+OBSTACLES = "obstacles.json"
+"""What stands in the room, where something does."""
 HISTORY, ALTERNATIVES, TRAJECTORY, URDF = "history.csv", "alternatives.json", "trajectory.csv", "arm.urdf"
 PREVIEW, REPORT = "preview.html", "report.html"
 NOTHING_FOUND = "nothing_found.json"
 """Written instead of a result where a search has ended without any valid arm: why it has ended, and the error."""
-TASK_FILES = (SETTINGS, EARLIER_SETTINGS, TASK, TASK_JSON)
+TASK_FILES = (SETTINGS, EARLIER_SETTINGS, TASK, TASK_JSON, OBSTACLES)
 RESULT_FILES = (RESULT, HISTORY, ALTERNATIVES, TRAJECTORY, URDF, PREVIEW, REPORT)
 """The result first: without it, what is left of a removal that was cut short does not look like a finished run."""
 DEMONSTRATIONS, HOLDOUTS = "demonstration_*", "holdout_*"

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.cell.obstacle_record import read_obstacle_record
+from armdesign.cell.obstacles import Obstacles
 from armdesign.demonstration import read_plain_csv, task_from_recording
 from armdesign.demonstration.provenance import read_task_json
 from armdesign.errors import RunFolderError
@@ -24,6 +26,7 @@ from armdesign.runs.folder import (
     DEMONSTRATIONS,
     HISTORY,
     HOLDOUTS,
+    OBSTACLES,
     RESULT,
     SETTINGS,
     TASK,
@@ -110,7 +113,9 @@ def read_demonstration(folder: Path) -> Demonstration:
     settings = read_settings(path)
     if "body" not in tomllib.loads(path.read_text(encoding="utf-8-sig")):  # written when arms were but lines
         settings = settings.replace({"body": {"kind": "thin"}})
-    return Demonstration(settings, task, record.steps, record.provenance)
+    around = folder / OBSTACLES
+    obstacles = read_obstacle_record(around) if around.is_file() else Obstacles()
+    return Demonstration(settings, task, record.steps, record.provenance, obstacles=obstacles)
 
 
 def read_inner(folder: Path, pattern: str, recordings: Sequence[str] | None) -> tuple[Demonstration, ...]:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.cell.obstacles import Obstacles
 from armdesign.demonstration import Step, Task
 from armdesign.demonstration.files.quaternions import from_matrices, product
 from armdesign.demonstration.provenance import Provenance, Source
@@ -38,6 +39,7 @@ class Demonstration:
         provenance: Where the task comes from.
         base: Where the arm's base is that the task is seen from; None where the task is as it was demonstrated.
         room: This demonstration as it was before a base was chosen; None where none was.
+        obstacles: What stands in the room, or goes through it, during the demonstration.
     """
 
     settings: Settings
@@ -46,6 +48,7 @@ class Demonstration:
     provenance: Provenance = field(default_factory=Provenance)
     base: BasePose | None = None
     room: Demonstration | None = None
+    obstacles: Obstacles = field(default_factory=Obstacles)
 
     def __repr__(self) -> str:
         return f"Demonstration {PurePath(self.name).name!r}: {repr(self.task).removeprefix('Task: ')}"
@@ -216,8 +219,8 @@ class DesignProblem:
         """What is added to r of an arm that could not be built or would touch something; None for the paper's arm."""
         settings, n = self.settings, self.settings.design.dof
         limits, every = joint_limits(settings.design), self.in_room.demonstrations
-        shown = tuple(Shown(each.task.time, each.task.arm) for each in every)
-        return make_penalty(Requirements(settings, limits, (False,) * n, shown, None, self.origin))
+        shown = tuple(Shown(each.task.time, each.task.arm, each.obstacles) for each in every)
+        return make_penalty(Requirements(settings, limits, (False,) * n, shown, self.origin))
 
     def with_settings(self, changes: Mapping[str, Mapping[str, Any]]) -> DesignProblem:
         """These demonstrations under other settings of design, fitness, solver or search.

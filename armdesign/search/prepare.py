@@ -7,12 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from armdesign.cell.obstacle_file import read_obstacles
 from armdesign.demonstration import Recording, Step
 from armdesign.demonstration.findings import warning
 from armdesign.errors import ArmDesignError, TaskError, counted, short_names
 from armdesign.feasibility.needs import check_needs
 from armdesign.search.design_problem import Demonstration, DesignProblem
-from armdesign.search.prepare_demonstration import SAME_RATE, prepare_demonstration, select
+from armdesign.search.prepare_demonstration import SAME_RATE, cell_of, prepare_demonstration, select
 from armdesign.settings.sections import Settings
 
 
@@ -59,6 +60,29 @@ def prepare(
     steps = (*first.steps, *shared_steps(first, seen[0].source, others, kept))
     first = replace(first, settings=first.settings.replace(changes), steps=steps)
     return DesignProblem(first.settings, (first, *others), tuple(kept))
+
+
+def with_obstacles(problem: DesignProblem) -> DesignProblem:
+    """A problem with the obstacles that its settings name now, in the place of those it had.
+
+    Args:
+        problem: The demonstrations and the settings, placed or not.
+
+    Raises:
+        ObstacleError: A file cannot be read, an obstacle cannot be used, or something that is not known any more
+            carries it.
+        SettingsError: There is no room, since the base moves with the recording.
+    """
+    cell = problem.settings.cell
+    found = read_obstacles(cell.obstacles, cell.obstacle_units)
+    places = problem.space.sites
+
+    def renewed(each: Demonstration) -> Demonstration:
+        room = None if each.room is None else renewed(each.room)
+        return replace(each, room=room, obstacles=cell_of(each.settings, (each.room or each).task, found, places))
+
+    seen, unseen = (tuple(map(renewed, part)) for part in (problem.demonstrations, problem.holdouts))
+    return DesignProblem(problem.settings, seen, unseen)
 
 
 def file_of(recording: Recording) -> str | None:

@@ -9,12 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.cell.obstacle_file import read_obstacles
+from armdesign.cell.obstacles import Obstacles
+from armdesign.cell.standing import check_hand, check_places, standing_surface
 from armdesign.demonstration import Recording, Selection, Step, Task, resolve, task_from_recording
 from armdesign.demonstration.cleaning.cleaning import CLEANING_ENTRIES, settled_cleaning
 from armdesign.demonstration.cleaning.gaps import seconds
 from armdesign.demonstration.findings import warning
 from armdesign.demonstration.points.expressions import unquoted
-from armdesign.demonstration.points.selection import ORIGIN, with_orientation
+from armdesign.demonstration.points.selection import ORIGIN, with_carriers, with_orientation
 from armdesign.demonstration.provenance import provenance_of
 from armdesign.demonstration.task import task_of_selection
 from armdesign.errors import SettingsError, TaskError, counted
@@ -51,6 +54,9 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
     if w_0 > 0.0:
         chosen = select_orientation(chosen, recording, settings)
     how = settled_cleaning(settings.task, chosen.recording)
+    obstacles = read_obstacles(settings.cell.obstacles, settings.cell.obstacle_units)
+    if obstacles.carriers:
+        chosen = with_carriers(chosen, recording, obstacles.carriers)
     if counts_from_base(recording, settings):
         origin = np.zeros(3) if places else None
         task = replace(task_from_recording(chosen.recording, base=ORIGIN, origin=origin), steps=chosen.steps)
@@ -72,7 +78,29 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
     steps += more
     steps += check_reach(task, reach, places, searched=longest is None)
     steps += continuity_warnings(task, settings, reach)
-    return Demonstration(settings, task, tuple(steps), provenance)
+    return Demonstration(settings, task, tuple(steps), provenance, obstacles=cell_of(settings, task, obstacles, places))
+
+
+def cell_of(settings: Settings, task: Task, obstacles: Obstacles, places: Sequence[Site]) -> Obstacles:
+    """What stands in the room during a demonstration, checked against it.
+
+    Args:
+        settings: The settings.
+        task: The task, not placed.
+        obstacles: What was read.
+        places: Where the base may stand.
+
+    Raises:
+        ObstacleError: The demonstrated hand goes through an obstacle, or what carries one is not known.
+        SettingsError: A place lies inside an obstacle, or what the base stands on is not known.
+    """
+    around = obstacles.carried(task.bodies)
+    if around.each and task.origin is None:
+        raise SettingsError("obstacles stand in the room, but the base moves with the recording", fix="Set base_mode")
+    if task.origin is not None:
+        check_hand(around, task.P[:, -1] + task.origin, task.time)
+    check_places(around, places)
+    return Obstacles((*around.each, *standing_surface(settings.cell.stand, places).each))
 
 
 def select(recording: Recording, settings: Settings) -> Selection:

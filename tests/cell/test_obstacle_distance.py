@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from armdesign.cell.distance_field import swept_field
 from armdesign.cell.kernels.distance import WITNESS, segment_distances, segment_excesses
 from armdesign.cell.obstacles import Box, Cylinder, Mesh, Obstacle, Obstacles, Plane, Sphere
+from armdesign.errors import ObstacleError
 from armdesign.kinematics.base_pose import BasePose
 
 SOLIDS = [Box(np.array([0.4, 0.3, 0.2])), Sphere(0.15), Cylinder(0.1, 0.5), Plane()]
@@ -116,9 +117,10 @@ def test_a_carried_obstacle_goes_with_its_carrier():
     carrier[:, :3, :3], carrier[:, 0, 3] = turn, 0.1 * np.arange(5)
     pose = np.eye(4)
     pose[2, 3] = 0.2
-    arrays = Obstacles((Obstacle("part", SOLIDS[0], pose, "tray"), Obstacle("still", SOLIDS[1], pose))).arrays(
-        {"tray": carrier}
-    )
+    room = Obstacles((Obstacle("part", SOLIDS[0], pose, "tray"), Obstacle("still", SOLIDS[1], pose)))
+    arrays = room.carried({"tray": carrier}).arrays()
+    with pytest.raises(ObstacleError, match="'part' is carried by 'tray'"):
+        room.carried({})
     np.testing.assert_array_equal(arrays.frames, [5, 1])
     np.testing.assert_array_equal(arrays.first, [0, 5])
     np.testing.assert_allclose(arrays.poses[:5, 9:], [[0.1 * k, 0.0, 0.2] for k in range(5)], atol=1e-15)

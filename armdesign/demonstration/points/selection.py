@@ -18,6 +18,8 @@ from armdesign.errors import TaskError
 
 ORIGIN = "origin"
 """Name of the base where there is no base point: the points of a recording count from its origin."""
+CARRIER = "carrier "
+"""What comes before the name of a body that carries something, among the points and orientations of a selection."""
 RIGID = 0.01
 """Residual, root mean square, up to which markers count as being on one rigid body [m]."""
 
@@ -165,6 +167,7 @@ class Selection:
         expressions: Name to the expression behind it, all names in full; resolving these again gives the same.
         definitions: Base and points as they were defined.
         guessed: Name of the orientation that goes with a guessed arm; None where nothing was guessed.
+        carriers: Names of bodies that carry something; position and orientation of each are in the recording, too.
     """
 
     recording: Recording
@@ -175,6 +178,7 @@ class Selection:
     expressions: Mapping[str, str]
     definitions: Mapping[str, Point] = field(default_factory=dict)
     guessed: str | None = None
+    carriers: tuple[str, ...] = ()
 
 
 def resolve(
@@ -244,6 +248,34 @@ def with_orientation(selection: Selection, recording: Recording, orientation: st
     expressions = {name: str(point.expression)} | dict(selection.expressions)
     steps = (*selection.steps, *steps)
     return replace(selection, recording=used, orientation=name, steps=steps, expressions=expressions)
+
+
+def with_carriers(selection: Selection, recording: Recording, bodies: Sequence[str]) -> Selection:
+    """Add bodies that carry something, with their positions and orientations, to the points of a task.
+
+    Args:
+        selection: The points.
+        recording: What they were selected from.
+        bodies: Names of oriented points, rigid bodies, or expressions such as ``A+B+C``.
+
+    Raises:
+        TaskError: There is no such body, or no orientation of it.
+    """
+    chosen, defined = selection.recording, selection.definitions
+    points, turns, steps = dict(chosen.points), dict(chosen.orientations), selection.steps
+    known = list(dict.fromkeys([*_known(recording, defined), *recording.orientations]))
+    for body in bodies:
+        expression = parse(body, known, f"{recording.source}, carried_by")
+        point = defined.get(expression.name) or define(expression, recording, defined)
+        if point.positions is None:
+            message = f"{recording.source}: '{body}' has an orientation, but no position"
+            raise TaskError(message, value=body, allowed=list(recording.points))
+        quaternions, more = orientation_of(point, recording)
+        points[CARRIER + body] = _seen(point.positions, f"'{body}'", recording)
+        turns[CARRIER + body] = _seen(quaternions, f"the orientation of '{body}'", recording)
+        steps = (*steps, *more)
+    kept = Recording(chosen.time, points, turns, chosen.source, chosen.about)
+    return replace(selection, recording=kept, steps=steps, carriers=tuple(bodies))
 
 
 def _completed(
