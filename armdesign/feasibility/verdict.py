@@ -12,12 +12,21 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody
-from armdesign.bodies.exact import ExactScene
+from armdesign.bodies.exact import ExactObstacle, ExactScene
+from armdesign.cell.obstacles import Obstacles
 from armdesign.feasibility.demand import joint_demand, speed_fraction
 from armdesign.feasibility.needs import check_needs, joint_needs
-from armdesign.feasibility.violations import Followed, Gap, demand_violations, gap_violations, hand_violations, share
+from armdesign.feasibility.penalty import Requirements
+from armdesign.feasibility.violations import (
+    Followed,
+    Gap,
+    demand_violations,
+    gap_violations,
+    hand_violations,
+    place_violations,
+    share,
+)
 from armdesign.kinematics.base_pose import BasePose
-from armdesign.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -75,25 +84,32 @@ class Verdict:
         return self.feasible and self.tolerance_met is not False
 
 
-def judge(arm: ArmBody, followed: Sequence[Followed], settings: Settings, base: BasePose | None = None) -> Verdict:
+def judge(arm: ArmBody, base: BasePose, followed: Sequence[Followed], requirements: Requirements) -> Verdict:
     """Judge an arm by what it does on the demonstrations.
 
     Args:
         arm: The arm with its body; of a thin arm the body that robot files assume, for its torques alone.
+        base: Where it stands in the room.
         followed: What it does on each demonstration, one or more.
-        settings: What it has to do, and with which clearance.
-        base: Where it stands in the room; by default upright.
+        requirements: What it has to do, and what it must stay clear of.
 
     Raises:
         SettingsError: What is asked for does not fit the arm or the task.
     """
     angles = [each.angle for each in followed if each.angle is not None]
+    settings = requirements.settings
     check_needs(settings, oriented=bool(angles))
     needs, limits = settings.needs, joint_needs(settings)
-    gaps = clearances(ExactScene(arm), followed) if settings.body.kind == "tube" else (None, None)
-    demand = joint_demand(arm, [(each.time, each.q) for each in followed], needs.payload, base or BasePose())
+    gaps: tuple[Gap | None, Gap | None] = (None, None)
+    if settings.body.kind == "tube":
+        scenes = [
+            ExactScene(arm, exact_obstacles(shown.obstacles), base.matrix) for shown in requirements.demonstrations
+        ]
+        gaps = clearances(scenes, followed)
+    demand = joint_demand(arm, [(each.time, each.q) for each in followed], needs.payload, base)
     missed = hand_violations(followed, needs)
-    violated = [*demand_violations(demand, limits), *gap_violations(gaps, followed, settings.body.clearance)]
+    violated = [*place_violations(base, settings.cell), *demand_violations(demand, limits)]
+    violated += gap_violations(gaps, followed, settings.body.clearance)
     stated = needs.hand_tolerance is not None or needs.tolerance_angle is not None
     reasons = sorted((*missed, *violated), key=lambda each: (not each.touches, -each.excess))
     return Verdict(
@@ -112,15 +128,20 @@ def judge(arm: ArmBody, followed: Sequence[Followed], settings: Settings, base: 
     )
 
 
-def clearances(scene: ExactScene, followed: Sequence[Followed]) -> tuple[Gap | None, Gap | None]:
+def exact_obstacles(obstacles: Obstacles) -> list[ExactObstacle]:
+    """Obstacles as the exact check takes them, in the room."""
+    return [ExactObstacle(one.name, one.shape.geometry(), one.pose) for one in obstacles.each]
+
+
+def clearances(scenes: Sequence[ExactScene], followed: Sequence[Followed]) -> tuple[Gap | None, Gap | None]:
     """Where the arm's bodies come nearest to one another and to obstacles, over all demonstrations.
 
     Args:
-        scene: The arm among the obstacles.
-        followed: What it does on each demonstration.
+        scenes: The arm among the obstacles of each demonstration.
+        followed: What it does on each.
     """
     found: tuple[list[Gap], list[Gap]] = ([], [])
-    for k, each in enumerate(followed):
+    for k, (scene, each) in enumerate(zip(scenes, followed, strict=True)):
         for gaps, clearance in zip(found, (scene.self_clearance, scene.obstacle_clearance), strict=True):
             least = clearance(each.q)
             if least is not None:

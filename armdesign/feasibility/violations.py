@@ -11,8 +11,13 @@ from armdesign._types import Array
 from armdesign.errors import counted
 from armdesign.feasibility.demand import JointDemand
 from armdesign.feasibility.needs import UNITS, JointNeeds
-from armdesign.settings.sections import Needs
+from armdesign.kinematics.base_pose import MOUNTINGS, BasePose
+from armdesign.settings.place import NEAR_TASK, Site, sites
+from armdesign.settings.sections import Cell, Needs
 
+ROUNDED = 1e-6
+"""How far outside of its place a base may be for rounding [m, rad]."""
+FULL_TURNS = (-2.0 * np.pi, 0.0, 2.0 * np.pi)
 VERBS = {"max_speed": "moves at", "max_acceleration": "accelerates at", "max_torque": "needs"}
 
 
@@ -148,6 +153,37 @@ def demand_violations(demand: JointDemand, limits: JointNeeds) -> list[Violation
             )
         )
     return found
+
+
+def place_violations(base: BasePose, cell: Cell) -> list[Violation]:
+    """A base that stands nowhere it may, or nothing.
+
+    Args:
+        base: Where it stands in the room.
+        cell: Where it may stand.
+    """
+    places = sites(cell)
+    if not places or any(stands_at(base, site) for site in places):
+        return []
+    x, y, z = base.translation
+    where = "; ".join("anywhere on the floor" if site == NEAR_TASK else str(site) for site in places)
+    seen = f"x {x:.3f}, y {y:.3f}, z {z:.3f} m, mounted on the {base.mounted}"
+    return [Violation(f"The base stands at {seen}, which is outside of its place: {where}.", 1.0)]
+
+
+def stands_at(base: BasePose, site: Site) -> bool:
+    """Whether a base stands in a site, to a micrometre and a microradian.
+
+    Args:
+        base: Where it stands in the room.
+        site: The site.
+    """
+    low, high = site.box
+    turn = base.rotation @ MOUNTINGS[site.mounted].T
+    yaw = np.arctan2(turn[1, 0], turn[0, 0])
+    turned = any(site.yaw[0] - ROUNDED <= yaw + full <= site.yaw[1] + ROUNDED for full in FULL_TURNS)
+    inside = (base.translation >= low - ROUNDED).all() and (base.translation <= high + ROUNDED).all()
+    return bool(inside and turned and abs(turn[2, 2] - 1.0) <= ROUNDED and base.frame == "room")
 
 
 def gap_violations(gaps: Sequence[Gap | None], followed: Sequence[Followed], clearance: float) -> list[Violation]:

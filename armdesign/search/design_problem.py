@@ -217,10 +217,15 @@ class DesignProblem:
 
     def penalty(self) -> Penalty | None:
         """What is added to r of an arm that could not be built or would touch something; None for the paper's arm."""
+        return make_penalty(self.requirements)
+
+    @cached_property
+    def requirements(self) -> Requirements:
+        """What an arm must be able to do, and what it must stay clear of."""
         settings, n = self.settings, self.settings.design.dof
         limits, every = joint_limits(settings.design), self.in_room.demonstrations
         shown = tuple(Shown(each.task.time, each.task.arm, each.obstacles) for each in every)
-        return make_penalty(Requirements(settings, limits, (False,) * n, shown, self.origin))
+        return Requirements(settings, limits, (False,) * n, shown, self.origin)
 
     def with_settings(self, changes: Mapping[str, Mapping[str, Any]]) -> DesignProblem:
         """These demonstrations under other settings of design, fitness, solver or search.

@@ -115,7 +115,9 @@ class Result:
         settings, several = self.problem.settings, len(self.problem.demonstrations) > 1
         pairs = zip(self.problem.demonstrations, self.evaluation.demonstrations, strict=True)
         followed = [done(self.table, each, scored, several=several) for each, scored in pairs]
-        return judge(arm_body(self.table, settings.body, side=None), followed, settings, self.base_pose)
+        placed = self.problem.first.base is not None
+        arm = arm_body(self.table, settings.body, placed=placed, side=None)
+        return judge(arm, self.base_pose, followed, self.problem.requirements)
 
     @property
     def held_out(self) -> str:

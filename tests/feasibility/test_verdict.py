@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from armdesign.bodies.arm_body import arm_body
+from armdesign.cell.obstacles import Obstacle, Obstacles, Sphere
 from armdesign.errors import SettingsError
 from armdesign.feasibility.demand import joint_demand, speed_fraction
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
+from armdesign.feasibility.penalty import Requirements, Shown
 from armdesign.feasibility.verdict import judge, spread
 from armdesign.feasibility.violations import Followed, figure
 from armdesign.feasibility.words import headline, summary
@@ -32,9 +34,16 @@ def followed(rates=(0.1, 0.2, 0.3), miss=None, angle=None, name=""):
     return Followed(TIME, accelerating(rates), error, angle, name)
 
 
+def verdict_on(arm, each, settings, *obstacles):
+    """The verdict on an arm at the room's origin, among obstacles."""
+    n, still = settings.design.dof, Obstacles(obstacles)
+    shown = tuple(Shown(one.time, np.zeros((len(one.time), 2, 3)), still) for one in each)
+    return judge(arm, BasePose(), each, Requirements(settings, np.tile([-3.2, 3.2], (n, 1)), (False,) * n, shown))
+
+
 def judged(each=None, **needs):
     each = [followed()] if each is None else each
-    return judge(arm_body(TABLE, Settings().body), each, wanted(**needs))
+    return verdict_on(arm_body(TABLE, Settings().body), each, wanted(**needs))
 
 
 def test_the_hand_s_error_is_mean_share_and_largest():
@@ -160,7 +169,7 @@ def test_limits_of_joints_that_slide_are_lengths():
 @pytest.mark.parametrize("cell", [{"obstacles": ("cell.toml",)}, {"stay_within": 0.08}])
 def test_a_thin_arm_has_nothing_to_check(cell):
     with pytest.raises(SettingsError) as refused:
-        judge(arm_body(TABLE, Settings().body), [followed()], wanted().replace({"cell": cell}))
+        verdict_on(arm_body(TABLE, Settings().body), [followed()], wanted().replace({"cell": cell}))
     assert "tube" in str(refused.value.allowed)
 
 
@@ -190,7 +199,7 @@ def test_modules_side_by_side_are_as_far_apart_as_their_axes_less_a_diameter(a, 
     table = DHTable.from_rows([(0.0, 0.0, 0.0), (0.0, a, 0.0), (np.pi / 2, 0.3, 0.1)])
     settings = Settings().replace({"design": {"dof": 2}})
     still = Followed(TIME, np.zeros((101, 2)), np.full(101, 1e-3))
-    verdict = judge(arm_body(table, settings.body, side=None), [still], settings)
+    verdict = verdict_on(arm_body(table, settings.body, side=None), [still], settings)
     assert verdict.self_clearance.value == pytest.approx(gap, abs=6e-5)
     assert verdict.self_clearance.bodies == ("module of joint_1", "module of joint_2")
     assert verdict.feasible == (gap >= settings.body.clearance)
@@ -206,10 +215,26 @@ def test_of_several_demonstrations_the_nearest_counts():
     arm = arm_body(table, settings.body, side=None)
     motions = [("open", np.zeros((101, 2))), ("folded", np.outer(np.linspace(0.0, 3.0, 101), [0.0, 1.0]))]
     each = [Followed(TIME, q, np.zeros(101), None, name) for name, q in motions]
-    alone = [judge(arm, [one], settings).self_clearance.value for one in each]
-    both = judge(arm, each, settings)
+    alone = [verdict_on(arm, [one], settings).self_clearance.value for one in each]
+    both = verdict_on(arm, each, settings)
     assert alone[0] == pytest.approx(2.0 * settings.body.reach, abs=6e-5)  # tubes in line, cut off about their joint
     assert alone[1] < 0.0
     assert both.self_clearance.value == pytest.approx(alone[1], abs=6e-5)
     assert both.self_clearance.demonstration == 1
     assert " of folded;" in both.reasons[0]
+
+
+def test_an_obstacle_is_as_far_as_it_is_and_named():
+    table = DHTable.from_rows([(0.0, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.3, 0.1)])
+    settings = Settings().replace({"design": {"dof": 2}})
+    still = Followed(TIME, np.zeros((101, 2)), np.zeros(101))
+    pose = np.eye(4)
+    pose[:3, 3] = 0.45, 0.2, 0.0  # beside the second tube, of 20 mm radius
+    ball = Obstacle("lamp", Sphere(0.1), pose)
+    verdict = verdict_on(arm_body(table, settings.body, side=None), [still], settings, ball)
+    assert verdict.obstacle_clearance.value == pytest.approx(0.08, abs=6e-5)
+    assert "lamp" in verdict.obstacle_clearance.bodies
+    pose[1, 3] = 0.1
+    verdict = verdict_on(arm_body(table, settings.body, side=None), [still], settings, ball)
+    assert not verdict.feasible
+    assert "lamp" in verdict.reasons[0]
