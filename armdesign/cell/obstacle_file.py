@@ -17,8 +17,8 @@ from scipy.spatial.transform import Rotation
 from armdesign._types import Array
 from armdesign.cell.obstacles import Box, Cylinder, Mesh, Obstacle, Obstacles, Plane, Shape, Sphere
 from armdesign.errors import ObstacleError, counted
+from armdesign.settings.kinds import LENGTHS
 
-UNITS: Mapping[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 MESHES = (".stl", ".obj", ".ply")
 SMALLEST, LARGEST = 1e-3, 100.0
 """Sizes that an obstacle of a cell has; beyond them its unit is wrong [m]."""
@@ -364,9 +364,9 @@ def unit_of(what: str, unit: object) -> float:
     Raises:
         ObstacleError: There is no such unit.
     """
-    if unit not in UNITS:
-        raise ObstacleError(f"{what} is {unit!r}", value=unit, allowed=list(UNITS))
-    return UNITS[str(unit)]
+    if not isinstance(unit, str) or unit not in LENGTHS:
+        raise ObstacleError(f"{what} is {unit!r}", value=unit, allowed=list(LENGTHS))
+    return float(LENGTHS[unit])
 
 
 def check_size(what: str, size: float, fix: str = HINT) -> None:

@@ -14,13 +14,23 @@ import typer
 
 from armdesign.demonstration.points.expressions import split_list
 from armdesign.errors import SettingsError
-from armdesign.settings.kinds import Choice, Either, Interval, Kind, Number, Section, Several, Switch, Text, flag_name
+from armdesign.settings.kinds import (
+    LENGTHS,
+    Choice,
+    Either,
+    Interval,
+    Kind,
+    Number,
+    Section,
+    Several,
+    Switch,
+    Text,
+    flag_name,
+)
 
 Outcome = TypeVar("Outcome")
 Given = dict[str, dict[str, Any]]
 """The settings whose flags were given, as {section: {entry: value}}."""
-LENGTHS = {"m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000), "in": Fraction(254, 10_000)}
-"""Metres per unit of length."""
 DURATIONS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 
@@ -120,6 +130,8 @@ def metavar(kind: Kind) -> str | None:
             return "N" if kind.integer else "X"
         case Text():
             return kind.example
+        case Several(item=Text() as item, commas=False):
+            return item.example
         case Several(item=Interval()) | Interval():
             return "A:B"
         case Several():
@@ -143,6 +155,8 @@ def read_flag(kind: Kind, text: Any, flag: str) -> Any:  # noqa: ANN401 (a setti
             return kind.word
         case Several(item=Interval()):
             return [read_flag(kind.item, part, flag) for part in text]
+        case Several(item=Text(), repeated=True, commas=False):
+            return list(text)
         case Several(item=Text(), repeated=True):
             return [part.strip() for each in text for part in each.split(",") if part.strip()]
         case Several(item=Text()):

@@ -13,9 +13,15 @@ import sys
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, ClassVar
 
 from armdesign.errors import SettingsError
+
+LENGTHS: Mapping[str, Fraction] = {
+    "m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000), "in": Fraction(254, 10_000),
+}  # fmt: skip
+"""Units of length, in metres."""
 
 
 @dataclass(frozen=True)
@@ -154,12 +160,17 @@ class Text(Kind):
 
 @dataclass(frozen=True)
 class Several(Kind):
-    """A list of values of one kind, between two lengths; its flag may be given more than once where ``repeated``."""
+    """A list of values of one kind, between two lengths.
+
+    Its flag may be given more than once where ``repeated``; where not ``commas``, each time for one value, which may
+    hold commas itself.
+    """
 
     item: Kind
     least: int = 0
     most: int = 1000
     repeated: bool = False
+    commas: bool = True
 
     def check(self, name: str, value: Any) -> tuple[Any, ...]:  # noqa: ANN401
         """See Kind.check."""

@@ -5,22 +5,21 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Protocol
 
 import numpy as np
 
 from armdesign._types import Array
 from armdesign.errors import SettingsError
+from armdesign.settings.kinds import LENGTHS
 
 Range = tuple[float, float]
 MOUNTINGS = ("floor", "wall", "ceiling")
 FARTHEST = 100.0
 """Largest coordinate of a base in the room [m]."""
 ANY_YAW = (-math.pi, math.pi)
-LENGTHS: Mapping[str, float] = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
-"""Units of length that a number may be written with, in metres."""
 LIKE = "a region such as 'x=-0.2..0.6 y=0.3..0.9 z=0 yaw=-90..90', lengths in metres, angles in degrees"
 ENTRY = re.compile(r"([^\s,=]+)=([^\s,=]+)")
 
@@ -165,7 +164,7 @@ def read_range(key: str, value: str, text: str) -> Range:
     ends = value.split("..")
     try:
         numbers = [read_measure(end, unit) for end in ends]
-    except ValueError as error:
+    except (ValueError, ZeroDivisionError, OverflowError) as error:
         raise SettingsError(f"the place {text!r} has {key}={value}", value=value, allowed=allowed) from error
     if len(numbers) > 2 or any(not -most <= number <= most for number in numbers):
         raise SettingsError(f"the place {text!r} has {key}={value}", value=value, allowed=allowed)
@@ -187,10 +186,10 @@ def read_measure(text: str, unit: str) -> float:
         ValueError: It is none.
     """
     text = text.strip()
-    factors = LENGTHS if unit == "m" else {unit: 1.0}
+    factors = LENGTHS if unit == "m" else {unit: Fraction(1)}
     for name in sorted(factors, key=len, reverse=True):
         if text.endswith(name):
-            return float(text[: -len(name)]) * factors[name]
+            return float(Fraction(text[: -len(name)].strip()) * factors[name])
     return float(text)
 
 

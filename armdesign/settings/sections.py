@@ -188,7 +188,7 @@ class Cell(Section):
     """Where the arm may stand, and what stands around it; room coordinates of the recording, z up."""
 
     place: tuple[str, ...] = parameter(
-        (), Several(Text("a region", "REGION"), 0, 50, repeated=True),
+        (), Several(Text("a region", "REGION"), 0, 50, repeated=True, commas=False),
         "Regions the base may stand in, searched together with the arm: x, y, z [m] and yaw [deg], each a number or\n"
         'from..to; what is left out is 0, yaw free. Example: place = ["x=-0.2..0.6 y=0.3..0.9 z=0"]', panel=CELL,
         short="Region the base may stand in: 'x=-0.2..0.6 y=0.3..0.9 z=0 yaw=-90..90' [m, deg]. Repeatable.",

@@ -214,7 +214,7 @@ def test_a_length_that_is_none_is_refused(run, text):
 def test_regions_and_obstacles_may_be_several(run, place):
     flags = (
         "--place",
-        "x=0..1 y=0.5 z=0",
+        "x=0..1,y=0.5,z=0",
         "--place",
         "x=2 y=0..1 z=0",
         "--obstacles",
@@ -225,7 +225,7 @@ def test_regions_and_obstacles_may_be_several(run, place):
     outcome = run("search", "--write-config", *flags, "--mounted", "floor")
     assert outcome.exit_code == 0, outcome.output
     cell = tomllib.loads(outcome.stdout)["cell"]
-    assert cell["place"] == ["x=0..1 y=0.5 z=0", "x=2 y=0..1 z=0"]
+    assert cell["place"] == ["x=0..1,y=0.5,z=0", "x=2 y=0..1 z=0"]
     assert cell["obstacles"] == [str((place / name).resolve()) for name in ("a.toml", "b.stl", "c.stl")]
 
 

@@ -61,6 +61,7 @@ def test_on_the_floor_is_wherever_an_arm_comes_to_the_whole_path():
         ({"place": ["yow=3"]}, "yow"),
         ({"place": ["x=far"]}, "far"),
         ({"place": ["x=nan"]}, "nan"),
+        ({"place": ["x=1/0mm"]}, "1/0mm"),
         ({"place": ["x=1..2..3"]}, "1..2..3"),
         ({"place": ["x=0..101"]}, "0..101"),
         ({"place": ["yaw=-400..0"]}, "-400..0"),
