@@ -11,6 +11,7 @@ import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import bodies
 import inner_loop
 import memory
 import searches
@@ -27,6 +28,7 @@ MEASUREMENTS: dict[str, Callable[[Plan], Iterator[Table]]] = {
     "search": searches.tables,
     "workers": workers.tables,
     "sizes": sizes.tables,
+    "bodies": bodies.tables,
     "memory": memory.tables,
     "starts": starts.tables,
     "paths": starts.path_tables,

@@ -29,6 +29,7 @@ def capsule_sizes(
     sizes = np.zeros(1, dtype=SIZES)
     record = sizes[0]
     record["tube"], record["reach"] = body.tube_diameter / 2.0, body.reach
+    record["slide"] = body.module_slide
     record["housing_half"], record["housing"] = capsule_about(body.joint_diameter / 2.0, body.joint_length)
     record["plate_half"], record["plate"] = capsule_about(body.base_diameter / 2.0, body.base_height)
     record["placed"], record["plate_centre"] = placed, body.base_height / 2.0

@@ -7,7 +7,7 @@ import pytest
 
 from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.capsules import capsule_sizes
-from armdesign.bodies.kernels.capsules import BODY, WITNESS, build_body, place_capsules, segment_segment
+from armdesign.bodies.kernels.capsules import BODY, WITNESS, build_body, place_capsule, segment_segment
 from armdesign.kinematics.compilation import entry
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings import Body
@@ -20,8 +20,9 @@ def build_all(bodies, sizes, rows, slides):
 
 
 @entry
-def place_all(ends, bodies, base, poses):
-    place_capsules(ends, bodies[0], base, poses, 0)
+def place_all(ends, bodies, poses):
+    for k in range(bodies[0].capsules):
+        place_capsule(ends[k], bodies[0], poses, k)
 
 
 @entry
@@ -99,16 +100,16 @@ def test_levers_bound_the_distance_from_every_axis_in_any_pose():
         n = int(rng.integers(2, 6))
         table, slides = random_arm(rng, n)
         record = built(table, Body(), slides)
-        base = np.r_[np.eye(3).ravel(), np.zeros(3)]
+        base = np.r_[np.eye(3).ravel(), np.zeros(3)][None]
         for _ in range(10):
             frames = table.frames(rng.uniform(-3.0, 3.0, n))
             poses = np.stack([np.r_[f[:3, :3].T.ravel(), f[:3, 3]] for f in frames[:n]])
-            ends = np.full((record["capsules"], 1, 6), np.nan)
-            place_all(ends, np.array([record]), base, poses)
+            ends = np.full((record["capsules"], 6), np.nan)
+            place_all(ends, np.array([record]), np.concatenate([base, poses]))
             for k in range(record["capsules"]):
                 for j in range(int(record["link"][k])):
                     axis, origin = poses[j, 6:9], poses[j, 9:]
-                    away = np.linalg.norm(np.cross(ends[k, 0].reshape(2, 3) - origin, axis), axis=1).max()
+                    away = np.linalg.norm(np.cross(ends[k].reshape(2, 3) - origin, axis), axis=1).max()
                     assert away <= record["lever"][k, j] + 1e-9
                     if j == record["link"][k] - 1:
                         assert away == pytest.approx(record["lever"][k, j], abs=1e-9)

@@ -38,6 +38,7 @@ SIZES = np.dtype(
         ("housing_half", np.float64),  # half length of the segment inside a module's housing [m]
         ("housing", np.float64),  # radius of its capsule [m]
         ("reach", np.float64),  # radius of the sphere about a joint that cuts its two links [m], Body.reach
+        ("slide", np.float64),  # how far a module may sit beyond the piece along its axis [m]
         ("placed", np.int64),  # 1: there is a base plate
         ("plate_centre", np.float64),  # its height above the base's origin [m]
         ("plate_half", np.float64),
@@ -370,20 +371,18 @@ def set_levers(body, sizes, rows, k):
         axial = far
 
 
-@branch
-def place_capsules(ends, body, base, poses, t):
-    """Write where the ends of all capsules are in a frame.
+@leaf
+def place_capsule(ends, body, poses, k):
+    """Write where the ends of a capsule are.
 
     Args:
-        ends: Shape (capsules, T, 6), both ends of each [m]; frame t is written.
+        ends: Shape (6,), one end after the other [m], written.
         body: Record of type BODY.
-        base: Pose of the base, shape (12,): axes x, y, z, then the origin.
-        poses: Joint poses, shape (n, 12), with that of the base in them.
-        t: The frame.
+        poses: Pose of the frame before row 0, then of the joints, shape (n + 1, 12): axes x, y, z, then the origin.
+        k: The capsule.
     """
-    for k in range(body.capsules):
-        pose = base if body.link[k] == 0 else poses[body.link[k] - 1]
-        for e in range(2):
-            x, y, z = body.end[k, e, 0], body.end[k, e, 1], body.end[k, e, 2]
-            for r in range(3):
-                ends[k, t, 3 * e + r] = pose[r] * x + pose[3 + r] * y + pose[6 + r] * z + pose[9 + r]
+    pose = poses[body.link[k]]
+    for e in range(2):
+        x, y, z = body.end[k, e, 0], body.end[k, e, 1], body.end[k, e, 2]
+        for r in range(3):
+            ends[3 * e + r] = pose[r] * x + pose[3 + r] * y + pose[6 + r] * z + pose[9 + r]

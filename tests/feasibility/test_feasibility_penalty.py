@@ -1,0 +1,151 @@
+"""The penalty in the search: what counts in it, its gradient, and that a feasible arm's r is the paper's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armdesign.cell.obstacles import Obstacle, Obstacles, Plane
+from armdesign.feasibility.clearance import Posed
+from armdesign.feasibility.motion_limits import Design, Load, peak_excess, smoothing, speed_excess, torque_excess
+from armdesign.feasibility.needs import joint_needs
+from armdesign.feasibility.penalty import (
+    JUMP,
+    PER_METRE,
+    Requirements,
+    Shown,
+    choose_slides,
+    make_penalty,
+)
+from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.motion import smooth_motion
+from armdesign.settings import Body, Settings
+from tests.feasibility.obstacle_scenes import columns, random_arms
+
+N, T = 3, 40
+TIME = np.linspace(0.0, 2.0, T)
+
+
+def required(n=N, **sections):
+    """Requirements of settings by section, for one demonstration of a hand that moves half a metre."""
+    settings = Settings().replace({"design": {"dof": n}, **sections})
+    arm = np.zeros((T, 3, 3))
+    arm[:, 1] = (0.2, 0.0, 0.1)
+    arm[:, 2] = np.stack([0.4 + 0.0 * TIME, 0.25 * TIME, 0.1 + 0.0 * TIME], axis=1)
+    limits = np.tile([-4.0, 4.0], (n, 1))
+    return Requirements(settings, limits, (False,) * n, (Shown(TIME, arm),))
+
+
+def arms(count, seed=0):
+    """Candidates (rows, bases, paths) and random derivatives of the paths."""
+    rng = np.random.default_rng(seed)
+    rows, bases, paths = random_arms(rng, count, N, T)
+    return rows, bases, paths, rng.normal(size=(count, T, N, 3 * N + 4))
+
+
+def test_nothing_is_asked_of_a_thin_arm_without_limits():
+    assert make_penalty(required(body={"kind": "thin"})) is None
+
+
+def test_penalty_is_0_for_clear_arms_and_a_jump_and_a_slope_for_others():
+    rows, bases, paths, turns = arms(40)
+    penalty = make_penalty(required())
+    excess, gradient = penalty(rows, bases, [paths], [turns])
+    found = penalty.parts.clearance(rows, bases, [paths], [turns])
+    assert (excess == np.where(found.violation > 0.0, JUMP + PER_METRE * found.violation, 0.0)).all()
+    assert np.array_equal(gradient, PER_METRE * found.slopes)
+    assert not gradient[excess == 0.0].any()
+    assert 0 < (excess > 0.0).sum() < 40
+    assert np.array_equal(penalty(rows, bases, [paths], None)[0], excess)
+
+
+def test_chosen_slides_of_a_finished_arm_are_those_of_the_search():
+    rows, bases, paths, _ = arms(30, seed=1)
+    bases[:] = columns((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    wanted = required()
+    found = make_penalty(wanted).parts.clearance(rows, bases, [paths])
+    slid = np.flatnonzero((found.slides != rows[:, :N, 2]).any(axis=1))
+    assert len(slid) > 2
+    for k in slid[:3]:
+        assert np.array_equal(
+            choose_slides(wanted, DHTable.from_rows(rows[k, :, :3]), None, [paths[k]]), found.slides[k]
+        )
+
+
+def test_smoothing_is_that_of_the_motion_and_speeds_have_their_gradient():
+    _, _, paths, turns = arms(6, seed=2)
+    wanted = required(needs={"max_speed": [20.0], "max_acceleration": [60.0]})
+    needs, smooth = joint_needs(wanted.settings), smoothing(TIME)
+    for k in range(6):
+        motion = smooth_motion(TIME, paths[k])
+        assert np.allclose(smooth(paths[k]).v, motion.v, atol=1e-12)
+        assert np.allclose(smooth(paths[k]).a, motion.a, atol=1e-9)
+        excess, slope = speed_excess(needs, smooth, paths[k], turns[k])
+        shares = np.abs(motion.v).max() / np.deg2rad(20.0), np.abs(motion.a).max() / np.deg2rad(60.0)
+        assert excess == pytest.approx(max(max(shares) - 1.0, 0.0), abs=1e-7)
+        for e in (0, 5, 12):
+            ahead, _ = speed_excess(needs, smooth, paths[k] + 1e-7 * turns[k, :, :, e], None)
+            behind, _ = speed_excess(needs, smooth, paths[k] - 1e-7 * turns[k, :, :, e], None)
+            assert slope[e] == pytest.approx((ahead - behind) / 2e-7, rel=1e-5, abs=1e-6)
+
+
+def test_torques_of_a_horizontal_arm_in_closed_form_and_their_gradient():
+    table = DHTable([0.0, np.pi / 2.0], [0.0, 0.5], [0.0, 0.0])  # a joint about z, tube of 0.5 m along x
+    rows = np.stack([table.alpha, table.a, table.d, 0.0 * table.d], axis=1)
+    base = columns((np.pi / 2.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # its axis level, so that gravity turns it
+    body = Body()
+    settings = Settings().replace({"design": {"dof": 1}, "needs": {"max_torque": [4.0]}})
+    needs, smooth, load = joint_needs(settings), smoothing(TIME), Load(body, 2.0, placed=False)
+    path = np.zeros((T, 1))
+    inner = body.tube_diameter / 2.0 - body.tube_wall
+    tube = body.tube_density * np.pi * ((body.tube_diameter / 2.0) ** 2 - inner**2) * 0.5
+    design = Design(rows, base, np.zeros(1))
+    torque = 9.81 * (0.25 * tube + 0.5 * (2.0 + body.tool_mass))
+    assert torque_excess(needs, load, smooth, design, path) == pytest.approx(torque / 4.0 - 1.0, rel=1e-6)
+    turns = np.zeros((T, 1, 7))
+    _, slope = peak_excess(needs, load, smooth, design, path, turns)
+    assert slope[4] == pytest.approx(9.81 * (tube + 2.0 + body.tool_mass) / 4.0, rel=1e-3)  # by the tube's length
+
+
+def test_staying_within_the_swept_volume_has_its_gradient():
+    rows, bases, paths, turns = arms(12, seed=3)
+    wanted = required(cell={"stay_within": 0.1})
+    penalty = make_penalty(wanted)
+    excess, gradient = penalty(rows, bases, [paths], [turns])
+    assert (excess > JUMP).all()  # random arms are far from there
+    slides = penalty.parts.clearance(rows, bases, [paths]).slides
+    for e in (0, 4, 7, 12):
+        moved = []
+        for step in (1e-6, -1e-6):
+            there, joints = rows.copy(), paths + step * turns[..., e]
+            base = bases.copy()
+            if e < 12:
+                there[:, e // 3, e % 3] += step
+            else:
+                cos, sin = np.cos(step), np.sin(step)
+                for c in range(0, 9, 3):
+                    x, y = bases[:, c].copy(), bases[:, c + 1].copy()
+                    base[:, c], base[:, c + 1] = cos * x - sin * y, sin * x + cos * y
+            clear, _, _ = penalty.parts.clearance.at_slides(there, base, slides, [joints])
+            away, _ = penalty.parts.clearance.beyond(penalty.parts.envelope, Posed(there, base, slides), [joints], None)
+            moved.append(JUMP + PER_METRE * (clear + 0.1 * away))
+        ahead, behind = moved
+        difference = (ahead - behind) / 2e-6
+        smooth = np.abs(ahead + behind - 2.0 * excess) < 1e-7
+        assert smooth.sum() > 6
+        assert np.allclose(gradient[smooth, e], difference[smooth], rtol=1e-4, atol=1e-3)
+
+
+def test_what_the_base_stands_on_is_for_link_0_alone():
+    rows, bases, paths, _ = arms(30, seed=4)
+    bases[:, 9:] = (0.1, 0.2, 0.0)
+    floor = Obstacles((Obstacle("floor", Plane(), np.eye(4)),))
+    wanted = required(cell={"base_at": [0.1, 0.2, 0.0]})
+    standing = make_penalty(replace(wanted, demonstrations=(replace(wanted.demonstrations[0], obstacles=floor),)))
+    excess, above = standing(rows, bases, [paths], None)[0], make_penalty(wanted)(rows, bases, [paths], None)[0]
+    assert (excess >= above - 1e-12).all()
+    assert (excess > above).any()
+    sunk = bases - np.r_[np.zeros(11), 0.01]
+    assert (standing(rows, sunk, [paths], None)[0] > JUMP).all()  # then the base is in the floor
