@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import difflib
-import math
+import sys
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
 import numpy as np
 import trimesh
@@ -22,6 +23,8 @@ from armdesign.settings.kinds import LENGTHS
 MESHES = (".stl", ".obj", ".ply")
 SMALLEST, LARGEST = 1e-3, 100.0
 """Sizes that an obstacle of a cell has; beyond them its unit is wrong [m]."""
+LIKELY = 0.02, 20.0
+"""Sizes that most obstacles have [m]."""
 MOST = 200
 """Obstacles of one cell."""
 
@@ -60,7 +63,7 @@ class Entry:
             ObstacleError: It is no number above 0, or not one of a cell.
         """
         value = self.content[key]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value <= 0.0:
+        if not is_number(value) or value <= 0.0:
             raise ObstacleError(f"{self.where}: {key} is {value!r}", value=value, allowed="a length above 0 [m]")
         check_size(f"{self.where}: {key}", float(value))
         return float(value)
@@ -72,23 +75,26 @@ class Entry:
             ObstacleError: They are something else.
         """
         value = self.content.get(key, [0.0, 0.0, 0.0])
-        good = isinstance(value, list) and len(value) == 3
-        if not good or not all(
-            isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x) for x in value
-        ):
+        if not isinstance(value, list) or len(value) != 3 or not all(map(is_number, value)):
             raise ObstacleError(f"{self.where}: {key} is {value!r}", value=value, allowed=what)
         return np.array(value, dtype=float)
+
+
+def is_number(value: object) -> bool:
+    """Whether a value of a file is a number that a float can hold."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max  # also of whole numbers that no float can hold; not of nan
 
 
 def box_of(entry: Entry) -> Shape:
     """A box."""
     size = entry.vector("size", "three lengths above 0 [m]")
-    for edge in size.tolist():
-        if edge <= 0.0:
-            raise ObstacleError(
-                f"{entry.where}: size is {size.tolist()}", value=edge, allowed="three lengths above 0 [m]"
-            )
-        check_size(f"{entry.where}: size", edge)
+    if (size <= 0.0).any():
+        raise ObstacleError(
+            f"{entry.where}: size is {size.tolist()}", value=size.tolist(), allowed="three lengths above 0 [m]"
+        )
+    check_size(f"{entry.where}: size", float(size.max()))  # a sheet may be as thin as it likes
     return Box(size)
 
 
@@ -97,7 +103,11 @@ def mesh_of(entry: Entry) -> Shape:
     file, unit = entry.content["file"], entry.content.get("units", "m")
     if not isinstance(file, str):
         raise ObstacleError(f"{entry.where}: file is {file!r}", value=file, allowed="a path")
-    return read_mesh(entry.folder / file, unit_of(f"{entry.where}: units", unit))
+    scale = unit_of(f"{entry.where}: units", unit)
+    try:
+        return read_mesh(entry.folder / file, scale)
+    except ObstacleError as error:
+        raise ObstacleError(f"{entry.where}: {error}", value=error.value) from error
 
 
 KINDS: Mapping[str, Kind] = {
@@ -188,12 +198,13 @@ def obstacle_of(title: str, k: int, content: Mapping[str, Any], path: Path) -> O
         ObstacleError: A key is unknown or missing, or a value is none.
     """
     kind, name = KINDS[title], content.get("name", f"{title}_{k}")
-    if not isinstance(name, str) or not name.strip() or len(name) > 80:
-        raise ObstacleError(
-            f"{path}: the name of {title} {k} is {name!r}", value=name, allowed="a text of 1 to 80 letters"
-        )
+    if not isinstance(name, str) or not name.strip() or len(name) > 80 or not name.isprintable():
+        allowed = "a text of 1 to 80 printable characters"
+        raise ObstacleError(f"{path}: the name of {title} {k} is {name!r}", value=name, allowed=allowed)
     where = f"{path}, {title} '{name}'"
-    known = ["name", *kind.needs, *OPTIONAL.get(title, ()), *(("center", "rpy") if kind.placed else ()), "carried_by"]
+    # a half space has no end: turned by what carries it, its far parts would move at any speed
+    where_it_is = ("center", "rpy", "carried_by") if kind.placed else ()
+    known = ["name", *kind.needs, *OPTIONAL.get(title, ()), *where_it_is]
     for key in content:
         if key not in known:
             raise ObstacleError(f"{where}: unknown key '{key}'", value=key, allowed=meant(key, known))
@@ -247,16 +258,20 @@ def plane_pose(point: Array, normal: Array, where: str) -> Array:
     return pose
 
 
-def read_mesh(path: Path, scale: float) -> Mesh:
+def read_mesh(path: Path, scale: float | Array) -> Mesh:
     """A closed mesh from a file.
 
     Args:
         path: STL, OBJ or PLY.
-        scale: Metres per unit of the file.
+        scale: Metres per unit of the file; or one for each of its axes, shape (3,).
 
     Raises:
         ObstacleError: It cannot be read, is not closed, or has a size that no obstacle has.
     """
+    if path.suffix.lower() not in MESHES:
+        raise ObstacleError(f"{path} is no mesh by its ending", value=path.suffix, allowed=list(MESHES))
+    if not path.is_file():
+        raise ObstacleError(f"there is no mesh {path}", value=str(path), fix="Paths count from the folder of the file")
     try:
         loaded = trimesh.load(path, file_type=path.suffix[1:].lower(), force="mesh", process=True)
     except Exception as error:  # trimesh raises whatever its readers do
@@ -266,13 +281,13 @@ def read_mesh(path: Path, scale: float) -> Mesh:
     return closed_mesh(loaded, str(path), scale)
 
 
-def closed_mesh(loaded: trimesh.Trimesh, where: str, scale: float) -> Mesh:
+def closed_mesh(loaded: trimesh.Trimesh, where: str, scale: float | Array) -> Mesh:
     """A mesh that is closed, its triangles counter-clockwise from outside.
 
     Args:
         loaded: The mesh.
         where: Where it was read, for messages.
-        scale: Metres per unit.
+        scale: Metres per unit; or one for each axis, shape (3,).
 
     Raises:
         ObstacleError: It is not closed, or its size is none of an obstacle.
@@ -280,8 +295,8 @@ def closed_mesh(loaded: trimesh.Trimesh, where: str, scale: float) -> Mesh:
     if not np.isfinite(loaded.vertices).all():
         raise ObstacleError(f"the mesh {where} has corners that are no numbers", value=where)
     loaded.merge_vertices(merge_tex=True, merge_norm=True)
-    sizes = scale * np.ptp(loaded.vertices, axis=0)
-    check_size(f"the mesh {where}", float(sizes.max()), UNIT_FIX)
+    size = float(np.abs(scale * np.ptp(loaded.vertices, axis=0)).max())
+    check_size(f"the mesh {where}", size, unit_hint(float(np.ptp(loaded.vertices, axis=0).max())))
     edges = np.sort(loaded.edges, axis=1)
     _, uses = np.unique(edges, axis=0, return_counts=True)
     open_edges = int((uses % 2 == 1).sum())
@@ -296,7 +311,18 @@ def closed_mesh(loaded: trimesh.Trimesh, where: str, scale: float) -> Mesh:
     return Mesh(scale * np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces, dtype=np.int64))
 
 
-UNIT_FIX = 'Set its unit: units = "mm" in the cell file, or --obstacle-units mm'
+def unit_hint(size: float) -> str:
+    """What to do about a mesh of a wrong unit.
+
+    Args:
+        size: Its largest edge in the file's units.
+    """
+    fitting = [unit for unit, metres in LENGTHS.items() if LIKELY[0] <= size * metres <= LIKELY[1]]
+    if not fitting:
+        return "Set its unit: units = ... in the cell file, or --obstacle-units"
+    unit = "mm" if "mm" in fitting else fitting[0]
+    measures = f"its {size:g} units would be {size * float(LENGTHS[unit]):g} m"
+    return f'In {unit} {measures}: set units = "{unit}" in the cell file, or --obstacle-units {unit}'
 
 
 def read_scene(path: Path) -> list[Obstacle]:
@@ -305,6 +331,12 @@ def read_scene(path: Path) -> list[Obstacle]:
     Raises:
         ObstacleError: It cannot be read, has no collision shapes, or a mesh of it is missing.
     """
+    try:
+        root = ElementTree.parse(path).getroot()
+    except (ElementTree.ParseError, OSError, ValueError) as error:
+        raise ObstacleError(f"the scene {path} is not valid XML: {first_line(error)}", value=str(path)) from error
+    if root.tag != "robot":
+        raise ObstacleError(f"the scene {path} holds <{root.tag}>", value=root.tag, allowed="a URDF, <robot>")
     try:
         scene = yourdfpy.URDF.load(
             str(path), build_scene_graph=True, build_collision_scene_graph=False, load_meshes=False,
@@ -337,25 +369,52 @@ def scene_shape(geometry: Any, name: str, path: Path) -> Shape:  # noqa: ANN401 
         ObstacleError: It has none, or its mesh cannot be used.
     """
     where = f"{path}, {name}"
+    shape: Shape
     if geometry.box is not None:
-        size = np.asarray(geometry.box.size, dtype=float)
-        check_size(where, float(size.max()))
-        return Box(size)
-    if geometry.sphere is not None:
-        check_size(where, float(geometry.sphere.radius))
-        return Sphere(float(geometry.sphere.radius))
-    if geometry.cylinder is not None:
-        check_size(where, float(geometry.cylinder.length))
-        return Cylinder(float(geometry.cylinder.radius), float(geometry.cylinder.length))
-    if geometry.mesh is None:
+        shape = Box(np.asarray(geometry.box.size, dtype=float).reshape(3))
+    elif geometry.sphere is not None:
+        shape = Sphere(float(geometry.sphere.radius))
+    elif geometry.cylinder is not None:
+        shape = Cylinder(float(geometry.cylinder.radius), float(geometry.cylinder.length))
+    elif geometry.mesh is not None:
+        scale = geometry.mesh.scale
+        return read_mesh(mesh_file(geometry.mesh.filename, path, where), 1.0 if scale is None else np.asarray(scale))
+    else:
         raise ObstacleError(f"{where}: its collision shape is none", allowed="box, sphere, cylinder, mesh")
-    file = path.parent / geometry.mesh.filename.removeprefix("file://").split("package://")[-1]
-    if not file.is_file():
-        raise ObstacleError(f"{where}: there is no mesh {file}", value=str(file), fix="Put it beside the URDF")
-    mesh, scale = read_mesh(file, 1.0), geometry.mesh.scale
-    if scale is None:
-        return mesh
-    return Mesh(mesh.vertices * np.asarray(scale, dtype=float), mesh.faces)
+    sizes = shape.extents[: SIZES_OF[type(shape)]]
+    if not (sizes > 0.0).all():
+        raise ObstacleError(f"{where}: a size is not above 0", value=sizes.tolist(), allowed="lengths above 0 [m]")
+    check_size(where, 2.0 * float(sizes.max()))
+    return shape
+
+
+SIZES_OF: Mapping[type, int] = {Box: 3, Sphere: 1, Cylinder: 2}
+"""How many sizes a shape has."""
+
+
+def mesh_file(filename: str, path: Path, where: str) -> Path:
+    """The file of a scene's mesh: beside the URDF, or of a package somewhere above it.
+
+    Args:
+        filename: What the URDF names: a path, file:// or package://NAME/path.
+        path: The URDF.
+        where: What needs it, for the message.
+
+    Raises:
+        ObstacleError: There is none.
+    """
+    inside = filename.removeprefix("file://")
+    _, package, within = inside.partition("package://")
+    inside = within if package else inside
+    # a package's folder may be called otherwise than the package
+    below = [inside, inside.partition("/")[2]] if package else [inside]
+    for folder in (path.parent, *path.resolve().parent.parents):
+        for name in below:
+            if name and (folder / name).is_file():
+                return folder / name
+        if not package:
+            break
+    raise ObstacleError(f"{where}: there is no mesh {filename}", value=filename, fix="Put it beside the URDF")
 
 
 def unit_of(what: str, unit: object) -> float:

@@ -94,8 +94,13 @@ def test_meshes_and_scenes_by_their_path(folder):
         ("[[cylinder]]\nradius = true\nlength = 1", ("radius is True",)),
         ("[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 0, 0]", ("normal",)),
         ("[[mesh]]\nfile = 'part.stl'\nunits = 'furlong'", ("furlong", "mm")),
+        ("[[mesh]]\nfile = 'part.stl'\nunits = ['mm']", ("['mm']", "allowed: m, cm, mm, in")),
+        ("[[mesh]]\nfile = 'bad.toml'", ("mesh 'mesh_1'", ".stl")),
+        ("[[sphere]]\nradius = 1" + 400 * "0", ("radius",)),  # more than a float holds
+        ('[[box]]\nname = "a\\nb"\nsize = [1, 1, 1]', ("printable",)),
+        ("[[plane]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\ncarried_by = 'tray'", ("unknown key 'carried_by'",)),
         ("[[mesh]]\nfile = 'no.stl'", ("no.stl",)),
-        ("[[mesh]]\nfile = 'part.stl'", ("measures 300 m", "units")),
+        ("[[mesh]]\nfile = 'part.stl'", ("mesh 'mesh_1'", "measures 300 m", 'units = "mm"')),
             (2 * "[[box]]\nname = 'a'\nsize = [1, 1, 1]\n", ("two obstacles are called 'a'",)),
         ("[box]\nsize = [1, 1, 1]", ("[[box]]",)),
         ("box = 3", ("[[box]]",)),
@@ -132,3 +137,37 @@ def test_files_that_are_none(folder):
     (folder / "table.step").write_text("x")
     with pytest.raises(ObstacleError, match=r"\.stl"):
         read_obstacles([folder / "table.step"])
+
+
+def test_a_sheet_may_be_thin(folder):
+    (sheet,) = read_obstacles([write(folder, "[[box]]\nsize = [1, 1, 0.0005]")]).each
+    assert sheet.shape.size[2] == 0.0005
+
+
+COLLISION = '<robot name="r"><link name="l"><collision><geometry>{}</geometry></collision></link></robot>'
+
+
+@pytest.mark.parametrize(
+    ("geometry", "said"),
+    [
+        ('<box size="-1 1 1"/>', "above 0"),
+        ('<cylinder radius="0" length="1"/>', "above 0"),
+        ('<sphere radius="nan"/>', "above 0"),
+        ('<sphere radius="2000"/>', "4000 m"),
+        ('<mesh filename="no.stl"/>', "no.stl"),
+        ('<mesh filename="part.stl"/>', "measures 300 m"),
+    ],
+)
+def test_a_scene_with_what_cannot_stand_in_a_room(folder, geometry, said):
+    (folder / "bad.urdf").write_text(COLLISION.format(geometry))
+    with pytest.raises(ObstacleError) as error:
+        read_obstacles([folder / "bad.urdf"])
+    assert said in str(error.value)
+
+
+def test_meshes_of_a_scene_have_their_scale_and_lie_in_their_package(folder):
+    (folder / "parts" / "urdf").mkdir(parents=True)
+    mesh = '<mesh filename="package://parts/part.stl" scale="0.001 0.001 0.001"/>'
+    (folder / "parts" / "urdf" / "scene.urdf").write_text(COLLISION.format(mesh))
+    (part,) = read_obstacles([folder / "parts" / "urdf" / "scene.urdf"]).each
+    np.testing.assert_allclose(np.ptp(part.shape.vertices, axis=0), [0.1, 0.2, 0.3], atol=1e-9)
