@@ -10,9 +10,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from armdesign._types import Array
+from armdesign.cell.obstacles import Plane
 from armdesign.search.result import Result
 from armdesign.settings.place import Site
 from armdesign.views.report.drawing import GREY, HUMAN, WIDTH, Picture, picture, short
@@ -33,11 +35,13 @@ class Outline(NamedTuple):
 
     Attributes:
         name: Its name.
-        points: Points whose convex hull is drawn, in the room, shape (K, 3) [mm].
+        points: Points whose convex hull is drawn, in the room, shape (K, 3) [mm]; of a half space one on its surface.
+        normal: Of a half space, where its free side is, shape (3,); None for all others.
     """
 
     name: str
     points: Array
+    normal: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -63,19 +67,27 @@ class CellScene:
     frame: str
 
     def projected(self, axes: list[int]) -> Array:
-        """Everything that has an end, shape (P, 2); planes have none."""
+        """Everything that has an end, shape (P, 2); half spaces have none."""
         parts = [self.base, np.zeros(3), self.corners, self.human, self.hand, *self.sites]
-        parts += [outline.points for outline in self.obstacles]
+        parts += [outline.points for outline in self.obstacles if outline.normal is None]
         return np.concatenate([np.reshape(part, (-1, 3)) for part in parts])[:, axes]
 
 
-def cell_scene(run: Result, obstacles: Sequence[Outline] = ()) -> CellScene:
-    """The cell of a run.
+def outlines(run: Result, frames: NDArray[np.intp]) -> list[Outline]:
+    """What stands around a run, and what moves at some frames."""
+    found = []
+    for one in run.problem.first.obstacles.each:
+        poses, normal = one.poses if len(one.poses) == 1 else one.poses[frames], None
+        points = one.shape.outline
+        if isinstance(one.shape, Plane):
+            points, normal = np.zeros((1, 3)), poses[0, :3, 2]
+        for pose in poses:
+            found.append(Outline(one.name, 1e3 * (points @ pose[:3, :3].T + pose[:3, 3]), normal))
+    return found
 
-    Args:
-        run: The run.
-        obstacles: What stands around.
-    """
+
+def cell_scene(run: Result) -> CellScene:
+    """The cell of a run."""
     problem, q, base = run.problem.in_room, run.evaluation.path.q, run.base_pose
     origin = np.zeros(3) if problem.origin is None else problem.origin
     chosen = np.unique(np.linspace(0, len(q) - 1, INSTANTS).astype(int))
@@ -87,21 +99,16 @@ def cell_scene(run: Result, obstacles: Sequence[Outline] = ()) -> CellScene:
         human=1e3 * (problem.task.arm[chosen] + origin),
         hand=1e3 * (problem.task.P[drawn, -1] + origin),
         sites=tuple(1e3 * (site.box + origin) for site in sites),
-        obstacles=tuple(obstacles),
+        obstacles=tuple(outlines(run, chosen)),
         frame=base.frame,
     )
 
 
-def cell_pictures(run: Result, obstacles: Sequence[Outline] = ()) -> list[Picture]:
-    """Plan and elevation of the cell.
-
-    Args:
-        run: The run.
-        obstacles: What stands around.
-    """
-    scene = cell_scene(run, obstacles)
+def cell_pictures(run: Result) -> list[Picture]:
+    """Plan and elevation of the cell."""
+    scene = cell_scene(run)
     where = "in the recording's room" if scene.frame == "room" else "from the moving base, as there is no fixed room"
-    names = ", ".join(each.name for each in scene.obstacles)
+    names = ", ".join(dict.fromkeys(each.name for each in scene.obstacles))
     pictures = []
     for key, title, across, up in VIEWS:
 
@@ -131,6 +138,9 @@ def cell_figure(scene: CellScene, across: int, up: int) -> Figure:
     figure = framed(low - margin, high + margin, left=0.72, right=0.1, bottom=0.45, top=0.08)
     axis = figure.axes[0]
     for outline in scene.obstacles:
+        if outline.normal is not None:
+            draw_edge(axis, outline, axes)
+            continue
         axis.add_patch(Polygon(hull(outline.points[:, axes]), facecolor=FACE, edgecolor=EDGE, hatch="///", zorder=1))
     for site in scene.sites:
         corner, size = site[0][axes], np.maximum(np.diff(site[:, axes], axis=0)[0], 1e-6)
@@ -151,6 +161,28 @@ def cell_figure(scene: CellScene, across: int, up: int) -> Figure:
     return figure
 
 
+def draw_edge(axis: Axes, outline: Outline, axes: list[int]) -> None:
+    """Draw the surface of a half space where it is seen edge on, with strokes on the side that is not free.
+
+    Args:
+        axis: Where.
+        outline: The half space.
+        axes: The two coordinates of the picture.
+    """
+    normal = np.zeros(3) if outline.normal is None else outline.normal
+    across = normal[axes]
+    if np.linalg.norm(across) < 1.0 - 1e-6:
+        return
+    at, along = outline.points[0, axes], np.array([-across[1], across[0]])
+    limits = np.array([axis.get_xlim(), axis.get_ylim()]).T
+    reach = float(np.abs(limits - at).max()) * 2.0
+    depth = 0.03 * float(np.ptp(limits, axis=0).max())
+    ends = np.array([at - reach * along, at + reach * along])
+    strip = np.concatenate([ends, ends[::-1] - depth * across])
+    axis.add_patch(Polygon(strip, facecolor=FACE, edgecolor=EDGE, hatch="///", linewidth=0.9, zorder=1))
+    axis.set(xlim=tuple(limits[:, 0]), ylim=tuple(limits[:, 1]))
+
+
 def labels(axis: Axes, scene: CellScene, axes: list[int]) -> None:
     """Names of the obstacles and dimensions of the base, each where no other stands.
 
@@ -167,7 +199,10 @@ def labels(axis: Axes, scene: CellScene, axes: list[int]) -> None:
         if length > 1.0:
             axis.annotate("", (x1, y1), (x0, y0), arrowprops=arrow, zorder=5)
             wanted.append((f"{length:.0f}", np.array([(x0 + x1) / 2.0, (y0 + y1) / 2.0])))
-    wanted += [(short(each.name, 20).strip(), each.points[:, axes].mean(axis=0)) for each in scene.obstacles]
+    solid = {
+        each.name: each.points for each in scene.obstacles if each.normal is None
+    }  # of a moving one the last place
+    wanted += [(short(name, 20).strip(), points[:, axes].mean(axis=0)) for name, points in solid.items()]
     per_inch = np.ptp(axis.get_xlim()) / (WIDTH - 0.82)
     taken: list[Array] = []
     for text, at in wanted:

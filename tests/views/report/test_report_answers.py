@@ -5,11 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
+from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Plane
 from armdesign.feasibility.verdict import Spread
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.settings import Body, Needs, Settings
 from armdesign.views.report.answers import answers, place, touching
-from armdesign.views.report.cell_pictures import Outline, cell_figure, cell_scene, free_spot, hull
+from armdesign.views.report.cell_pictures import cell_figure, cell_scene, free_spot, hull
 
 
 def test_answers_give_the_figures_of_the_verdict(invented, numbers):
@@ -50,13 +51,20 @@ def test_a_thin_arm_touches_nothing_that_is_known(invented):
 
 def test_the_cell_is_drawn_in_the_room(invented):
     run = invented()
-    obstacle = Outline(
-        "<table>", np.array([[x, y, z] for x in (0.0, 900.0) for y in (0.0, 400.0) for z in (0.0, 50.0)])
+    pose = np.eye(4)
+    pose[:3, 3] = 0.45, 0.2, 0.025
+    room = Obstacles(
+        (Obstacle("<table>", Box(np.array([0.9, 0.4, 0.05])), pose), Obstacle("floor", Plane(), np.eye(4)))
     )
-    scene = cell_scene(run, [obstacle])
+    first = dataclasses.replace(run.problem.first, obstacles=room)
+    run = dataclasses.replace(
+        run, problem=dataclasses.replace(run.problem, demonstrations=(first,)), known_verdict=None
+    )
+    scene = cell_scene(run)
     assert scene.base == pytest.approx(1e3 * run.base_pose.translation)
     first = run.table.skeleton(run.evaluation.path.q[:1]) @ run.base_pose.rotation.T + run.base_pose.translation
     assert scene.corners[0] == pytest.approx(1e3 * first[0])
+    cell_figure(scene, 0, 2)
     figure = cell_figure(scene, 0, 1)
     texts = [text.get_text() for text in figure.axes[0].texts]
     assert "<table>" in texts
