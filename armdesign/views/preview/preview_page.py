@@ -140,17 +140,18 @@ def labels(shown: Shown, *, several: bool) -> list[dict[str, Any]]:
 
 def notes(scene: Scene, speed: float) -> list[str]:
     """Sentences on what is shown: the speed, and what was left out."""
+    boxes = [name for design in scene.designs for name in design.simplified]
+    drawn = [f"Drawn as the box about it: {', '.join(boxes)}."] if boxes else []
     rate = "True speed" if speed == 1.0 else f"{speed:g} times true speed"
     shown = sum(len(design.times) for design in scene.designs)
     frames = sum(design.frames for design in scene.designs)
     if shown == frames:
-        return [f"{rate}, all of {counted(frames, 'frame')}."]
+        return [f"{rate}, all of {counted(frames, 'frame')}.", *drawn]
     off = max(design.deviation for design in scene.designs)
     density = (shown - len(scene.designs)) / sum(float(design.times[-1]) for design in scene.designs)
     text = f"{rate}, {shown} of {counted(frames, 'frame')} ({min(density, RATE):.3g} per second)"
-    return [
-        f"{text}; between them the end-effector is at most {off * 1e3:.1f} mm off." if off > NEGLIGIBLE else f"{text}."
-    ]
+    between = f"; between them the end-effector is at most {off * 1e3:.1f} mm off." if off > NEGLIGIBLE else "."
+    return [f"{text}{between}", *drawn]
 
 
 def embedded(data: dict[str, Any]) -> str:

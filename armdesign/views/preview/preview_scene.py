@@ -26,6 +26,7 @@ from armdesign.views.preview.human import (
 from armdesign.views.preview.keyframes import Indices, choose_frames, deviation, most_keyframes
 from armdesign.views.preview.recorder import Command, Window, animation
 from armdesign.views.preview.shapes import draw_frame, draw_grid
+from armdesign.views.preview.surroundings import draw_obstacles, draw_sites, thinned_names
 
 GAP = 0.25
 """Free space between designs side by side [m]."""
@@ -53,6 +54,7 @@ class Shown:
         frames: Number of frames of the task.
         deviation: How far the end-effector gets from its path by showing only keyframes [m].
         oriented: Whether the hand's orientation is followed.
+        simplified: Names of the obstacles that are drawn as the box about them.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Shown:
     frames: int
     deviation: float
     oriented: bool
+    simplified: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +113,11 @@ def build_scene(runs: Sequence[Result], urdfs: Sequence[str] | None = None) -> S
         node.set_transform(shown.pose)
         draw_frame(node["base_frame"], AXIS, AXIS_RADIUS)
         draw_traces(node["traces"], motion, MOST_TRACED // len(runs))
+        room = viewer[f"room_{k + 1}"]
+        room.set_transform(translated(beside[k]))
+        draw_sites(room, run.problem.space.sites)
         tracks = [
+            *draw_obstacles(room, run.problem.first.obstacles.each, chosen),
             *draw_arm(node, urdf, run.evaluation.path.q[chosen]),
             *draw_demonstrator(node["demonstrator"], motion, chosen),
             *draw_errors(node["distances"], motion, chosen, scale),
@@ -120,6 +127,13 @@ def build_scene(runs: Sequence[Result], urdfs: Sequence[str] | None = None) -> S
     floor = draw_surroundings(viewer, designs, room=all(run.base_pose.frame == "room" for run in runs))
     duration = max(float(shown.times[-1]) for shown in designs)
     return Scene((*window.commands, animation(parts, duration)), tuple(designs), scale, duration, floor)
+
+
+def translated(shift: Array) -> Array:
+    """A pose that is but a shift, shape (4, 4)."""
+    pose = np.eye(4)
+    pose[:3, 3] = shift
+    return pose
 
 
 def describe(run: Result, motion: Motion, chosen: Indices, beside: Array, bounds: Array) -> Shown:
@@ -136,6 +150,7 @@ def describe(run: Result, motion: Motion, chosen: Indices, beside: Array, bounds
         frames=len(task.time),
         deviation=deviation(task.time, motion.tip[:, None], chosen),
         oriented=task.R is not None,
+        simplified=tuple(map(legible_text, thinned_names(run.problem.first.obstacles.each))),
     )
 
 
@@ -148,6 +163,9 @@ def bounds_of(run: Result, motion: Motion) -> Array:
     plate = np.array([body.base_diameter / 2.0, body.base_diameter / 2.0, body.reach + body.base_height])
     plate[2] = 0.0 if run.problem.first.base is not None else plate[2]  # a placed arm stands on its plate's face
     passed = np.concatenate([passed, [plate, -plate]]) @ base.rotation.T + base.translation
+    solid = [one for one in run.problem.first.obstacles.each if len(one.shape.outline)]
+    around = [one.shape.outline @ pose[:3, :3].T + pose[:3, 3] for one in solid for pose in one.poses]
+    passed = np.concatenate([passed, *around])
     arm = corners @ base.rotation.T + base.translation
     return np.stack([np.minimum(passed.min(axis=0), arm.min(axis=0) - thick),
                      np.maximum(passed.max(axis=0), arm.max(axis=0) + thick)])  # fmt: skip
