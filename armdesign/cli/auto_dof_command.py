@@ -13,7 +13,7 @@ from armdesign.cli.command_errors import INTERRUPTED
 from armdesign.cli.screen import SearchBar, clock, compiling, say, say_in_handler, show_table, show_text
 from armdesign.cli.tables import show_arm
 from armdesign.cli.worker_options import check_workers, open_backend
-from armdesign.errors import counted, resume_command
+from armdesign.errors import SettingsError, counted, resume_command
 from armdesign.experiments.auto_dof.choose_dof import (
     Callbacks,
     DofChoice,
@@ -24,6 +24,7 @@ from armdesign.experiments.auto_dof.choose_dof import (
 )
 from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE, DofResult, has_choice, holds_auto
 from armdesign.experiments.auto_dof.dof_rule import rule_of
+from armdesign.feasibility.words import tolerance_words
 from armdesign.fitness.block import compile_kernels
 from armdesign.runs.folder import RESULT_FILES, TASK_FILES, holds_run
 from armdesign.runs.reading import read_result
@@ -32,6 +33,8 @@ from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.search.search import Progress
 from armdesign.swarm import ALGORITHMS
+
+TOLERANCE_MISSED = 3
 
 
 def search_auto(
@@ -64,6 +67,13 @@ def search_auto(
     rule = rule_of(within, enough)
     check_workers(workers, cluster)
     problems = problems_by_joints(prepare_for)
+    stated = tolerance_words(next(iter(problems.values())).settings.needs)
+    for flag, value in (("--within", within), ("--enough", enough)):
+        if stated and value is not None:
+            raise SettingsError(
+                f"{flag} is given, but a tolerance of {stated} is stated, which decides alone", value=value,
+                fix="Leave one of the two out",
+            )  # fmt: skip
     place = folder_for(source, next(iter(problems.values()))) if out is None else out
     folder = claim_auto_folder(place, overwrite=overwrite)
     start_auto(folder, problems, rule)
@@ -110,6 +120,8 @@ def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: 
     more = views.writing.write_views(folder, result) if report else ()
     if not quiet:
         show_choice(choice, result, more)
+    if choice.verdict is not None and choice.verdict.reason == "missed":
+        raise typer.Exit(TOLERANCE_MISSED)
 
 
 def on_interrupt() -> None:
@@ -177,12 +189,14 @@ def show_choice(choice: DofChoice, result: Result, more: tuple[str, ...]) -> Non
     rows = []
     for found in choice.results:
         mark = "*" if choice.verdict is not None and found.dof == choice.verdict.dof else ""
-        lengths = (found.path_fitness * 1e3, found.area * 1e3, found.fitness, found.hand_error * 1e3, found.length)
-        figures = [f"{value:.{2 if k in (0, 1, 3) else 4}f}" for k, value in enumerate(lengths)]
-        shown = [*figures, clock(found.wall_time)] if found.valid else ["no valid arm", *["-"] * 5]
-        rows.append((mark, str(found.dof), *shown))
-    show_table(("", "joints", "f [mm]", "E [mm]", "r [m]", "hand [mm]", "L [m]", "time"), rows)
+        lengths = (found.hand_error, found.hand_p95, found.hand_max, found.path_fitness, found.area)
+        figures = [f"{1e3 * value:.2f}" for value in lengths]
+        figures.insert(3, "yes" if found.feasible else "no")
+        shown = [*figures, f"{found.fitness:.4f}", clock(found.wall_time)]
+        rows.append((mark, str(found.dof), *(shown if found.valid else ["no arm", *["-"] * 7])))
+    headings = ("", "joints", "hand [mm]", "95 %", "largest", "feasible", "f [mm]", "E [mm]", "r [m]", "time")
     show_text(choice.explanation)
+    show_table(headings, rows)
     show_arm(result)
     typer.echo(f"Written in {choice.folder}, every search in a folder nN of its own:")
     typer.echo("\n".join(f"  {name}" for name in (AUTO, TABLE, PICTURE, *files, *more)))

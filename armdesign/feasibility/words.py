@@ -71,10 +71,11 @@ def headline(verdict: Verdict, settings: Settings) -> str:
 
 
 def tolerance_words(needs: Needs) -> str:
-    """The stated tolerances: ``5 mm and 3 deg in 95 % of the frames``."""
+    """The stated tolerances: ``5 mm and 3 deg in 95 % of the frames``; empty where none is."""
     given = [] if needs.hand_tolerance is None else [f"{1e3 * needs.hand_tolerance:g} mm"]
     given += [] if needs.tolerance_angle is None else [f"{needs.tolerance_angle:g} deg"]
-    frames = "" if needs.tolerance_percentile == 100.0 else f" in {needs.tolerance_percentile:g} % of the frames"
+    every = needs.tolerance_percentile == 100.0 or not given
+    frames = "" if every else f" in {needs.tolerance_percentile:g} % of the frames"
     return f"{' and '.join(given)}{frames}"
 
 

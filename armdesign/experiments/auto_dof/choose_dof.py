@@ -13,18 +13,29 @@ from armdesign.experiments.auto_dof.dof_records import (
     PICTURE,
     TABLE,
     TASKS,
+    AutoState,
     DofResult,
     auto_csv,
     fitness_of,
     has_choice,
     holds_auto,
+    judged,
     read_auto,
     read_dof_result,
     run_name,
     write_auto,
 )
-from armdesign.experiments.auto_dof.dof_rule import JOINTS, Rule, Verdict, decide, explain
+from armdesign.experiments.auto_dof.dof_rule import (
+    JOINTS,
+    Rule,
+    Verdict,
+    decide,
+    decide_by_tolerance,
+    explain,
+    explain_by_tolerance,
+)
 from armdesign.experiments.auto_dof.extra_joint import with_extra_joint
+from armdesign.feasibility.words import tolerance_words
 from armdesign.files import write_whole
 from armdesign.kinematics.dh_files import read_base_pose, read_design
 from armdesign.runs.folder import (
@@ -62,7 +73,7 @@ class DofChoice:
         folder: Its folder; with a choice it is the run folder of the chosen arm.
         results: The best arm of every number of joints that was searched, ascending.
         verdict: The choice; None while there is none.
-        explanation: Why, in two sentences.
+        explanation: Why, in two sentences; where a tolerance is stated, whether it is met.
         interrupted: Whether somebody asked for the end before the choice was made.
     """
 
@@ -103,7 +114,8 @@ def auto_dof(
 ) -> DofChoice:
     """Search 2, 3, ... joints, each number begun from the arm before, until more do not pay.
 
-    What is interrupted goes on by ``carry_out_auto(folder)``.
+    With a tolerance in the settings: until the arm is feasible and meets it. What is interrupted goes on by
+    ``carry_out_auto(folder)``.
 
     Args:
         problem_for: Gives the problem for a number of joints.
@@ -181,7 +193,9 @@ def start_auto(folder: Path, problems: Mapping[int, DesignProblem], rule: Rule) 
             place = folder / TASKS / run_name(n)
             place.mkdir(parents=True)
             start_run(place, problem)
-        write_auto(folder, tuple(problems), rule, {}, None)
+        # with a tolerance of its own each arm is judged by that
+        words = tolerance_words(next(iter(problems.values())).settings.needs)
+        write_auto(folder, tuple(problems), replace(rule, tolerance=words), {}, None)
 
 
 def carry_out_auto(
@@ -203,7 +217,7 @@ def carry_out_auto(
     with locked(folder), interruptible(calls.interrupt) as interrupts:
         state = read_auto(folder)
         results: dict[int, DofResult] = {}
-        while (verdict := decide(fitness_of(results), state.joints, state.rule)) is None:
+        while (verdict := decided(results, state)) is None:
             if len(results) == len(state.joints):
                 raise nothing_at_all(results)
             n = state.joints[len(results)]
@@ -220,7 +234,11 @@ def carry_out_auto(
             write_auto(folder, state.joints, state.rule, results, None)
             if calls.end is not None:
                 calls.end(result)
-        explanation = explain(verdict, fitness_of(results), state.joints, state.rule)
+        tolerance = state.rule.tolerance
+        if tolerance:
+            explanation = explain_by_tolerance(verdict, judged(results), tolerance)
+        else:
+            explanation = explain(verdict, fitness_of(results), state.joints, state.rule)
         write_whole(folder / TABLE, auto_csv(results, verdict))
         from armdesign.experiments.auto_dof.dof_figure import pareto_png  # noqa: PLC0415 (Matplotlib)
 
@@ -228,6 +246,13 @@ def carry_out_auto(
         publish(folder / run_name(verdict.dof), folder)
         write_auto(folder, state.joints, state.rule, results, verdict, explanation)
         return DofChoice(folder, tuple(results.values()), verdict, explanation)
+
+
+def decided(results: Mapping[int, DofResult], state: AutoState) -> Verdict | None:
+    """The choice, by the tolerance where one is stated; None where more has to be searched."""
+    if state.rule.tolerance:
+        return decide_by_tolerance(judged(results), state.joints)
+    return decide(fitness_of(results), state.joints, state.rule)
 
 
 def noting(callbacks: Callbacks, interrupts: Interrupts) -> Callbacks:

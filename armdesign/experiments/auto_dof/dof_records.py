@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from armdesign.demonstration.provenance import as_json
 from armdesign.errors import RunFolderError, SettingsError
-from armdesign.experiments.auto_dof.dof_rule import Rule, Verdict
+from armdesign.experiments.auto_dof.dof_rule import Judged, Rule, Verdict
 from armdesign.files import csv_table, read_json, write_whole
 from armdesign.runs.contents import SCHEMA_VERSION
 from armdesign.runs.reading import result_content
@@ -31,11 +31,15 @@ class DofResult:
         fitness: Its r [m].
         area: Its E [m].
         length: Its L [m].
-        hand_error: Mean distance of the last point, the hand, from its place on the arm [m].
+        hand_error: Mean distance of the end-effector from the hand [m].
         evaluations: Candidates of the search.
         wall_time: Duration of the search [s].
         begun_from: Designs of its first generation that came from the smaller arm.
         reason: Why there is no arm.
+        hand_p95: What the distance of the end-effector from the hand stays below in 95 % of the frames [m].
+        hand_max: Its largest [m].
+        feasible: Whether the arm is feasible, by its verdict.
+        passed: Whether it meets the stated tolerance, too, where one is stated.
     """
 
     dof: int
@@ -48,6 +52,10 @@ class DofResult:
     wall_time: float = 0.0
     begun_from: int = 0
     reason: str = ""
+    hand_p95: float = math.inf
+    hand_max: float = math.inf
+    feasible: bool = False
+    passed: bool = False
 
     @property
     def valid(self) -> bool:
@@ -91,6 +99,11 @@ def fitness_of(results: Mapping[int, DofResult]) -> dict[int, float]:
     return {n: result.path_fitness for n, result in results.items()}
 
 
+def judged(results: Mapping[int, DofResult]) -> dict[int, Judged]:
+    """What the verdict says by number of joints."""
+    return {n: Judged(result.passed, result.feasible, result.hand_max) for n, result in results.items()}
+
+
 def read_dof_result(place: Path) -> DofResult:
     """The result of a finished search.
 
@@ -100,10 +113,15 @@ def read_dof_result(place: Path) -> DofResult:
     content = result_content(place)
     try:
         first = content["settings"]["search"].get("first") or ()
-        hand = content["point_error"][content["points"][-1]]["mean"]
+        hand = content["point_error"][content["points"][-1]]
         names = ("path_fitness", "fitness", "area", "length", "evaluations", "wall_time")
         entries = {name: content[name] for name in names}
-        return DofResult(content["dof"], **entries, hand_error=hand, begun_from=len(first))
+        verdict = content.get("verdict") or {"hand_error": hand | {"p95": math.inf}}  # an older run has none
+        error, feasible = verdict["hand_error"], bool(verdict.get("feasible"))
+        return DofResult(
+            content["dof"], **entries, hand_error=error["mean"], begun_from=len(first), hand_p95=error["p95"],
+            hand_max=error["max"], feasible=feasible, passed=feasible and verdict.get("tolerance_met") is not False,
+        )  # fmt: skip
     except (KeyError, TypeError, AttributeError) as error:
         path = place / "result.json"
         raise RunFolderError(f"{path} is damaged: {error!r}", value=str(path), fix=f"Remove {place}") from error
@@ -132,6 +150,7 @@ def write_auto(
         "joints": joints,
         "within": rule.within,
         "enough": rule.enough,
+        "tolerance": rule.tolerance,
         "chosen": None if verdict is None else verdict.dof,
         "stopped_by": None if verdict is None else verdict.reason,
         "explanation": explanation,
@@ -150,7 +169,7 @@ def read_auto(folder: Path) -> AutoState:
     content = read_json(path, fix)
     try:
         joints = tuple(int(n) for n in content["joints"])
-        rule = Rule(float(content["within"]), float(content["enough"]))
+        rule = Rule(float(content["within"]), float(content["enough"]), str(content.get("tolerance", "")))
         failed = {int(item["dof"]): str(item["reason"]) for item in content["searched"] if item["reason"]}
         return AutoState(joints, rule, content["chosen"], failed)
     except (ValueError, KeyError, TypeError, SettingsError) as error:

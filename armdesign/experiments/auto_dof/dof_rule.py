@@ -3,6 +3,8 @@
 The paper takes n = 3 for its first task because no larger n has a path fitness f that is better by more than 4 %. Taken
 by itself the rule asks for ever more joints: f keeps halving with every joint until it is a fraction of a millimetre.
 So a second figure goes with it, `enough`: the f below which a better one means nothing.
+
+Where a tolerance is stated, it decides instead: the fewest joints whose arm is feasible and meets it.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from armdesign.errors import SettingsError, counted
 
@@ -19,7 +21,7 @@ LOOK_AHEAD = 2
 """How many larger arms have to bring nothing before larger ones still are taken to bring nothing either."""
 JOINTS = (2, 7)
 
-Reason = Literal["enough", "level", "all"]
+Reason = Literal["enough", "level", "all", "tolerance", "missed"]
 
 
 @dataclass(frozen=True)
@@ -32,10 +34,12 @@ class Rule:
             with three points 5 mm are a weighted distance of 15 mm (root mean square), about what a hand's path
             differs from one time to the next and markers on skin slide over the bone. Where an orientation is
             followed, f also holds w_0 times its error in rad: with w_0 = 0.2, 5 mm are 1.4 deg.
+        tolerance: The stated tolerance in words, such as ``5 mm``, which then decides alone; empty where none is.
     """
 
     within: float = WITHIN
     enough: float = ENOUGH
+    tolerance: str = ""
 
     def __post_init__(self) -> None:
         """Check the figures.
@@ -60,11 +64,26 @@ class Verdict:
     Attributes:
         dof: The chosen n.
         reason: ``enough``: its f is at most `Rule.enough`; ``level``: LOOK_AHEAD larger arms bring nothing that counts;
-            ``all``: every n was searched.
+            ``all``: every n was searched; ``tolerance``: its arm is the first to be feasible and meet the stated
+            tolerance; ``missed``: none is, and this one comes nearest.
     """
 
     dof: int
     reason: Reason
+
+
+class Judged(NamedTuple):
+    """What the verdict says of the best arm of a number of joints.
+
+    Attributes:
+        passed: Whether it is feasible and meets the stated tolerance.
+        feasible: Whether it is feasible.
+        hand: Largest distance of its end-effector from the hand [m]; infinite where there is no valid arm.
+    """
+
+    passed: bool
+    feasible: bool
+    hand: float
 
 
 def rule_of(within: float | None, enough: float | None) -> Rule:
@@ -120,6 +139,57 @@ def decide(f: Mapping[int, float], joints: Sequence[int], rule: Rule) -> Verdict
     return Verdict(n, "level") if len(larger) >= LOOK_AHEAD else None
 
 
+def decide_by_tolerance(judged: Mapping[int, Judged], joints: Sequence[int]) -> Verdict | None:
+    """The fewest joints whose arm is feasible and meets the stated tolerance; where none does, the nearest to it.
+
+    Args:
+        judged: What the verdict says by number of joints searched so far, from few to many.
+        joints: All n to choose from, ascending.
+
+    Returns:
+        The verdict; None as long as the next n has to be searched, or where there is no valid arm.
+    """
+    met = [n for n, each in judged.items() if each.passed]
+    if met:
+        return Verdict(min(met), "tolerance")
+    known = [n for n, each in judged.items() if math.isfinite(each.hand)]
+    if not known or any(n not in judged for n in joints):
+        return None
+    return Verdict(min(known, key=lambda n: (not judged[n].feasible, judged[n].hand)), "missed")
+
+
+def explain_by_tolerance(verdict: Verdict, judged: Mapping[int, Judged], tolerance: str) -> str:
+    """Why this many joints, where a tolerance was stated.
+
+    Args:
+        verdict: The choice.
+        judged: What the verdict says by number of joints.
+        tolerance: The tolerance in words.
+    """
+    n, others = verdict.dof, {k: found(each) for k, each in sorted(judged.items()) if k != verdict.dof}
+    if verdict.reason == "tolerance":
+        word = "suffices" if n == 1 else "suffice"
+        fewer = f" Fewer do not: {told(others)}." if others else ""
+        return f"{counted(n, 'joint')} {word} for the tolerance of {tolerance}: {found(judged[n])}.{fewer}"
+    rest = f" The others: {told(others)}." if others else ""
+    return (
+        f"No arm of {listed(sorted(judged), 'or')} joints is feasible and within the tolerance of {tolerance}. The one "
+        f"of {n} comes nearest and is kept: {found(judged[n])}.{rest}"
+    )
+
+
+def found(each: Judged) -> str:
+    """What was found with a number of joints: ``largest hand error 3.21 mm, not feasible``."""
+    if not math.isfinite(each.hand):
+        return "no valid arm"
+    return f"largest hand error {millimetres(each.hand)}{'' if each.feasible else ', not feasible'}"
+
+
+def told(others: Mapping[int, str]) -> str:
+    """What was found by number of joints, one after the other."""
+    return "; ".join(f"with {k} {words}" for k, words in others.items())
+
+
 def explain(verdict: Verdict, f: Mapping[int, float], joints: Sequence[int], rule: Rule) -> str:
     """Why this many joints, in two sentences with the figures."""
     n = verdict.dof
@@ -127,7 +197,8 @@ def explain(verdict: Verdict, f: Mapping[int, float], joints: Sequence[int], rul
     untried = [k for k in joints if k not in f]
     rest = f", so {listed(untried)} joints were not tried" if untried else ""
     head = (
-        f"{counted(n, 'joint')} {'suffices: its' if n == 1 else 'suffice: their'} path fitness f of {millimetres(f[n])}"
+        f"{counted(n, 'joint')} {'is chosen: its' if n == 1 else 'are chosen: their'} path fitness f of "
+        f"{millimetres(f[n])}"
     )
     if verdict.reason == "enough":
         why = f" is at most {millimetres(rule.enough)} (--enough), below which a better one means nothing"

@@ -83,3 +83,24 @@ def test_bad_figures_write_nothing(run, tmp_path, monkeypatch, flags, sentence):
     assert outcome.exit_code == 2
     assert sentence in outcome.output.splitlines()[-1]
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("tolerance", "code"), [("500mm", 0), ("0.001mm", 3)])
+def test_with_a_tolerance_it_says_first_whether_that_is_met(run, tmp_path, tolerance, code):
+    flags = ("--dof", "auto", "--particles", "16", "--iterations", "2", "--rate", "5", "--no-report", "--body", "thin")
+    narrow = tmp_path / "narrow.toml"
+    narrow.write_text("[design]\nauto_dof = [3, 4]\n", encoding="utf-8")
+    folder = tmp_path / "auto"
+    outcome = run("search", EXAMPLE, *flags, "--config", narrow, "--tolerance", tolerance, "--out", folder)
+    assert outcome.exit_code == code, outcome.output
+    content = json.loads((folder / "auto.json").read_text(encoding="utf-8"))
+    assert content["stopped_by"] == ("missed" if code else "tolerance")
+    assert ("suffice" in outcome.output) == (code == 0)
+    assert [each["dof"] for each in content["searched"]] == ([3, 4] if code else [3])
+
+
+def test_a_tolerance_and_the_rule_for_none_contradict(run, tmp_path):
+    outcome = run("search", EXAMPLE, *SMALL, "--tolerance", "5mm", "--out", tmp_path / "auto")
+    assert outcome.exit_code == 2
+    assert "--enough" in outcome.output
+    assert "5 mm" in outcome.output

@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from armdesign.errors import SettingsError
-from armdesign.experiments.auto_dof.dof_rule import LOOK_AHEAD, Rule, choose_dof, decide, explain, rule_of
+from armdesign.experiments.auto_dof.dof_rule import (
+    LOOK_AHEAD,
+    Judged,
+    Rule,
+    choose_dof,
+    decide,
+    decide_by_tolerance,
+    explain,
+    explain_by_tolerance,
+    rule_of,
+)
 
 JOINTS = tuple(range(2, 8))
 
@@ -105,3 +115,35 @@ def test_explanation_is_two_sentences_with_the_figures():
 def test_figures_that_make_no_rule_are_refused(within, enough):
     with pytest.raises(SettingsError, match="allowed"):
         rule_of(within, enough)
+
+
+GOOD, FAR, TOUCHES = Judged(True, True, 4e-3), Judged(False, True, 9e-3), Judged(False, False, 2e-3)
+NONE = Judged(False, False, math.inf)
+
+
+def test_with_a_tolerance_the_fewest_joints_that_meet_it_are_taken_at_once():
+    joints = (2, 3, 4, 5)
+    assert decide_by_tolerance({2: NONE, 3: FAR}, joints) is None
+    chosen = decide_by_tolerance({2: NONE, 3: FAR, 4: GOOD}, joints)
+    assert (chosen.dof, chosen.reason) == (4, "tolerance")
+    text = explain_by_tolerance(chosen, {2: NONE, 3: FAR, 4: GOOD}, "5 mm")
+    assert text.startswith("4 joints suffice for the tolerance of 5 mm")
+    assert "4.00 mm" in text
+    assert "9.00 mm" in text
+
+
+def test_where_no_arm_meets_it_the_nearest_feasible_one_is_kept_and_nothing_suffices():
+    judged = {2: NONE, 3: TOUCHES, 4: FAR, 5: Judged(False, True, 8e-3)}
+    chosen = decide_by_tolerance(judged, (2, 3, 4, 5))
+    assert (chosen.dof, chosen.reason) == (5, "missed")
+    text = explain_by_tolerance(chosen, judged, "5 mm")
+    assert text.startswith("No arm of 2, 3, 4 or 5 joints")
+    assert "suffice" not in text
+    assert "not feasible" in text
+    assert decide_by_tolerance({2: NONE, 3: NONE}, (2, 3)) is None
+
+
+def test_without_a_tolerance_nothing_suffices():
+    for f, rule in cases():
+        seen, verdict = searched(f, rule)
+        assert verdict is None or "suffice" not in explain(verdict, seen, JOINTS, rule)
