@@ -53,7 +53,8 @@ def judged_by(result: Result, changes: dict[str, dict[str, Any]]) -> Result:
     before, problem = result.problem.settings.cell, result.problem.with_settings(changes)
     if any(getattr(problem.settings.cell, name) != getattr(before, name) for name in CELL):
         problem = with_obstacles(problem)
-    return replace(result, problem=problem, known_verdict=None)
+    thin = result.problem.settings.body.kind == "thin"  # then its modules have not been put anywhere yet
+    return replace(result, problem=problem, known_verdict=None, known_slides=None if thin else result.known_slides)
 
 
 def finished_arm(place: str | Path) -> Result:

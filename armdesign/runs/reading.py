@@ -80,7 +80,8 @@ def read_result(folder: str | Path) -> Result:
     history = read_history(place / HISTORY) if (place / HISTORY).is_file() else None
     version = str(content.get("armdesign_version", ""))
     verdict = read_verdict(content, place)
-    return Result(problem, evaluation, history, facts, None, place.resolve().name, version, place, verdict)
+    slides = read_slides(content, place, table.dof)
+    return Result(problem, evaluation, history, facts, None, place.resolve().name, version, place, verdict, slides)
 
 
 def read_problem(folder: Path) -> DesignProblem:
@@ -226,6 +227,21 @@ def read_verdict(content: dict[str, Any], place: Path) -> Verdict | None:
         return Verdict(**made)
     except (TypeError, ValueError, KeyError) as error:
         raise damaged(place, "verdict", content) from error
+
+
+def read_slides(content: dict[str, Any], place: Path, dof: int) -> tuple[float, ...] | None:
+    """Where the joint modules sit, out of result.json; None in one that was written before they could slide.
+
+    Raises:
+        RunFolderError: It is damaged.
+    """
+    values = content.get("module_slides")
+    if values is None:
+        return None
+    numbers = isinstance(values, list) and all(isinstance(x, int | float) and np.isfinite(x) for x in values)
+    if not numbers or len(values) != dof:
+        raise damaged(place, "module_slides", content)
+    return tuple(map(float, values))
 
 
 def listed(content: dict[str, Any], name: str, count: int, place: Path) -> list[dict[str, Any]]:

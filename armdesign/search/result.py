@@ -14,6 +14,7 @@ from armdesign._version import __version__
 from armdesign.bodies.arm_body import arm_body
 from armdesign.demonstration.task import task_lines
 from armdesign.errors import counted
+from armdesign.feasibility.penalty import choose_slides
 from armdesign.feasibility.verdict import Verdict, judge, spread
 from armdesign.feasibility.violations import Followed
 from armdesign.feasibility.words import MEANINGS, hand_words, headline, spread_words
@@ -73,6 +74,7 @@ class Result:
         version: Version of armdesign that has computed it.
         folder: The run folder it was read from; None for a result in memory.
         known_verdict: The verdict that was written down with it; None for one that has yet to be made.
+        known_slides: The slides that were written down with it; None for those that have yet to be chosen.
     """
 
     problem: DesignProblem
@@ -84,6 +86,7 @@ class Result:
     version: str = __version__
     folder: Path | None = None
     known_verdict: Verdict | None = None
+    known_slides: tuple[float, ...] | None = None
 
     def __repr__(self) -> str:
         found, settings = self.evaluation, self.problem.settings
@@ -115,9 +118,22 @@ class Result:
         settings, several = self.problem.settings, len(self.problem.demonstrations) > 1
         pairs = zip(self.problem.demonstrations, self.evaluation.demonstrations, strict=True)
         followed = [done(self.table, each, scored, several=several) for each, scored in pairs]
-        placed = self.problem.first.base is not None
-        arm = arm_body(self.table, settings.body, placed=placed, side=None)
+        arm = arm_body(self.table, settings.body, self.slides, placed=self.placed, side=None)
         return judge(arm, self.base_pose, followed, self.problem.requirements)
+
+    @cached_property
+    def slides(self) -> tuple[float, ...]:
+        """Where the joint modules sit on their joints' axes, s_j of ``armdesign.bodies.arm_body`` [m]; chosen once."""
+        if self.known_slides is not None:
+            return self.known_slides
+        paths = [each.path.q for each in self.evaluation.demonstrations]
+        chosen = choose_slides(self.problem.requirements, self.table, self.problem.first.base, paths)
+        return tuple(chosen.tolist())
+
+    @property
+    def placed(self) -> bool:
+        """Whether the base has a place of its own, on whose face it stands."""
+        return self.problem.first.base is not None
 
     @property
     def held_out(self) -> str:
