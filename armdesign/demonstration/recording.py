@@ -202,6 +202,7 @@ class Take:
         bodies: Rigid bodies to the names of the markers on them, where the file says so.
         captured: Whether the numbers come straight from a capture system and need cleaning; False for plain CSV, which
             is taken as finished.
+        solved: Whether places follow from the pose of a skeleton, so that they are never unseen and may be at 0.
         steps: What was odd in the file and what the reader made of it.
     """
 
@@ -215,4 +216,5 @@ class Take:
     rate: float | None = None
     bodies: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     captured: bool = True
+    solved: bool = False
     steps: tuple[Step, ...] = ()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from armdesign.demonstration.files.formats import FORMATS
+from armdesign.demonstration.points.unseen import hide_unseen
 from armdesign.demonstration.recording import Take
 from armdesign.errors import RecordingError
 
@@ -20,7 +21,7 @@ def read_as(form: ModuleType, folder: Path, content: bytes | str | list[str]) ->
     path.write_bytes(content.encode() if isinstance(content, str) else content)
     head = path.read_bytes()[:8192]
     assert next(each.read for each in FORMATS if each.matches(head)) is form.read
-    return form.read(path)
+    return hide_unseen(form.read(path))
 
 
 def refused_as(form: ModuleType, folder: Path, content: bytes | str | list[str]) -> str:

@@ -227,3 +227,21 @@ def test_more_places_than_fit_into_memory_are_refused(tmp_path):
         f"HIERARCHY\nROOT r {{ OFFSET 0 0 0\nCHANNELS 1 Xrotation\n{chain} }}\nMOTION\nFrames: 4000\nFrame Time: 0.01\n"
     )
     assert "4,000 frames of 4,901 joints" in refused(tmp_path, text.replace("} J", "}\nJ") + "0\n" * 4000)
+
+
+def test_all_joints_hold_the_whole_place_if_most_bones_do(tmp_path):
+    three = "Xposition Yposition Zposition"
+    arm = Joint("RightArm", (0.0, 30.0, 0.0), three, [Joint("RightForeArm", (30.0, 0.0, 0.0), three, [])])
+    root = Joint("Root", (0.0, 0.0, 0.0), three, [Joint("Hips", (0.0, 93.0, 0.0), three, [arm])])
+    hips = np.stack([np.linspace(-80, 80, 9), np.full(9, 93.0), np.full(9, 5.0)], axis=1)
+    table = np.hstack([np.zeros((9, 3)), hips, np.tile([0.0, 30.0, 0.0, 30.0, 0.0, 0.0], (9, 1))])
+    take = read(tmp_path, bvh_text([root], table))
+    np.testing.assert_allclose(take.points["Hips"], hips, atol=1e-5)
+    np.testing.assert_allclose(take.points["RightForeArm"] - hips, np.tile([30.0, 30.0, 0.0], (9, 1)), atol=1e-5)
+
+
+def test_comments_above_the_hierarchy_are_passed_over(tmp_path, rng):
+    root = person()
+    table = motion([root], 5, rng)
+    take = read(tmp_path, "# made by hand\n// twice\n" + bvh_text([root], table))
+    agrees(take, [root], table)

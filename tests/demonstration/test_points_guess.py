@@ -50,6 +50,19 @@ SCHEMES = {
         "shoulder=mixamorig:RightArm elbow=mixamorig:RightForeArm wrist=mixamorig:RightHand",
     ),
     "Poser": ("rCollar rShldr rForeArm rHand", "shoulder=rShldr elbow=rForeArm wrist=rHand"),
+    "Unreal": ("upperarm_r lowerarm_r hand_r hand_l", "shoulder=upperarm_r elbow=lowerarm_r wrist=hand_r"),
+    "Theia": ("r_uarm r_larm r_hand l_uarm", "shoulder=r_uarm elbow=r_larm wrist=r_hand"),
+    "side grown together": ("rshoulder relbow rhand lshoulder", "shoulder=rshoulder elbow=relbow hand=rhand"),
+    "bones in full": (
+        "AcromionR LateralEpicondyleR MedialEpicondyleR RadialStyloidR UlnarStyloidR AcromionL",
+        "shoulder=AcromionR elbow=LateralEpicondyleR+MedialEpicondyleR wrist=RadialStyloidR+UlnarStyloidR",
+    ),
+    "bones abbreviated": (
+        "SAJ_R HLE_R HME_R RSP_R USP_R",
+        "shoulder=SAJ_R elbow=HLE_R+HME_R wrist=RSP_R+USP_R",
+    ),
+    "one wrist marker": ("S:RSHO S:RELB S:RWRA S:RFIN", "shoulder=S:RSHO elbow=S:RELB wrist=S:RWRA hand=S:RFIN"),
+    "no wrist": ("shoulder elbow hand", "shoulder elbow hand"),
     "four bands": ("Shoulder UpperArm Forearm Hand Shoulder:Marker1", "Shoulder UpperArm Forearm Hand"),
     "words": ("shoulder elbow wrist hand", "shoulder elbow wrist hand"),
     "words, side behind": (
@@ -142,3 +155,12 @@ def test_no_arm_no_guess(names):
 )
 def test_the_hand_s_orientation(names, oriented, orientation):
     assert guess_arm(points(names.split())).arm.orientation(oriented) == orientation
+
+
+def test_a_hand_that_lies_on_the_wrist_is_passed_over():
+    names = ("RightArm", "RightForeArm", "RightHand", "RightFingerBase", "RFingers")
+    places = dict(zip(names, np.eye(3)[[0, 1, 2, 2, 0]][:, None] * np.ones((4, 1)), strict=True))
+    (arm,) = find_arms(places)
+    assert arm.points[-1] == "hand=RFingers"
+    (arm,) = find_arms({name: places[name] for name in names[:4]})
+    assert "hand" not in arm.roles

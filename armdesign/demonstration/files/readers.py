@@ -19,6 +19,7 @@ from armdesign.demonstration.files.formats.bone_csv import matches as bone_csv_m
 from armdesign.demonstration.files.formats.bone_csv import read_bone_csv
 from armdesign.demonstration.files.text_files import describe_binary, read_head
 from armdesign.demonstration.points.standard import to_recording
+from armdesign.demonstration.points.unseen import hide_unseen
 from armdesign.demonstration.recording import Recording, Step, Take
 from armdesign.errors import ArmDesignError, RecordingError
 
@@ -63,7 +64,7 @@ def read_take(path: str | os.PathLike[str]) -> Take:
     head = read_head(source)
     for form in formats.FORMATS:
         if form.matches(head):
-            return form.read(source)
+            return hide_unseen(form.read(source))
     known = [form.name for form in formats.FORMATS]
     message = f"{source} is not a recording of a known format"
     raise RecordingError(message, value=str(source), allowed=known, fix=describe_binary(head))
@@ -121,7 +122,7 @@ def read_recordings(
         path = Path(file)  # one of a bone may need the rate
         take = read_bone_csv(path, rate) if bone_csv_matches(read_head(path)) else read_take(path)
         takes[name] = _one_point(take, name)
-    return to_recording(_joined(takes), units=units, up=up, mirror=mirror)
+    return to_recording(hide_unseen(_joined(takes)), units=units, up=up, mirror=mirror)
 
 
 def _one_point(take: Take, name: str) -> Take:

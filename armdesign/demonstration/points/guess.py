@@ -14,9 +14,11 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.points.expressions import quoted
+from armdesign.demonstration.recording import median_seen
 
 ROLES = ("shoulder", "elbow", "wrist", "hand")
 _NEEDED = ROLES[:3]
+_ON_WRIST = 0.05  # of the upper arm; a hand nearer to the wrist is no point of its own
 _RIGID = 3  # markers that make a body
 
 Parts = Mapping[str, tuple[str, ...]]
@@ -48,19 +50,52 @@ _JOINTS = {
     "shoulder": (("{s}arm",), ("{s}upperarm",), ("{s}uparm",), ("{s}shldr",)),
     "elbow": (("{s}forearm",), ("{s}lowerarm",), ("{s}lowarm",)),
     "wrist": (("{s}hand",),),
-    "hand": (("{s}handmiddle1",), ("{s}fingerbase",), ("{s}handindex1",)),
+    "hand": (("{s}handmiddle1",), ("{s}fingerbase",), ("{s}handindex1",), ("{s}fingers",), ("{i}fingers",)),
 }
+_ENGINE = {  # as in upperarm_r, Unreal's and Unity's way
+    "shoulder": (("upperarm",),),
+    "elbow": (("lowerarm",), ("forearm",)),
+    "wrist": (("hand",),),
+    "hand": (("middle01",), ("middle1",), ("index01",), ("index1",)),
+}
+_THEIA = {"shoulder": (("{s}uarm",),), "elbow": (("{s}larm",),), "wrist": (("{s}hand",),), "hand": ()}
 _PLUG_IN = {
     "shoulder": (("{s}sho",),),
     "elbow": (("{s}elb", "{s}elbm"), ("{s}elb", "{s}mel"), ("{s}elb",)),
-    "wrist": (("{s}wra", "{s}wrb"), ("{s}wri",)),
+    "wrist": (("{s}wra", "{s}wrb"), ("{s}wri",), ("{s}wra",), ("{s}wrb",)),
     "hand": (("{s}fin",),),
 }
 _CENTRES = {"shoulder": (("{s}sjc",),), "elbow": (("{s}ejc",),), "wrist": (("{s}wjc",),), "hand": (("{s}fin",),)}
 _ISB = {
-    "shoulder": tuple((name,) for name in ("gh", "acrotip", "acromion", "acromium", "acro", "acr", "ac")),
-    "elbow": (("epicl", "epicm"), ("el", "em"), ("lel", "mel"), ("elbl", "elbm"), ("lelb", "melb"), ("hle", "hme")),
-    "wrist": (("stylr", "stylu"), ("faradius", "faulna"), ("rs", "us"), ("rsp", "usp"), ("wrr", "wru")),
+    "shoulder": tuple((name,) for name in ("gh", "acrotip", "acromion", "acromium", "acro", "acr", "ac", "saj")),
+    "elbow": (
+        ("epicl", "epicm"),
+        ("el", "em"),
+        ("lel", "mel"),
+        ("elbl", "elbm"),
+        ("lelb", "melb"),
+        ("hle", "hme"),
+        ("lateralepicondyle", "medialepicondyle"),
+        ("epicl",),
+        ("lateralepicondyle",),
+        ("hle",),
+    ),
+    "wrist": (
+        ("stylr", "stylu"),
+        ("faradius", "faulna"),
+        ("rs", "us"),
+        ("rsp", "usp"),
+        ("wrr", "wru"),
+        ("radialstyloid", "ulnarstyloid"),
+        ("styloidradius", "styloidulna"),
+        ("radiusstyloid", "ulnastyloid"),
+        ("stylr",),
+        ("stylu",),
+        ("radialstyloid",),
+        ("ulnarstyloid",),
+        ("rsp",),
+        ("usp",),
+    ),
     "hand": (
         ("index", "lastc", "medh", "lath"),
         ("mcp2", "mcp3", "mcp5"),
@@ -79,6 +114,8 @@ SCHEMES = (
     Scheme("Motive skeleton", _LETTERS, _BONES, oriented="wrist"),
     Scheme("BVH skeleton", _WORDS, _JOINTS, oriented="wrist"),
     Scheme("skeleton", _LETTERS, _JOINTS, oriented="wrist"),
+    Scheme("game engine skeleton", _LETTERS, _ENGINE, behind=True, oriented="wrist"),
+    Scheme("Theia segments", _LETTERS, _THEIA, oriented="wrist"),
     Scheme("Plug-in Gait joint centres", _LETTERS, _CENTRES),
     Scheme("Plug-in Gait", _LETTERS, _PLUG_IN),
     Scheme("ISB markers", _ANY_SIDE, _ISB, behind=True),
@@ -188,18 +225,23 @@ def guess_arm(points: Mapping[str, Array], *, side: str = "right", base: str | N
     return Guess(arm, tuple(arms), f"{sentence} Use --base and --points to choose otherwise.")
 
 
-def find_arms(names: Iterable[str]) -> list[Arm]:
-    """All arms found by the names of their points, one for each subject and side, by the first scheme that fits."""
+def find_arms(names: Iterable[str] | Mapping[str, Array]) -> list[Arm]:
+    """All arms found by the names of their points, one for each subject and side, by the first scheme that fits.
+
+    Args:
+        names: The names; with positions, of shape (T, 3), a hand that lies on the wrist is passed over.
+    """
+    places = names if isinstance(names, Mapping) else {}
     found: dict[tuple[str, str], Arm] = {}
     names = list(names)
     for subject, local in _subjects(names).items():
         for scheme in SCHEMES:
             for side, letter in scheme.sides.items():
-                roles = _roles(scheme, letter, local)
+                roles = _roles(scheme, letter, local, places)
                 if roles is not None:
                     arm = Arm(scheme.name, subject, side, roles, scheme.oriented, scheme.names)
                     found.setdefault((subject, side), arm)
-    for arm in _by_words(names):
+    for arm in _by_words(names, places):
         found.setdefault((arm.subject, arm.side), arm)
     sided = {subject for subject, side in found if side}
     return [arm for (subject, side), arm in found.items() if side or subject not in sided]
@@ -225,31 +267,44 @@ def _plain(name: str) -> str:
     return re.sub(r"[ ._\-]", "", name.lower())
 
 
-def _roles(scheme: Scheme, letter: str, local: Mapping[str, str]) -> Parts | None:
+def _roles(scheme: Scheme, letter: str, local: Mapping[str, str], positions: Mapping[str, Array]) -> Parts | None:
     """The parts of an arm in a scheme; None unless shoulder, elbow and wrist are there."""
     roles: dict[str, tuple[str, ...]] = {}
     for role, ways in scheme.roles.items():
         for way in ways:
             forms = [_forms(pattern, letter, scheme) for pattern in way]
             places = [next((local[form] for form in each if form in local), None) for each in forms]
-            if all(place is not None for place in places):
-                roles[role] = tuple(place for place in places if place is not None)
+            known = tuple(place for place in places if place is not None)
+            if len(known) == len(way) and not (role == "hand" and _lies_on_wrist(known, roles, positions)):
+                roles[role] = known
                 break
     needed = ROLES if scheme.names else _NEEDED
     return roles if all(role in roles for role in needed) else None
+
+
+def _lies_on_wrist(hand: tuple[str, ...], roles: Parts, positions: Mapping[str, Array]) -> bool:
+    """Whether a hand is at the wrist's place, so that following both would count one place twice."""
+    parts = [roles.get(role, ()) for role in _NEEDED]
+    if not all(parts) or not all(name in positions for names in (*parts, hand) for name in names):
+        return False
+    shoulder, elbow, wrist, tip = (np.mean([positions[name] for name in names], axis=0) for names in (*parts, hand))
+    upper, beyond = (median_seen(np.linalg.norm(a - b, axis=1)) for a, b in ((elbow, shoulder), (tip, wrist)))
+    return bool(beyond < _ON_WRIST * upper)
 
 
 def _forms(pattern: str, letter: str, scheme: Scheme) -> list[str]:
     """The names that a pattern means on one side."""
     if "{s}" in pattern:
         return [pattern.format(s=letter)]
+    if "{i}" in pattern:
+        return [pattern.format(i=letter[:1])]
     if not scheme.behind or not letter:
         return [letter + pattern]
     word = {"r": "right", "l": "left"}.get(letter, letter)
     return [letter + pattern, pattern + letter, word + pattern, pattern + word]
 
 
-def _by_words(names: Iterable[str]) -> list[Arm]:
+def _by_words(names: Iterable[str], positions: Mapping[str, Array]) -> list[Arm]:
     """Arms by the words shoulder, elbow, wrist and hand, whatever the spelling of the side."""
     found: dict[tuple[str, str], dict[str, list[tuple[bool, str]]]] = {}
     for name in names:
@@ -261,14 +316,16 @@ def _by_words(names: Iterable[str]) -> list[Arm]:
     arms = []
     for (subject, side), places in found.items():
         roles = {role: _best(places[role]) for role in ROLES if role in places}
-        if all(role in roles for role in _NEEDED):
+        if "hand" in roles and _lies_on_wrist(roles["hand"], roles, positions):
+            del roles["hand"]
+        if all(role in roles for role in ROLES[:2]) and len(roles) > 2:  # a suit may know the hand, and no wrist
             arms.append(Arm("by name", subject, side, roles))
     return arms
 
 
 def _read_words(local: str) -> tuple[str, str, bool] | None:
     """Part, side and whether nothing else is in a name, such as ``R.Elbow.Lat``; None if it is no part of an arm."""
-    words = [word.lower() for word in _WORD.findall(local)]
+    words = [part for word in _WORD.findall(local) for part in _parted(word.lower())]
     roles = [role for role, known in _ROLE_WORDS.items() for word in words if word in known]
     sides = {_SIDE_WORDS[word] for word in words if word in _SIDE_WORDS}
     every = set().union(*_ROLE_WORDS.values())
@@ -276,6 +333,13 @@ def _read_words(local: str) -> tuple[str, str, bool] | None:
     if len(roles) != 1 or len(sides) > 1 or any(word not in _QUALIFIERS for word in others):
         return None
     return roles[0], next(iter(sides), ""), not others
+
+
+def _parted(word: str) -> tuple[str, ...]:
+    """A word, the side in front of it apart, as in ``rshoulder`` and ``leftelbow``."""
+    every = set().union(*_ROLE_WORDS.values())
+    sides = [side for side in ("right", "left", "r", "l") if word.startswith(side) and word[len(side) :] in every]
+    return (sides[0], word[len(sides[0]) :]) if sides and word not in every else (word,)
 
 
 def _best(places: list[tuple[bool, str]]) -> tuple[str, ...]:

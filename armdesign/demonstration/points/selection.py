@@ -289,6 +289,8 @@ def _completed(
     known, source = _known(recording, {}), recording.source
     part = None if base is None else parse(base, known, source, " for the base").terms[0].name
     guess = guess_of(recording, part)
+    if guess.arm is None and any(step.name == "joined" for step in recording.about.steps):
+        return base or quoted(next(iter(recording.points))), points, None, ()  # named by the user, in order
     if guess.arm is None:
         listed = ", ".join(quoted(name) for name in nearest("", known))
         flags = "--points elbow=A+B,wrist=C,hand=D" if base else "--base SHOULDER --points elbow=A+B,wrist=C,hand=D"

@@ -67,12 +67,13 @@ def measure(take: Take, arms: Sequence[Arm]) -> Size:
     frames = np.unique(np.linspace(0, len(take.time) - 1, _FRAMES).astype(int)) if len(take.time) else np.empty(0, int)
     points = {name: values[frames] for name, values in take.points.items()}
     for arm in arms:
-        roles = [arm.roles[role] for role in ("shoulder", "elbow", "wrist")]
+        last = "wrist" if "wrist" in arm.roles else "hand"
+        roles = [arm.roles[role] for role in ("shoulder", "elbow", last)]
         places = np.array([np.mean([points[name] for name in role], axis=0) for role in roles])
         length = median_seen(np.linalg.norm(np.diff(places, axis=0), axis=2).sum(axis=0))
         if math.isfinite(length) and length > 0:
             # upper arm 0.186 and forearm 0.146 of a height of 1.66 m (Drillis and Contini 1966)
-            return Size("from shoulder over elbow to wrist it is", length, 0.55, _FINE, _EVERY)
+            return Size(f"from shoulder over elbow to {last} it is", length, 0.55, _FINE, _EVERY)
     extent = _extent(points)
     if len(points) >= _WHOLE_BODY:
         return Size("the body extends over", extent, 1.6, _FINE, _EVERY)

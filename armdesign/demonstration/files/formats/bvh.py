@@ -47,7 +47,7 @@ from armdesign.demonstration.files.text_files import MAX_NUMBERS, LinesAhead, Pl
 from armdesign.demonstration.recording import Step, Take, median_seen
 from armdesign.errors import RecordingError
 
-_START = re.compile(r"\s*HIERARCHY\b", re.IGNORECASE)
+_START = re.compile(r"(?:\s*(?:#|//|;)[^\n]*\n)*\s*HIERARCHY\b", re.IGNORECASE)  # below comments
 _FRAMES = re.compile(r"\s*Frames\s*:?\s*(\S*)\s*$", re.IGNORECASE)
 _FRAME_TIME = re.compile(r"\s*Frame\s*Time\s*:?\s*(\S*)\s*$", re.IGNORECASE)
 _STEPS = (1e-5, 100.0)  # [s] from frame to frame
@@ -99,6 +99,7 @@ def read(path: Path) -> Take:
         source=str(path),
         format="BVH",
         rate=1.0 / motion.step,
+        solved=True,
         steps=tuple(_steps(rows, motion, first, replaced)),
     )
 
@@ -156,11 +157,10 @@ def _poses(table: Array, skeleton: Skeleton) -> tuple[dict[str, Array], dict[str
     """
     places: list[Array] = []
     turns: list[Array] = []
-    replaced: list[str] = []
+    replaced = _replaced(skeleton, table)
     with np.errstate(over="ignore", invalid="ignore"):
         for joint in skeleton.joints:
-            local, holds_offset = _local(joint, table)
-            replaced += [joint.name] if holds_offset else []
+            local = _local(joint, table, bool(replaced))
             if joint.parent is None:
                 places.append(local + np.zeros((3, len(table))))
                 turns.append(_turned(identity(len(table)), joint, table))
@@ -179,24 +179,29 @@ def _turned(quaternions: Array, joint: Joint, table: Array) -> Array:
     return quaternions
 
 
-def _local(joint: Joint, table: Array) -> tuple[Array, bool]:
-    """A joint's place in its parent's axes, shape (3, 1) or (3, T), and whether its position channels hold the offset.
+def _replaced(skeleton: Skeleton, table: Array) -> list[str]:
+    """Names of the joints with position channels, if these hold the whole place instead of what is added to OFFSET.
 
-    The format adds the channels to the offset. Some programs write the whole place instead, so that a bone's channels
-    stay near the offset; adding would make the bone twice as long.
+    The format adds. A program that writes whole places does so for all joints, so that the bones' channels stay near
+    the offsets, and adding would make them twice as long: most of the bones decide for the file.
     """
-    offset = np.array(joint.offset)[:, None]
-    if not joint.positions:
-        return offset, False
-    axes, columns = list(joint.positions), list(joint.positions.values())
-    moved = np.zeros((3, len(table)))
-    moved[axes] = table[:, columns].T
-    away = np.array([median_seen(values) for values in moved[axes]]) - offset[axes, 0]
-    if joint.parent is None or not np.linalg.norm(away) < _NEAR * np.linalg.norm(offset[axes]):
-        return offset + moved, False
-    others = [axis for axis in range(3) if axis not in axes]
-    moved[others] = offset[others]
-    return moved, True
+    near, moving = 0, [joint for joint in skeleton.joints if joint.positions]
+    bones = [joint for joint in moving if joint.parent is not None and any(joint.offset)]
+    for joint in bones:
+        offset = np.array(joint.offset)[list(joint.positions)]
+        middle = np.array([median_seen(table[:, column]) for column in joint.positions.values()])
+        near += bool(np.linalg.norm(middle - offset) < _NEAR * np.linalg.norm(offset))
+    return [joint.name for joint in moving if any(joint.offset)] if 2 * near > len(bones) else []
+
+
+def _local(joint: Joint, table: Array, holds_offset: bool) -> Array:
+    """A joint's place in its parent's axes, shape (3, 1) or (3, T); its channels may hold the offset already."""
+    place = np.array(joint.offset)[:, None]
+    if joint.positions:
+        place = np.repeat(place, len(table), axis=1)
+        axes, columns = list(joint.positions), list(joint.positions.values())
+        place[axes] = table[:, columns].T + (0.0 if holds_offset else place[axes])
+    return place
 
 
 def _steps(rows: Rows, motion: _Motion, first: int, replaced: list[str]) -> list[Step]:
@@ -237,6 +242,8 @@ def read_skeleton(lines: LinesAhead) -> Skeleton:
     reader = _Reader(lines.place)
     while text := lines.readline():
         words = text.replace("{", " { ").replace("}", " } ").split()
+        if not reader.begun and words and words[0].startswith(("#", "//", ";")):
+            words = []
         if [word.upper() for word in words] == ["MOTION"]:
             return reader.finished()
         reader.take(words)
@@ -255,7 +262,7 @@ class _Reader:
         self._named: int | None = None  # the joint whose brace is to come
         self._used: set[str] = set()
         self._given: Counter[str] = Counter()
-        self._begun = False
+        self.begun = False
 
     def take(self, words: list[str]) -> None:
         """Take a line's words; a brace may follow other words."""
@@ -292,10 +299,10 @@ class _Reader:
         keyword = words[0].upper()
         if self._named is not None:
             raise self._error(f"'{{' is missing after '{self._joints[self._named].name[:40]}'")
-        if not self._begun:
+        if not self.begun:
             if keyword != "HIERARCHY":
                 raise self._error(f"this is no BVH file ('{' '.join(words)[:40]}')", "'HIERARCHY' in the first line")
-            self._begun, words = True, words[1:]
+            self.begun, words = True, words[1:]
             if words:
                 self._statement(words)
         elif keyword in {"ROOT", "JOINT"}:

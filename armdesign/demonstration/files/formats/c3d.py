@@ -82,12 +82,6 @@ def _points(path: Path, layout: C3DLayout, positions: Array, steps: list[Step]) 
     if left_out:
         sentence = f"Left out {len(left_out)} model outputs, which are not positions: {listed(left_out)}."
         steps.append(Step("model outputs", sentence, {"names": left_out}))
-    # A negative residual marks what was not seen. Some programs write zeros and no residual; no marker is at exactly 0.
-    zero = (positions == 0).all(axis=2)
-    if zero.any():
-        positions[zero] = np.nan
-        count = int(zero.sum())
-        steps.append(Step("zeros", f"Took {count} positions at exactly zero as missing.", {"count": count}))
     names, renamed = once_each(labels)
     steps += renamed
     named = zip(names, labels, positions.transpose(1, 0, 2), strict=True)

@@ -160,7 +160,7 @@ def _series(rows: Rows, layout: _Layout, names: list[str]) -> tuple[dict[str, Ar
     first, width = len(layout.leading), len(layout.parts)
     if layout.parts is _POSITION:
         points = positions(rows.values, first, names)
-        return points, {}, hide_zeros(points)
+        return points, {}, []
     poses = positions(rows.values, first, names, width)
     steps = hide_zeros({name: pose[:, _ROTATION:] for name, pose in poses.items()})
     turns = {name: _turns(pose, name, rows) for name, pose in poses.items()}
