@@ -17,10 +17,12 @@ from armdesign.cell.obstacles import Obstacles
 from armdesign.feasibility.demand import joint_demand, speed_fraction
 from armdesign.feasibility.needs import check_needs, joint_needs
 from armdesign.feasibility.penalty import Requirements
+from armdesign.feasibility.swept import envelope_excess
 from armdesign.feasibility.violations import (
     Followed,
     Gap,
     demand_violations,
+    envelope_violations,
     gap_violations,
     hand_violations,
     place_violations,
@@ -57,7 +59,7 @@ class Verdict:
         tolerance_met: Whether the stated tolerances, of distance and angle, are met; None where none is stated.
         self_clearance: Where the arm's bodies come nearest to one another; None for a thin arm.
         obstacle_clearance: Where they come nearest to an obstacle; None where there is none.
-        envelope_excess: How far they leave the volume that the demonstrator's arm has swept [m]; None for a thin arm.
+        envelope_excess: How far they leave the surface that the demonstrator's arm has swept [m]; None for a thin arm.
         speed_fraction: Share of the demonstrated speed, at most 1, at which every joint keeps its stated limits, or
             where no speed is stated, that of the assumed actuator.
         peak_speed: Largest speed of every joint at the demonstrated speed [rad/s; m/s].
@@ -101,15 +103,18 @@ def judge(arm: ArmBody, base: BasePose, followed: Sequence[Followed], requiremen
     check_needs(settings, oriented=bool(angles))
     needs, limits = settings.needs, joint_needs(settings)
     gaps: tuple[Gap | None, Gap | None] = (None, None)
+    excess: float | None = None
     if settings.body.kind == "tube":
         scenes = [
             ExactScene(arm, exact_obstacles(shown.obstacles), base.matrix) for shown in requirements.demonstrations
         ]
         gaps = clearances(scenes, followed)
+        excess = farthest(arm, base, followed, requirements)
     demand = joint_demand(arm, [(each.time, each.q) for each in followed], needs.payload, base)
     missed = hand_violations(followed, needs)
     violated = [*place_violations(base, settings.cell), *demand_violations(demand, limits)]
     violated += gap_violations(gaps, followed, settings.body.clearance)
+    violated += envelope_violations(excess, settings.cell.stay_within)
     stated = needs.hand_tolerance is not None or needs.tolerance_angle is not None
     reasons = sorted((*missed, *violated), key=lambda each: (not each.touches, -each.excess))
     return Verdict(
@@ -120,7 +125,7 @@ def judge(arm: ArmBody, base: BasePose, followed: Sequence[Followed], requiremen
         tolerance_met=not missed if stated else None,
         self_clearance=gaps[0],
         obstacle_clearance=gaps[1],
-        envelope_excess=None,
+        envelope_excess=excess,
         speed_fraction=speed_fraction(demand, limits),
         peak_speed=tuple(demand.speed.max(axis=0).tolist()),
         peak_torque=tuple(np.abs(demand.torque).max(axis=0).tolist()),
@@ -148,6 +153,22 @@ def clearances(scenes: Sequence[ExactScene], followed: Sequence[Followed]) -> tu
                 gaps.append(Gap(least.value, least.frame, least.bodies, float(each.time[least.frame]), k))
     own, others = (min(gaps, key=lambda gap: gap.value, default=None) for gaps in found)
     return own, others
+
+
+def farthest(arm: ArmBody, base: BasePose, followed: Sequence[Followed], requirements: Requirements) -> float:
+    """How far the arm's bodies leave what the demonstrator's arm has swept, over all demonstrations [m].
+
+    Args:
+        arm: The arm with its body.
+        base: Where it stands in the room.
+        followed: What it does on each demonstration.
+        requirements: What was demonstrated.
+    """
+    pose = base.matrix
+    if requirements.origin is not None:  # what was demonstrated counts from there
+        pose[:3, 3] -= requirements.origin
+    pairs = zip(followed, requirements.demonstrations, strict=True)
+    return max(envelope_excess(arm, pose, each.q, shown.arm) for each, shown in pairs)
 
 
 def spread(errors: Sequence[Array]) -> Spread:

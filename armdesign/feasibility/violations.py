@@ -206,6 +206,19 @@ def gap_violations(gaps: Sequence[Gap | None], followed: Sequence[Followed], cle
     return found
 
 
+def envelope_violations(excess: float | None, allowed: float | None) -> list[Violation]:
+    """Bodies that leave what the demonstrator's arm has swept by more than is allowed.
+
+    Args:
+        excess: By how much they leave it [m]; None for a thin arm.
+        allowed: By how much they may [m]; None where that is no matter.
+    """
+    if excess is None or allowed is None or excess <= allowed:
+        return []
+    words = f"The arm leaves what the demonstrator's arm has swept by {figure(1e3 * excess)} mm"
+    return [Violation(f"{words}; {1e3 * allowed:g} mm are allowed.", excess / allowed - 1.0)]
+
+
 def gap_words(gap: Gap) -> str:
     """Where two bodies come nearest: ``link_2 and table come within 1.20 mm of each other``."""
     first, second = gap.bodies

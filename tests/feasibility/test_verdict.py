@@ -238,3 +238,20 @@ def test_an_obstacle_is_as_far_as_it_is_and_named():
     verdict = verdict_on(arm_body(table, settings.body, side=None), [still], settings, ball)
     assert not verdict.feasible
     assert "lamp" in verdict.reasons[0]
+
+
+@pytest.mark.parametrize(("shift", "origin"), [(0.0, None), (0.2, None), (0.2, [5.0, 0.0, 1.0])])
+def test_the_envelope_is_left_by_what_is_farthest_from_the_demonstrator_s_arm(shift, origin):
+    table = DHTable.from_rows([(0.0, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.2, 0.0)])
+    upright = np.tile([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], (len(TIME), 1, 1))
+    far = 0.5 + shift + 0.02  # the tool's end and the radius of a tube
+    for allowed, feasible in ((far + 1e-3, True), (far - 1e-3, False)):
+        settings = Settings().replace({"design": {"dof": 2}, "cell": {"stay_within": allowed}})
+        place = None if origin is None else np.array(origin)
+        asked = Requirements(settings, np.tile([-3.2, 3.2], (2, 1)), (False,) * 2, (Shown(TIME, upright),), place)
+        base = BasePose(np.array([shift, 0.0, 0.0]) + (0.0 if place is None else place))
+        still = Followed(TIME, np.zeros((101, 2)), np.zeros(101))
+        verdict = judge(arm_body(table, settings.body, side=None), base, [still], asked)
+        assert verdict.envelope_excess == pytest.approx(far, abs=1.5e-4)
+        assert verdict.envelope_excess >= far
+        assert verdict.feasible == feasible
