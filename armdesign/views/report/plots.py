@@ -9,6 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from armdesign._types import Array
+from armdesign.bodies.arm_body import arm_body
+from armdesign.bodies.exact import ExactScene
+from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.search.result import Result
 from armdesign.swarm import History
 from armdesign.views.report.drawing import (
@@ -80,6 +83,45 @@ def error_picture(run: Result) -> Picture:
 
     also = " and of the orientation" if oriented else ""
     return picture("errors", build, f"Error of each point{also} over time; the table gives mean and largest value.")
+
+
+def clearance_picture(run: Result) -> Picture | None:
+    """How far the bodies stay from one another and from obstacles over time; nothing for a thin arm."""
+    settings, task = run.problem.settings, run.problem.task
+    if settings.body.kind == "thin":
+        return None
+    body = arm_body(run.table, settings.body, run.slides, placed=run.placed, side=None)
+    scene = ExactScene(body, exact_obstacles(run.problem.first.obstacles), run.base_pose.matrix)
+    q = run.evaluation.path.q
+    found = {"from one another": scene.self_clearance(q), "from obstacles": scene.obstacle_clearance(q)}
+    shown = {name: clearance for name, clearance in found.items() if clearance is not None}
+    if not shown:
+        return None
+    required = 1e3 * settings.body.clearance
+
+    def build() -> Figure:
+        figure = new_figure(2.4 + legend_room(list(shown)), top=legend_room(list(shown)))
+        axis = figure.subplots()
+        for k, (name, clearance) in enumerate(shown.items()):
+            style = line_style(1 + k)
+            axis.plot(*thinned(task.time, 1e3 * clearance.each), label=name, **style)
+            least = float(clearance.each[clearance.frame])
+            axis.plot(task.time[clearance.frame], 1e3 * least, "o", color=style["color"], markersize=5, zorder=4)
+        axis.axhline(required, color="black", linewidth=0.8, linestyle=":")
+        axis.text(task.time[-1], required, f"asked for: {required:g}", ha="right", va="bottom", fontsize=8)
+        top = 1.05 * max(float(1e3 * clearance.each.max()) for clearance in shown.values())
+        low = min(0.0, *(1e3 * clearance.value for clearance in shown.values()))
+        axis.set(xlabel="time [s]", ylabel="clearance [mm]", xlim=(task.time[0], task.time[-1]), ylim=(1.1 * low, top))
+        legend_above(figure, axis)
+        return figure
+
+    least = [
+        f"least {name} {1e3 * clearance.value:.1f} mm, {' and '.join(clearance.bodies)}, at "
+        f"{task.time[clearance.frame] - task.time[0]:.2f} s"
+        for name, clearance in shown.items()
+    ]
+    words = f"How far the bodies stay apart: {'; '.join(least)}. Dots: where it is least; below 0 they overlap."
+    return picture("clearance", build, f"Clearance over time: {'; '.join(least)}.", words)
 
 
 def histogram_picture(run: Result) -> Picture:

@@ -49,6 +49,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
     loads = joint_loads(run, chosen)
     pictures = {
         "cell": cell_pictures(run),
+        "clearance": plots.clearance_picture(run),
         "scene": scene_pictures(run),
         "sketch": sketch_picture(run.table),
         "fitness": plots.fitness_picture(run, parts),
