@@ -44,11 +44,7 @@ def motion_of(run: Result) -> Motion:
     """The points of a run and their places on the arm."""
     path = run.evaluation.path
     on_arm = places(run.table, path.q, np.c_[path.sigma, np.ones(len(path.q))])
-    arm = run.problem.in_room.task.arm
-    base = run.problem.first.base
-    if base is not None:
-        arm = (arm - base.translation) @ base.rotation
-    return Motion(run.problem.task.P, arm, on_arm[:, :-1], on_arm[:, -1], path.distance)
+    return Motion(run.problem.task.P, run.problem.task.arm, on_arm[:, :-1], on_arm[:, -1], path.distance)
 
 
 def draw_demonstrator(node: Any, motion: Motion, chosen: Indices) -> list[Track]:  # noqa: ANN401

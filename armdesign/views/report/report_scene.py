@@ -30,7 +30,7 @@ class Scene:
 
     Attributes:
         corners: Arm skeleton at the instants, shape (k, 2 n + 3, 3).
-        human: Base and points at the instants, shape (k, m + 1, 3).
+        human: The demonstrator's arm at the instants, shape (k, p, 3).
         times: The instants, shape (k,) [s].
         hand: Path of the hand, shape (p, 3).
         tip: Path of the end-effector, shape (p, 3).
@@ -60,10 +60,9 @@ def scene_of(run: Result) -> Scene:
     travelled = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(task.P[:, -1], axis=0), axis=1))]
     chosen = np.unique(np.searchsorted(travelled, np.linspace(0.0, travelled[-1], INSTANTS)))
     drawn = np.unique(np.linspace(0, len(q) - 1, PATH_POINTS).astype(int))
-    points = task.P[chosen]
     return Scene(
         corners=1e3 * run.table.skeleton(q[chosen]),
-        human=1e3 * np.concatenate([np.zeros((len(chosen), 1, 3)), points], axis=1),
+        human=1e3 * task.arm[chosen],
         times=task.time[chosen],
         hand=1e3 * task.P[drawn, -1],
         tip=1e3 * run.table.skeleton(q[drawn])[:, -1],
