@@ -71,9 +71,11 @@ def scene(frames):
     )
 
 
-def make_check(n, around, frames, body=None, clearance=CLEARANCE):
-    """The check of n joints among obstacles on one demonstration."""
-    sizes = capsule_sizes(body or Body(), np.tile([-4.0, 4.0], (n, 1)), placed=True)
+def make_check(n, around, frames, prismatic=(), clearance=CLEARANCE):
+    """The check of n joints among obstacles on one demonstration; joints that slide go from -0.2 to 0.3 m."""
+    limits = np.tile([-4.0, 4.0], (n, 1))
+    limits[[bool(kind) for kind in prismatic] or slice(0)] = (-0.2, 0.3)
+    sizes = capsule_sizes(Body(), limits, prismatic, placed=True)
     return ClearanceCheck(sizes, n, clearance, [around], [frames])
 
 
@@ -189,12 +191,14 @@ def test_turned_and_moved_room_gives_the_same():
     assert np.allclose(first.slides, second.slides, atol=1e-9)
 
 
-def test_gradient_against_differences():
+@pytest.mark.parametrize("prismatic", [(), (False, True, False, True)])
+def test_gradient_against_differences(prismatic):
     rng = np.random.default_rng(11)
     n, T, h = 4, 9, 1e-6
     rows, bases, paths = random_arms(rng, 60, n, T)
+    paths[..., np.flatnonzero(prismatic)] *= 0.07
     turns = rng.normal(size=(60, T, n, 3 * n + 7))
-    check = make_check(n, scene(T), T)
+    check = make_check(n, scene(T), T, prismatic)
     slides = rows[:, :n, 2] + rng.choice([0.0, 0.03, -0.04], (60, n))
     E = 3 * n + 7
     violation, _, slopes = check.at_slides(rows, bases, slides, [paths], [turns], E)
@@ -220,3 +224,33 @@ def test_gradient_against_differences():
         agreeing += smooth
     assert (violation > 0.0).sum() > 30
     assert (agreeing[violation > 0.0] > E - 3).mean() > 0.7
+
+
+def test_arms_with_joints_that_slide_are_clear_between_the_frames_too():
+    rng = np.random.default_rng(12)
+    n, T, prismatic = 4, 10, (False, True, False, True)
+    rows, bases, paths = random_arms(rng, 60, n, T, sweep=0.6)
+    paths[..., 1::2] *= 0.07
+    still = scene(T)
+    still = still._replace(frames=np.minimum(still.frames, 1))
+    found = make_check(n, still, T, prismatic)(rows, bases, [paths])
+    clear = found.violation == 0.0
+    assert 3 < clear.sum() < 57
+    fine = np.linspace(0.0, T - 1.0, 12 * (T - 1) + 1)
+    whole = np.minimum(fine.astype(int), T - 2)
+    between = paths[:, whole] + (fine - whole)[:, None] * (paths[:, whole + 1] - paths[:, whole])
+    finer = make_check(n, still, len(fine), prismatic, clearance=CLEARANCE - MARGIN - 1e-9)
+    assert not finer.at_slides(rows[clear], bases[clear], found.slides[clear], [between[clear]])[0].any()
+
+
+def test_a_rail_of_a_sliding_joint_reaches_as_far_as_it_slides():
+    # a joint that slides along x from -0.2 to 0.3 m, and a wall ahead of it
+    rows = np.zeros((1, 2, 4))
+    rows[0, 0, 2], rows[0, 0, 0] = 0.0, np.pi / 2.0
+    base = columns((0.0, 0.0, np.pi / 2.0), (0.0, 0.0, 1.0))[None]  # z of the joint along the room's x
+    for gap in (0.03, 0.0):
+        wall = obstacle_arrays(
+            ("plane", (0.0, 0.0, 0.0), at(0.3 + 0.02 + CLEARANCE + gap, 0.0, 0.0, (0, -np.pi / 2, 0)))
+        )
+        violation = make_check(1, wall, 5, (True,))(rows, base, [np.zeros((1, 5, 1))]).violation[0]
+        assert violation == pytest.approx(2.0 * max(MARGIN - gap, 0.0), abs=1e-12)

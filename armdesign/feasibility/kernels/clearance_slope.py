@@ -83,7 +83,7 @@ def add_slope(slope, glides, traced, room, turns, pair, t, share, factor):
     work = traced.work[0]
     glide, one, other = glides[0], work.between[0], work.between[1]
     place_between(traced, room, pair, t, share)
-    begin_pull(glide, traced)
+    begin_pull(glide, traced, room)
     if pair.second < 0:
         witness = work.check.witness
         segment_obstacle(room.obstacles, -1 - pair.second, work.between[2], one[:3], one[3:6], witness)
@@ -114,7 +114,7 @@ def add_excess_slope(slope, glides, traced, room, turns, grid, capsule, t):
     work = traced.work[0]
     glide, one, witness = glides[0], work.between[0], work.check.witness
     place_between(traced, room, whole_pair(capsule, capsule), t, 0.0)
-    begin_pull(glide, traced)
+    begin_pull(glide, traced, room)
     segment_excess(grid, one[:3], one[3:6], witness)
     set_normal(glide, witness.normal)
     add_pull(glide, traced, room, one, capsule, witness.along, 1.0)
@@ -129,10 +129,10 @@ def set_normal(glide, normal):
 
 
 @branch
-def begin_pull(glide, traced):
+def begin_pull(glide, traced, room):
     """Nothing is pulled yet; the coordinates are those at the joint poses of ``traced``."""
     n = traced.work[0].dof
-    set_coordinates(glide, traced, n)
+    set_coordinates(glide, traced, room.sizes[0], n)
     for c in range(4 * n + 4):
         glide.pull[c] = 0.0
 
@@ -167,7 +167,7 @@ def spread_pull(slope, glide, traced, turns, t, share, in_room, factor):
 
 
 @branch
-def set_coordinates(glide, traced, n):
+def set_coordinates(glide, traced, sizes, n):
     """Write the Jacobian of all coordinates at the joint poses of ``traced``."""
     work = traced.work[0]
     axis, base = glide.axis, work.poses[0]
@@ -180,7 +180,10 @@ def set_coordinates(glide, traced, n):
         if i < n:
             z, o = work.poses[i + 1, Z : Z + 3], work.poses[i + 1, ORIGIN:]
             set_shift(axis[k + D], z[0], z[1], z[2])
-            set_turn(axis[k + Q], z[0], z[1], z[2], o[0], o[1], o[2])
+            if sizes.prismatic[i] == 1:
+                set_shift(axis[k + Q], z[0], z[1], z[2])
+            else:
+                set_turn(axis[k + Q], z[0], z[1], z[2], o[0], o[1], o[2])
         else:
             sin, cos = np.sin(work.rows[n, 0]), np.cos(work.rows[n, 0])
             y, z = pose[3:6], pose[Z : Z + 3]
