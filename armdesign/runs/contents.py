@@ -104,7 +104,7 @@ def result_content(result: Result) -> dict[str, Any]:
     content = path_content(evaluation.table, problem.first, problem.settings, evaluation.demonstrations[0])
     content |= {name: getattr(evaluation, name) for name in ("fitness", "path_fitness", "area")}
     content["base_pose"] = base_pose_content(result.base_pose)
-    content["module_slides"] = list(result.slides)
+    content["slides"] = list(result.slides)
     inner = list(inner_demonstrations(problem))
     further = len(problem.demonstrations) - 1
     if further:

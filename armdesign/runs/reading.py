@@ -235,12 +235,12 @@ def read_slides(content: dict[str, Any], place: Path, dof: int) -> tuple[float, 
     Raises:
         RunFolderError: It is damaged.
     """
-    values = content.get("module_slides")
+    values = content.get("slides")
     if values is None:
         return None
     numbers = isinstance(values, list) and all(isinstance(x, int | float) and np.isfinite(x) for x in values)
     if not numbers or len(values) != dof:
-        raise damaged(place, "module_slides", content)
+        raise damaged(place, "slides", content)
     return tuple(map(float, values))
 
 
