@@ -44,9 +44,13 @@ def alternatives(
 
 
 def show_side_by_side(found: list[Alternative]) -> None:
-    """Print the arms as columns: fitness and its parts, length, and the DH rows."""
-    tables = [each.evaluation.table for each in found]
+    """Print the arms as columns: the hand's error, whether feasible, fitness and its parts, length, the DH rows."""
+    tables, verdicts = [each.evaluation.table for each in found], [each.result.verdict for each in found]
     lines: list[tuple[str, list[str]]] = [
+        ("hand mean [mm]", [f"{verdict.hand_error.mean * 1e3:.1f}" for verdict in verdicts]),
+        ("hand 95 % [mm]", [f"{verdict.hand_error.p95 * 1e3:.1f}" for verdict in verdicts]),
+        ("hand largest [mm]", [f"{verdict.hand_error.max * 1e3:.1f}" for verdict in verdicts]),
+        ("feasible", ["yes" if verdict.feasible else "no" for verdict in verdicts]),
         ("fitness r [m]", [f"{each.evaluation.fitness:.4f}" for each in found]),
         ("path f [mm]", [f"{each.evaluation.path_fitness * 1e3:.2f}" for each in found]),
         ("area E [mm]", [f"{each.evaluation.area * 1e3:.2f}" for each in found]),

@@ -19,6 +19,7 @@ from armdesign.errors import SettingsError, counted, resume_command
 from armdesign.experiments.sweep import RunTable, Sweep, read_sweep, run_sweep, unit_worker, units_of
 from armdesign.experiments.sweep.estimate import CANDIDATES, estimate
 from armdesign.experiments.sweep.ranges import seed_numbers, whole_numbers
+from armdesign.experiments.sweep.run_table import HAND, Row
 from armdesign.experiments.sweep.sweep_plan import Tasks, check_stems, common_settings
 from armdesign.experiments.sweep.sweep_store import check_extension, holds_sweep
 from armdesign.experiments.sweep.units import look_at
@@ -259,8 +260,16 @@ def closing_text(table: RunTable) -> str:
     lines += lines_of_failures(table)
     if finished:
         best = min(finished, key=lambda row: float(row["fitness"]))
-        lines.append(f"Best: {best['folder']}, r {best['fitness']:.4f} m")
+        lines.append(f"Best: {best['folder']}, {hand_of(best)}r {best['fitness']:.4f} m")
     return "\n".join([*lines, f"Table: {table.folder / 'sweep.csv'}"])
+
+
+def hand_of(row: Row) -> str:
+    """The hand's error of a run, and whether its arm is feasible; nothing for a run without a verdict."""
+    if row["hand_mean"] == "":
+        return ""
+    mean, p95, largest = (f"{1e3 * row[name]:.1f} mm" for name in HAND)
+    return f"hand error {mean} mean, {p95} (95 %), {largest} largest, {'' if row['feasible'] else 'not '}feasible; "
 
 
 def lines_of_failures(table: RunTable) -> list[str]:

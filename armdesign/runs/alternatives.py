@@ -31,13 +31,18 @@ class Alternative:
 
     Attributes:
         rank: 1 for the best.
-        evaluation: The arm with its path.
+        result: The arm with its path and its verdict.
         folder: Its run folder.
     """
 
     rank: int
-    evaluation: Evaluation
+    result: Result
     folder: Path
+
+    @property
+    def evaluation(self) -> Evaluation:
+        """The arm with its path."""
+        return self.result.evaluation
 
 
 def read_designs(folder: Path, space: DesignSpace) -> Array:
@@ -133,8 +138,9 @@ def write_alternatives(
     evaluations = different_evaluations(problem, read_designs(folder, problem.space), count, distance)
     for rank, (seen, evaluation) in enumerate(evaluations, start=1):
         place = folder / ALTERNATIVES_FOLDER / str(rank)
-        write_result(place, Result(seen, evaluation))
-        found.append(Alternative(rank, evaluation, place))
+        result = Result(seen, evaluation)
+        write_result(place, result)
+        found.append(Alternative(rank, result, place))
     remove_alternatives(folder, beyond=len(found))
     return found
 

@@ -94,7 +94,7 @@ def test_finished_sweep_has_nothing_to_resume(run, done, place):
     runs = {path: stamp for path, stamp in stamps(folder).items() if path.parent != folder}
     outcome = run("sweep", "--resume", "s")
     assert outcome.exit_code == 0
-    assert outcome.output.startswith("1 of 1 runs finished.\nBest: packaging-rapso-n4-D2-seed7, r ")
+    assert outcome.output.startswith("1 of 1 runs finished.\nBest: packaging-rapso-n4-D2-seed7, hand error ")
     assert runs.items() <= stamps(folder).items()
 
 

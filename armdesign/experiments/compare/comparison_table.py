@@ -10,12 +10,13 @@ import numpy as np
 from armdesign._version import __version__
 from armdesign.demonstration.provenance import as_json
 from armdesign.experiments.compare.comparison import READY_MADE, ArmScore, Comparison
+from armdesign.feasibility.verdict import spread
 from armdesign.files import csv_table
 
 SCHEMA_VERSION = 1
-FITNESS = ("arm", "joints", "L [m]", "r [m]", "f [mm]", "E [mm]", "worst [mm]", "start [mm]")
-"""Headings of the first table: how well the arms do."""
-EFFORT = ("arm", "moving [kg]", "peak torque [N m]", "base x, y, z, yaw [mm, deg]")
+FITNESS = ("arm", "hand [mm]", "95 %", "largest", "r [m]", "f [mm]", "E [mm]", "start [mm]")
+"""Headings of the first table: how well the arms do; the error of the hand, then the figures of the paper."""
+EFFORT = ("arm", "joints", "L [m]", "moving [kg]", "torque [N m]", "base x, y, z, yaw [mm, deg]")
 """Headings of the second: what that takes."""
 COLUMNS = (
     "name", "kind", "joints", "length", "fitness", "path_fitness", "area", "worst_error", "worst_point",
@@ -29,14 +30,16 @@ def fitness_cells(row: ArmScore) -> tuple[str, ...]:
     """The cells of an arm under FITNESS."""
     scores = row.scores
     missed = "" if row.reached else " missed"
+    errors: tuple[float | None, ...] = (None, None, None)
+    if row.reached:
+        hand = spread([row.path.distance[:, -1]])
+        errors = (hand.mean * 1e3, hand.p95 * 1e3, hand.max * 1e3)
     return (
         row.arm.name,
-        str(row.arm.dof),
-        f"{row.arm.length:.3f}",
+        *(shown(error, 1) for error in errors),
         shown(row.fitness, 4),
         shown(float(scores.path_fitness[0]) * 1e3, 2),
         shown(float(scores.area[0]) * 1e3, 2),
-        shown(row.worst_error * 1e3, 1),
         shown(float(scores.start_error[0]) * 1e3, 3) + missed,
     )
 
@@ -47,7 +50,8 @@ def effort_cells(row: ArmScore) -> tuple[str, ...]:
     if row.base is not None:
         base = ", ".join(f"{value:.0f}" for value in (*row.base[:3] * 1e3, np.rad2deg(row.base[3])))
         base += "" if row.mounted == "floor" else f" {row.mounted}"
-    return row.arm.name, shown(row.moving_mass, 2), shown(row.peak_torque, 1), base
+    size = (str(row.arm.dof), f"{row.arm.length:.3f}")
+    return row.arm.name, *size, shown(row.moving_mass, 2), shown(row.peak_torque, 1), base
 
 
 def shown(value: float | None, digits: int) -> str:

@@ -26,7 +26,10 @@ FOUND = (
     "computational_effort",
     "mean_valid",
 )
-COLUMNS = ("recording", "algorithm", "dof", "D", "seed", "state", *FOUND, "stopped_by", "wall_time", "folder")
+HAND = {"hand_mean": "mean", "hand_p95": "p95", "hand_max": "max"}
+"""Columns of the hand's error, by the verdict's entries."""
+VERDICT = (*HAND, "feasible")
+COLUMNS = ("recording", "algorithm", "dof", "D", "seed", "state", *VERDICT, *FOUND, "stopped_by", "wall_time", "folder")
 
 Row = dict[str, Any]
 
@@ -133,7 +136,12 @@ def result_entries(place: Path, *, optional: bool) -> Row:
         return {}
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        return {name: content[name] for name in (*FOUND, "stopped_by", "wall_time")}
+        row = {name: content[name] for name in (*FOUND, "stopped_by", "wall_time")}
+        verdict = content.get("verdict")  # runs from before there were verdicts have none
+        if verdict is not None:
+            row |= {name: verdict["hand_error"][entry] for name, entry in HAND.items()}
+            row["feasible"] = verdict["feasible"]
+        return row
     except (OSError, ValueError, KeyError, TypeError) as error:
         if optional:  # the search goes on from its saved state and writes its result anew
             return {}
