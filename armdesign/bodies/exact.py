@@ -266,14 +266,20 @@ class ExactScene:
         return pose
 
     def _carries_base(self, obstacle: ExactObstacle) -> bool:
-        """Whether the base stands on an obstacle."""
+        """Whether the base stands on an obstacle: is near its surface, and farther away above it.
+
+        So it does not stand on the lower face of what stands on the same floor.
+        """
         pose = self._in_base(obstacle, 0)
-        room = coal.Transform3s(pose[:3, :3], pose[:3, 3])
-        point = coal.Sphere(1e-9)
-        away = coal.distance(
-            point, coal.Transform3s(), obstacle.geometry, room, coal.DistanceRequest(), coal.DistanceResult()
-        )
-        return bool(abs(away) <= ON_THE_SURFACE)
+        room, point = coal.Transform3s(pose[:3, :3], pose[:3, 3]), coal.Sphere(1e-9)
+        away, above = (
+            coal.distance(
+                point, coal.Transform3s(np.eye(3), np.array([0.0, 0.0, height])), obstacle.geometry, room,
+                coal.DistanceRequest(), coal.DistanceResult(),
+            )
+            for height in (0.0, 2.0 * ON_THE_SURFACE)
+        )  # fmt: skip
+        return bool(abs(away) <= ON_THE_SURFACE and above > 0.0)
 
     def _obstacle_steps(self, obstacle: ExactObstacle, frames: int) -> Array:
         """How far any point of an obstacle moves from frame to frame at most, shape (T - 1,) [m]."""

@@ -196,6 +196,18 @@ class ClearanceCheck:
             met |= here
         return mean(violations), met, mean(slopes)
 
+    def compile(self) -> None:
+        """Compile the kernels, or load them from the disk cache, by checking no arm at all."""
+        n, met = self.dof, np.zeros((0, self.count), dtype=np.int64)
+        for course in (self.courses[0], self.thin_course):
+            path = np.zeros((0, *course.traced.path.shape))
+            arms = Arms(np.zeros((0, n + 1, 4)), np.zeros((0, 12)), np.zeros((0, n)), path, met, np.zeros(0))
+            if course is self.thin_course:
+                settle_slides(course.traced, course.room, arms)
+            else:
+                turns, slopes = np.zeros((*path.shape, 0)), np.zeros((0, 0))
+                check_arms(course.traced, self.glides, course.room, arms, turns, slopes)
+
     def beyond(
         self, envelope: Envelope, posed: Posed, paths: Sequence[Array], turns: Sequence[Array] | None
     ) -> tuple[Array, Array]:

@@ -13,14 +13,16 @@ from armdesign.bodies.capsules import capsule_sizes
 from armdesign.cell.distance_field import swept_field
 from armdesign.cell.obstacles import Obstacles
 from armdesign.feasibility.clearance import ClearanceCheck, Envelope, Posed
+from armdesign.feasibility.kernels.check_arms import check_arms, settle_slides
 from armdesign.feasibility.motion_limits import Design, Load, Smoothing, peak_excess, smoothing
 from armdesign.feasibility.needs import JointNeeds, joint_needs
-from armdesign.fitness.robot import Penalty
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings.place import sites
 from armdesign.settings.sections import Settings
 
+KERNELS = (check_arms, settle_slides)
+"""What is compiled where bodies are asked for."""
 JUMP = 0.02
 """Cost of any violation at all, so that the search does not rest beside the feasible arms."""
 PER_METRE = 100.0
@@ -98,6 +100,11 @@ class ArmPenalty:
         """Count these."""
         self.parts = parts
 
+    def compile(self) -> None:
+        """Compile the kernels of clearance, or load them from the disk cache."""
+        if self.parts.clearance is not None:
+            self.parts.clearance.compile()
+
     def __call__(
         self, rows: Array, bases: Array, paths: Sequence[Array], turns: Sequence[Array] | None
     ) -> tuple[Array, Array | None]:
@@ -125,7 +132,7 @@ class ArmPenalty:
         return cost, None if slopes is None else parts.weight * PER_METRE * slopes
 
 
-def make_penalty(requirements: Requirements) -> Penalty | None:
+def make_penalty(requirements: Requirements) -> ArmPenalty | None:
     """The penalty of the settings; None where nothing is asked of an arm but its path.
 
     Args:

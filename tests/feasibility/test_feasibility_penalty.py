@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armdesign.cell.obstacles import Obstacle, Obstacles, Plane
-from armdesign.feasibility.clearance import Posed
+from armdesign.bodies.capsules import capsule_about
+from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Plane
+from armdesign.feasibility.clearance import MARGIN, Posed
 from armdesign.feasibility.motion_limits import Design, Load, peak_excess, smoothing, speed_excess, torque_excess
 from armdesign.feasibility.needs import joint_needs
 from armdesign.feasibility.penalty import (
@@ -22,7 +23,7 @@ from armdesign.feasibility.penalty import (
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.motion import smooth_motion
 from armdesign.settings import Body, Settings
-from tests.feasibility.obstacle_scenes import columns, random_arms
+from tests.feasibility.obstacle_scenes import at, columns, random_arms
 
 N, T = 3, 40
 TIME = np.linspace(0.0, 2.0, T)
@@ -149,3 +150,40 @@ def test_what_the_base_stands_on_is_for_link_0_alone():
     assert (excess > above).any()
     sunk = bases - np.r_[np.zeros(11), 0.01]
     assert (standing(rows, sunk, [paths], None)[0] > JUMP).all()  # then the base is in the floor
+
+
+def test_base_region_with_one_feasible_corner_and_the_gradient_leads_there():
+    # an upright post of an arm: plate, tube, module, tool, all about one vertical axis; its plate is the widest
+    rows = np.zeros((1, 2, 4))
+    rows[0, 0, 2], rows[0, 1, 2] = 0.2, 0.1
+    left = Obstacle("left", Box(np.array([0.3, 2.0, 2.0])), at(0.15, 0.0, 0.5)[0])
+    near = Obstacle("near", Box(np.array([2.0, 0.3, 2.0])), at(0.0, 0.15, 0.5)[0])
+    walls = Obstacles((left, near))
+    settings = Settings().replace({"design": {"dof": 1}, "cell": {"place": ["x=0..0.4 y=0..0.4 z=0"]}})
+    shown = Shown(TIME, np.zeros((T, 1, 3)), walls)
+    penalty = make_penalty(Requirements(settings, np.array([[-3.0, 3.0]]), (False,), (shown,)))
+    _, plate = capsule_about(settings.body.base_diameter / 2.0, settings.body.base_height)
+    free = 0.3 + plate + settings.body.clearance + MARGIN  # from here on both walls are far enough
+    places = np.linspace(0.0, 0.4, 21)
+    bases = np.array([columns((0, 0, 0), (x, y, 0.0)) for x in places for y in places])
+    path = np.zeros((len(bases), T, 1))
+    excess, _ = penalty(np.repeat(rows, len(bases), axis=0), bases, [path], None)
+    assert np.array_equal(excess == 0.0, (bases[:, 9:11] >= free).all(axis=1))
+    assert 0 < (excess == 0.0).sum() < 12
+    base = columns((0, 0, 0), (0.28, 0.29, 0.0))[None]
+    for _ in range(60):
+        cost, gradient = penalty(rows, base, [path[:1]], [np.zeros((1, T, 1, 10))])
+        base[:, 9:11] -= 5e-3 * np.sign(gradient[:, 7:9])
+        if cost[0] == 0.0:
+            break
+    assert cost[0] == 0.0
+
+
+def test_a_base_under_a_box_that_stands_on_the_same_floor_does_not_stand_on_it():
+    rows, bases, paths, _ = arms(5, seed=6)
+    bases[:] = columns((0, 0, 0), (0, 0, 0))
+    wanted = required(cell={"base_at": [0.0, 0.0, 0.0]})
+    box = Obstacles((Obstacle("box", Box(np.array([0.4, 0.4, 0.15])), at(0.0, 0.0, 0.075)[0]),))
+    penalty = make_penalty(replace(wanted, demonstrations=(replace(wanted.demonstrations[0], obstacles=box),)))
+    short = penalty(rows, bases, [paths], None)[0] - JUMP
+    assert (short > PER_METRE * 2.0 * 0.03).all()  # the tube of link 0 is inside

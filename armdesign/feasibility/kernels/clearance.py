@@ -214,7 +214,12 @@ def check_path(traced, room):
         obstacles, base, stands = room.obstacles, work.poses[0, ORIGIN:], False
         if obstacles.frames[k] == 1:
             away = segment_obstacle(obstacles, k, obstacles.poses[obstacles.first[k]], base, base, check.witness)
-            stands = abs(away) <= ON_SURFACE
+            for r in range(3):  # above the base it is farther away, unless that stands on the floor beneath it
+                work.between[0, r] = base[r] + 2.0 * ON_SURFACE * work.poses[0, Z + r]
+            above, point = 0.0, work.between[0, :3]
+            if abs(away) <= ON_SURFACE:
+                above = segment_obstacle(obstacles, k, obstacles.poses[obstacles.first[k]], point, point, check.witness)
+            stands = above > 0.0
         traced.flags[k].stands = 1 if stands else 0
     for p in range(body.pairs + len(traced.flags) * body.parts):
         pair = pair_of(body, p)
