@@ -48,6 +48,6 @@ def check(
         typer.echo(json.dumps(asdict(verdict), indent=2, allow_nan=False))
     else:
         typer.echo(f"{result.name}: arm of {counted(result.table.dof, 'joint')}, {result.table.length:.3f} m long")
-        show_text("\n".join(summary(verdict, settings)))
+        show_text("\n".join(summary(verdict, settings, result.base_pose)))
     if not verdict.passed:
         raise typer.Exit(FAILED)

@@ -7,6 +7,7 @@ import numpy as np
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
 from armdesign.feasibility.verdict import Spread, Verdict
 from armdesign.feasibility.violations import figure, gap_words
+from armdesign.kinematics.base_pose import MOUNTINGS, BasePose
 from armdesign.settings import Settings
 from armdesign.settings.sections import Needs
 
@@ -18,15 +19,17 @@ MEANINGS = {
 """What the figures of the paper say, in words."""
 
 
-def summary(verdict: Verdict, settings: Settings) -> tuple[str, ...]:
-    """What an arm's summary begins with: the hand's error, the verdict with its reasons, gaps and speeds.
+def summary(verdict: Verdict, settings: Settings, base: BasePose) -> tuple[str, ...]:
+    """What an arm's summary begins with: the hand's error, the verdict with its reasons, place, gaps and speeds.
 
     Args:
         verdict: The verdict.
         settings: What it was judged by.
+        base: Where the arm stands.
     """
     lines = [f"{hand_words(verdict)}.", f"verdict: {headline(verdict, settings)}."]
     lines += [f"  {reason}" for reason in verdict.reasons]
+    lines += [base_words(base)] if base.frame == "room" else []
     lines += [
         f"{gap_words(gap)}, at {gap.time:.2f} s."
         for gap in (verdict.self_clearance, verdict.obstacle_clearance)
@@ -77,6 +80,14 @@ def tolerance_words(needs: Needs) -> str:
     every = needs.tolerance_percentile == 100.0 or not given
     frames = "" if every else f" in {needs.tolerance_percentile:g} % of the frames"
     return f"{' and '.join(given)}{frames}"
+
+
+def base_words(base: BasePose) -> str:
+    """Where a base stands in the room."""
+    x, y, z = (f"{1e3 * value:.0f}" for value in base.translation + 0.0)
+    turn = base.rotation @ MOUNTINGS[base.mounted].T
+    yaw = float(np.rad2deg(np.arctan2(turn[1, 0], turn[0, 0]))) + 0.0
+    return f"The base is at x {x}, y {y}, z {z} mm in the room, yaw {yaw:.1f} deg, mounted as on a {base.mounted}."
 
 
 def speed_words(verdict: Verdict, settings: Settings) -> str:

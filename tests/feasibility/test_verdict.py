@@ -11,7 +11,7 @@ from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
 from armdesign.feasibility.penalty import Requirements, Shown
 from armdesign.feasibility.verdict import judge, spread
 from armdesign.feasibility.violations import Followed, figure
-from armdesign.feasibility.words import headline, summary
+from armdesign.feasibility.words import base_words, headline, summary
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings import Settings
@@ -133,7 +133,7 @@ def test_an_arm_too_weak_to_stand_still_has_no_speed():
     verdict = judged([followed((0.1, 0.1, 0.1))], max_torque=(weak,))
     assert not verdict.feasible
     assert "N m" in verdict.reasons[0]
-    assert "any speed" in summary(verdict, wanted(max_torque=(weak,)))[-1]
+    assert "any speed" in summary(verdict, wanted(max_torque=(weak,)), BasePose())[-1]
 
 
 def test_a_payload_adds_its_weight_times_its_lever():
@@ -181,7 +181,7 @@ def test_the_summary_leads_with_the_hand_and_suffices_is_never_said_without_a_to
         ({"hand_tolerance": 0.002, "max_speed": (1.0,)}, "nor within the tolerance of 2 mm"),
     ):
         verdict, settings = judged(**needs), wanted(**needs)
-        lines = summary(verdict, settings)
+        lines = summary(verdict, settings, BasePose())
         assert lines[0].startswith("Hand error 5.00 mm mean")
         assert words in headline(verdict, settings)
         assert words in lines[1]
@@ -255,3 +255,11 @@ def test_the_envelope_is_left_by_what_is_farthest_from_the_demonstrator_s_arm(sh
         assert verdict.envelope_excess == pytest.approx(far, abs=1.5e-4)
         assert verdict.envelope_excess >= far
         assert verdict.feasible == feasible
+
+
+@pytest.mark.parametrize("mounted", ["floor", "wall", "ceiling"])
+def test_where_the_base_stands_is_said_as_it_was_placed(mounted):
+    words = base_words(placed_base((0.4, -0.25, 0.7), np.deg2rad(30.0), mounted))
+    assert "x 400, y -250, z 700 mm" in words
+    assert "30.0 deg" in words
+    assert mounted in words
