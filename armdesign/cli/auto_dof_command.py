@@ -161,8 +161,11 @@ class Screen:
             say(f"{counted(n, 'joint')} ({search.algorithm}, {search.size}{from_smaller}):")
         self.noted = True
         slopes = ALGORITHMS[search.algorithm].takes_slopes
-        with compiling(quiet=self.quiet, slopes=slopes):
+        penalty = problem.penalty()
+        with compiling(quiet=self.quiet, slopes=slopes, bodies=penalty is not None):
             compile_kernels(problem.path_problem, slopes=slopes)
+            if penalty is not None:
+                penalty.compile()
 
     def progress(self, progress: Progress) -> None:
         """An iteration is done."""

@@ -17,6 +17,7 @@ from rich.progress import Progress as RichProgress
 from rich.table import Table
 
 from armdesign.experiments.sweep.run_sweep import SweepStatus
+from armdesign.feasibility.penalty import KERNELS
 from armdesign.fitness.block import compilation_progress
 from armdesign.search.search import Progress
 
@@ -224,17 +225,18 @@ class CompilationBar(StatusBar):
 
 
 @contextmanager
-def compiling(*, quiet: bool, slopes: bool = False) -> Iterator[None]:
+def compiling(*, quiet: bool, slopes: bool = False, bodies: bool = False) -> Iterator[None]:
     """Show how far compiling is in a context in which kernels are called for the first time.
 
     Args:
         quiet: Show nothing.
         slopes: Whether the kernels of the gradients are called, too.
+        bodies: Whether those are that keep bodies clear of each other.
     """
     if quiet:
         yield
         return
-    with CompilationBar() as bar, compilation_progress(bar, slopes=slopes):
+    with CompilationBar() as bar, compilation_progress(bar, slopes=slopes, also=KERNELS if bodies else ()):
         yield
 
 

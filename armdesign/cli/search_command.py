@@ -275,8 +275,11 @@ def carry_on(
         for sentence in opening(problem):
             say(sentence)
     slopes = ALGORITHMS[problem.settings.search.algorithm].takes_slopes
-    with compiling(quiet=quiet, slopes=slopes):
+    penalty = problem.penalty()
+    with compiling(quiet=quiet, slopes=slopes, bodies=penalty is not None):
         compile_kernels(problem.path_problem, slopes=slopes)
+        if penalty is not None:
+            penalty.compile()
 
     def on_interrupt() -> None:
         say_in_handler("Stopping after this iteration; once more stops at once.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -336,11 +337,15 @@ def compile_kernels(problem: Problem, *, slopes: bool = False) -> None:
         Sensitivity(first).slopes(batch_of(*as_rows([straight])), np.zeros((1, 1, n)))
 
 
-def compilation_progress(on_progress: OnProgress, *, slopes: bool = False) -> AbstractContextManager[None]:
+def compilation_progress(
+    on_progress: OnProgress, *, slopes: bool = False, also: Sequence[Any] = ()
+) -> AbstractContextManager[None]:
     """Report how far the kernels are compiled while the context lasts, in which they are called for the first time.
 
     Args:
         on_progress: Called with how much is compiled and how much there is, in arbitrary units.
         slopes: Whether the kernels of the gradients are called, too.
+        also: Other kernels that are.
     """
-    return progress_of([advance, exchange, slopes_along_paths] if slopes else [advance, exchange], on_progress)
+    entries = [advance, exchange, *([slopes_along_paths] if slopes else []), *also]
+    return progress_of(entries, on_progress)

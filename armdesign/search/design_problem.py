@@ -17,11 +17,11 @@ from armdesign.demonstration.files.quaternions import from_matrices, product
 from armdesign.demonstration.provenance import Provenance, Source
 from armdesign.demonstration.task import task_lines
 from armdesign.errors import counted
-from armdesign.feasibility.penalty import Requirements, Shown, make_penalty
+from armdesign.feasibility.penalty import ArmPenalty, Requirements, Shown, make_penalty
 from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
 from armdesign.fitness.objective import Demonstrations, Objective
 from armdesign.fitness.problem import Problem, make_problem
-from armdesign.fitness.robot import Penalty, RobotFitness
+from armdesign.fitness.robot import RobotFitness
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.line_drawing import drawing, shown
 from armdesign.settings import Settings
@@ -215,7 +215,7 @@ class DesignProblem:
         worst = self.settings.fitness.demonstrations == "worst"
         return Demonstrations(problems, self.space, block, penalty, worst=worst)
 
-    def penalty(self) -> Penalty | None:
+    def penalty(self) -> ArmPenalty | None:
         """What is added to r of an arm that could not be built or would touch something; None for the paper's arm."""
         return make_penalty(self.requirements)
 
