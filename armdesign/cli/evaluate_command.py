@@ -81,8 +81,9 @@ def evaluate(
         settings = Settings().replace(settings_of(design)) if config is None else read_settings(config)
     except SettingsError as error:
         raise SettingsError(f"{config or design}: {error}", value=error.value) from error
-    held = {"holdouts": None} if recordings else {}
-    settings = with_flags(settings, {**given, "task": given["task"] | held, "design": {"dof": table.dof}})
+    if recordings:
+        settings = settings.replace({"task": {"holdouts": None}})
+    settings = with_flags(settings, {**given, "design": {"dof": table.dof}})
     if not recordings:
         source = config or design
         settings = from_run_folder(settings, source if source.is_dir() else source.parent)
