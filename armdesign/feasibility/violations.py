@@ -167,8 +167,10 @@ def place_violations(base: BasePose, cell: Cell) -> list[Violation]:
         return []
     x, y, z = base.translation
     where = "; ".join("anywhere on the floor" if site == NEAR_TASK else str(site) for site in places)
-    seen = f"x {x:.3f}, y {y:.3f}, z {z:.3f} m, mounted on the {base.mounted}"
-    return [Violation(f"The base stands at {seen}, which is outside of its place: {where}.", 1.0)]
+    seen = f"The base stands at x {x:.3f}, y {y:.3f}, z {z:.3f} m, mounted as on a {base.mounted}, which"
+    if base.frame != "room":
+        seen = "The base moves with the recording's base point, and so"
+    return [Violation(f"{seen} is outside of its place: {where}.", 1.0)]
 
 
 def stands_at(base: BasePose, site: Site) -> bool:

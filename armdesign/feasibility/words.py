@@ -105,7 +105,8 @@ def speed_words(verdict: Verdict, settings: Settings) -> str:
     if limits.speed is None:
         kinds = [] if limits.prismatic.all() else [f"{np.rad2deg(TURNING):g} deg/s"]
         kinds += [f"{SLIDING:g} m/s"] if limits.prismatic.any() else []
-        joints = f"joints of {' and '.join(kinds)}"
+        others = limits.acceleration is not None or limits.torque is not None
+        joints = f"joints of {' and '.join(kinds)}{' within the stated limits' if others else ''}"
     fastest = f"Joint {joint + 1} moves at up to {figure(peak)} {'m/s' if slides else 'deg/s'}"
     if verdict.speed_fraction == 0.0:
         return f"{fastest}; {joints} cannot do the task at any speed."

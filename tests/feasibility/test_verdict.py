@@ -263,3 +263,14 @@ def test_where_the_base_stands_is_said_as_it_was_placed(mounted):
     assert "x 400, y -250, z 700 mm" in words
     assert "30.0 deg" in words
     assert mounted in words
+
+
+def test_a_base_that_moves_with_the_recording_stands_nowhere():
+    settings = wanted().replace({"cell": {"place": ("x=-1..1 y=-1..1 z=0",)}})
+    each = [followed()]
+    asked = Requirements(settings, np.tile([-3.2, 3.2], (3, 1)), (False,) * 3, (Shown(TIME, np.zeros((101, 2, 3))),))
+    arm = arm_body(TABLE, Settings().body)
+    assert judge(arm, BasePose(), each, asked).feasible
+    moving = judge(arm, BasePose(frame="base"), each, asked)
+    assert not moving.feasible
+    assert "moves" in moving.reasons[0]
