@@ -24,6 +24,7 @@ from armdesign.settings.kinds import (
     Section,
     Several,
     Switch,
+    Table,
     Text,
     flag_name,
 )
@@ -98,12 +99,13 @@ def flag(section: type[Section], name: str, kind: Kind) -> inspect.Parameter:
     entry = flagged(section)[name]
     declared, words, default = flag_name(entry), entry.metadata["short"] or entry.metadata["doc"], entry.default
     help_text = " ".join(str(words).split())
-    if default not in (None, ()) and not isinstance(default, bool):
+    if default not in (None, (), dataclasses.MISSING) and not isinstance(default, bool):
         help_text = f"{help_text.rstrip('.')} (default {default})."
     if isinstance(kind, Switch):
         declared, annotation = f"{declared}/--no-{declared[2:]}", bool | None
     else:
-        repeatable = isinstance(kind, Several) and (kind.repeated or isinstance(kind.item, Interval))
+        several = isinstance(kind, Several) and (kind.repeated or isinstance(kind.item, Interval))
+        repeatable = several or isinstance(kind, Table)
         annotation = list[str] | None if repeatable else str | None  # type: ignore[assignment]
     options = kind.options if isinstance(kind, Choice) else ()
     option = typer.Option(
@@ -134,6 +136,8 @@ def metavar(kind: Kind) -> str | None:
             return item.example
         case Several(item=Interval()) | Interval():
             return "A:B"
+        case Table():
+            return f"NAME={metavar(kind.item)}"
         case Several():
             return f"{metavar(kind.item)},..."
     return None
@@ -153,6 +157,8 @@ def read_flag(kind: Kind, text: Any, flag: str) -> Any:  # noqa: ANN401 (a setti
     match kind:
         case Either() if text.strip().lower() == kind.word:
             return kind.word
+        case Table():
+            return dict(read_named(kind, part, flag) for part in text)
         case Several(item=Interval()):
             return [read_flag(kind.item, part, flag) for part in text]
         case Several(item=Text(), repeated=True, commas=False):
@@ -177,6 +183,23 @@ def read_flag(kind: Kind, text: Any, flag: str) -> Any:  # noqa: ANN401 (a setti
             allowed += examples.get(str(kind.unit), "")
         raise SettingsError(f"{flag} is {text!r}", value=text, allowed=allowed) from error
     return text
+
+
+def read_named(kind: Table, text: str, flag: str) -> tuple[str, Any]:
+    """A name and its value, as in d_tool=0.1:0.2.
+
+    Args:
+        kind: What the values are.
+        text: What was given.
+        flag: Its name.
+
+    Raises:
+        SettingsError: There is no name, or the value cannot be made out.
+    """
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip():
+        raise SettingsError(f"{flag} is {text!r}", value=text, allowed=f"{metavar(kind)}, such as d_tool=0.1:0.2")
+    return name.strip(), read_flag(kind.item, value, f"{flag} {name.strip()}")
 
 
 def read_number(kind: Number, text: str) -> float | int:

@@ -191,7 +191,7 @@ class DesignSpace:
         return chosen
 
     def lengths(self, Phi: ArrayLike) -> Array:
-        """Total length L = sum(a_i + d_i) of each design, shape (N,) [m]."""
+        """Total length L = sum(|a_i| + |d_i|) of each design, shape (N,) [m]."""
         rows, _ = self.rows(Phi)
         total: Array = np.abs(rows[:, :, 1:3]).sum(axis=(1, 2))
         return total
@@ -241,14 +241,20 @@ class DesignSpace:
             fix="Widen design.length or the bounds of a, d and alpha",
         )
 
+    @property
+    def reachable_lengths(self) -> tuple[float, float]:
+        """The shortest and the longest total length L that the bounds of a and d allow [m]."""
+        lower, upper = self.bounds
+        nearest, farthest = np.clip(0.0, lower, upper), np.where(-lower > upper, lower, upper)
+        return float(self.lengths(nearest)[0]), float(self.lengths(farthest)[0])
+
     def check_not_empty(self) -> None:
         """Refuse a space without an arm in it, before a search begins.
 
         Raises:
             SettingsError: Bounds and length limits leave (next to) nothing.
         """
-        lower, upper = self.bounds
-        shortest, longest = (float(self.lengths(corner)[0]) for corner in (lower, upper))
+        shortest, longest = self.reachable_lengths
         if not (shortest < self.length[1] and longest > self.length[0]):
             raise SettingsError(
                 f"the bounds of a and d make arms of {shortest:g} to {longest:g} m, but design.length asks for "
@@ -262,14 +268,21 @@ class DesignSpace:
         lower, upper = self.bounds
         unit = rng.random((SAMPLE_BATCH, len(lower)))
         lengths = self.extending
-        room = self.length[1] - float(self.lengths(lower)[0])
-        widths = (upper - lower)[lengths]
+        room = self.length[1] - self.reachable_lengths[0]
+        low, high = lower[lengths], upper[lengths]
         k = int(lengths.sum())
         designs = lower + unit * (upper - lower)
-        log_simplex = k * np.log(max(room, 1e-300)) - sum(np.log(np.arange(1, k + 1)))  # volume room^k / k!
-        if k and log_simplex < np.log(widths).sum():
+        both = (low < 0.0) & (high > 0.0)
+        # volume 2^s room^k / k!, s the number of entries of either sign
+        log_simplex = k * np.log(max(room, 1e-300)) - sum(np.log(np.arange(1, k + 1))) + both.sum() * np.log(2.0)
+        if k and log_simplex < np.log(high - low).sum():
             spacings = rng.standard_exponential((SAMPLE_BATCH, k + 1))  # ~ uniform in the simplex once normalised
-            designs[:, lengths] = lower[lengths] + room * spacings[:, :k] / spacings.sum(axis=1, keepdims=True)
+            sizes = room * spacings[:, :k] / spacings.sum(axis=1, keepdims=True)
+            if (low < 0.0).any():
+                signs = np.where(both, rng.choice([-1.0, 1.0], (SAMPLE_BATCH, k)), np.where(high <= 0.0, -1.0, 1.0))
+                designs[:, lengths] = np.where(both, 0.0, np.where(high <= 0.0, high, low)) + signs * sizes
+            else:
+                designs[:, lengths] = low + sizes
         return designs
 
 
@@ -314,11 +327,6 @@ def design_space(settings: Design, sites: Sequence[Site] = ()) -> DesignSpace:
     for name, pair in settings.bounds.items():
         if name not in limits:
             raise SettingsError(f"unknown entry 'design.bounds.{name}'", value=name, allowed=list(names))
-        if name.startswith(("a_", "d_")) and pair[0] < 0.0:
-            raise SettingsError(
-                f"setting 'design.bounds.{name}' is {list(pair)}", value=pair, allowed="lengths from 0 up",
-                fix="A negative length is the same arm with its twists turned by 180 deg",
-            )  # fmt: skip
         if sites and name == "base_yaw":
             raise SettingsError(
                 "the base has a place, but 'design.bounds' has its yaw", value=name,

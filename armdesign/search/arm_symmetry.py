@@ -22,16 +22,23 @@ DIFFERENT = 0.3
 
 
 def length_slab(space: DesignSpace) -> Slab:
-    """L_min < L < L_max as bounds of a weighted sum of Phi; lengths are not negative, so L is linear in them."""
-    lower, _ = space.bounds
-    weights = np.where(space.extending, 1.0, 0.0)
-    fixed = float(space.lengths(lower)[0]) - float(weights @ lower)  # what entries outside Phi add to L
-    return Slab(weights, space.length[0] - fixed, space.length[1] - fixed)
+    """L_min < L < L_max as bounds of a weighted sum of Phi.
+
+    L is linear in the entries that cannot be negative; of the others the least and the most that they can add count.
+    """
+    lower, upper = space.bounds
+    weights = np.where(space.extending & (lower >= 0.0), 1.0, 0.0)
+    shortest, longest = space.reachable_lengths
+    least = most = shortest - float(weights @ lower)  # what the other entries add to L, those outside Phi included
+    if (space.extending & (lower < 0.0)).any():
+        most = longest - float(weights @ upper)
+    return Slab(weights, space.length[0] - most, space.length[1] - least)
 
 
 def canonical_form(space: DesignSpace) -> Callable[[Array], Array]:
     """Designs in a form in which the same arm looks the same.
 
+    A row i >= 1 may be seen from behind, Rz(pi) T_i, which turns the signs of alpha_i and a_i: a_i is made positive.
     Where two axes meet, a_i = 0, row i may be turned by half a turn about both: Rx(alpha) = Rz(-pi) Rx(-alpha) Rz(pi),
     and the two half turns go into the joint angles before and behind. So the sign of alpha_i says nothing for
     i = 1..n-1. Of the tool the same holds but for its own turn about its axis, which the mount takes up.
@@ -39,11 +46,16 @@ def canonical_form(space: DesignSpace) -> Callable[[Array], Array]:
     Returns:
         A function of designs Phi, shape (N, D), that gives as many.
     """
+    lower, upper = (side[: space.cells].reshape(space.dof + 1, 3)[:, :2] for side in (space.lower, space.upper))
+    turnable = np.arange(space.dof + 1) > 0
 
     def canonical(Phi: Array) -> Array:
         entries = space.full(Phi)  # fixed entries included; those of the base come last
         rows = entries[:, : space.cells].reshape(len(entries), space.dof + 1, 3)
-        meeting = rows[:, 1:, 1] < FLAT
+        behind = (rows[:, :, 1] < 0.0) & turnable & (-rows[:, :, :2] <= upper).all(axis=2)
+        behind &= (-rows[:, :, :2] >= lower).all(axis=2)
+        rows[:, :, :2] = np.where(behind[:, :, None], -rows[:, :, :2], rows[:, :, :2])
+        meeting = np.abs(rows[:, 1:, 1]) < FLAT
         rows[:, 1:, 0] = np.where(meeting, np.abs(rows[:, 1:, 0]), rows[:, 1:, 0])
         entries[:, : space.cells] = rows.reshape(len(entries), space.cells)
         if len(space.sites) > 1:  # what lies beyond the box of its site is the same as on its edge

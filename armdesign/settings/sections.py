@@ -36,6 +36,7 @@ LIGHTEST = 1e-6
 """Gazebo drops links of this mass and below [kg]."""
 DEGREES = Number(-360.0, 360.0, "deg")
 METRES = Number(0.0, 10.0, "m")
+SIGNED_METRES = Number(-10.0, 10.0, "m")
 RECORDING, POINTS, CLEANING, ARM, CELL, BODY, NEEDS, FITNESS, SEARCH, STOP = (
     "Recording", "Points", "Cleaning", "Arm", "Where it stands", "What the arm is built of", "What it must do",
     "Fitness", "Search", "When to stop",
@@ -144,25 +145,34 @@ class Design(Section):
     """Freedom and limits of the arm (method sections 2 and 6)."""
 
     dof: int = parameter(3, Number(1, 10, integer=True), "Number of joints n.", panel=ARM)
-    alpha: tuple[float, float] = parameter((-90.0, 90.0), Interval(DEGREES), "Bounds of every twist alpha [deg].")
-    a: tuple[float, float] = parameter((0.0, 0.5), Interval(METRES), "Bounds of every link length a_1..a_{n-1} [m].")
-    d: tuple[float, float] = parameter((0.0, 0.5), Interval(METRES), "Bounds of every link offset d_1..d_{n-1} [m].")
-    tool_length: float = parameter(0.1, METRES, "Offset d of the tool row [m]; its a is 0.")
-    base_yaw: tuple[float, float] = parameter(
-        (0.0, 0.0), Interval(DEGREES), "Bounds of the turn about z before the first row [deg]; equal ends fix it."
+    alpha: tuple[float, float] = parameter(
+        (-90.0, 90.0), Interval(DEGREES), "Bounds of every twist alpha [deg].", panel=ARM
     )
+    a: tuple[float, float] = parameter(
+        (0.0, 0.5), Interval(SIGNED_METRES), "Bounds of every link length a_1..a_{n-1} [m]; L counts |a|.", panel=ARM
+    )
+    d: tuple[float, float] = parameter(
+        (0.0, 0.5), Interval(SIGNED_METRES), "Bounds of every link offset d_1..d_{n-1} [m]; L counts |d|.", panel=ARM
+    )
+    tool_length: float = parameter(0.1, METRES, "Offset d of the tool row [m]; its a is 0.", panel=ARM)
+    base_yaw: tuple[float, float] = parameter(
+        (0.0, 0.0), Interval(DEGREES), "Bounds of the turn about z before the first row [deg]; equal ends fix it.",
+        panel=ARM,
+    )  # fmt: skip
     bounds: dict[str, tuple[float, float]] = parameter(
         {}, Table(Interval(Number(-360.0, 360.0))),
         "Bounds of single entries, over those above; equal ends fix an entry.\n"
         "Names: alpha_i, a_i, d_i with i = 0..n-1 or tool, and base_yaw [deg, m].\n"
-        'Example: bounds = { "alpha_0" = [-90, 0], "d_tool" = [0.15, 0.15] }',
+        'Example: bounds = { "alpha_0" = [-90, 0], "d_tool" = [0.15, 0.15] }', panel=ARM,
+        short="Bounds of a single entry: alpha_i, a_i, d_i (i from 0, or tool), base_yaw [deg, m]. Repeatable.",
     )  # fmt: skip
     length: tuple[float, float] = parameter(
-        (0.6, 1.2), Interval(METRES), "L_min, L_max: bounds of the total length, tool included [m]."
+        (0.6, 1.2), Interval(METRES), "L_min, L_max: bounds of the total length, tool included [m].", panel=ARM
     )
     joint_limits: tuple[tuple[float, float], ...] = parameter(
         ((-180.0, 180.0),), Several(Interval(Number(-720.0, 720.0, "deg")), 1, 10),
-        "q_min, q_max [deg]: one pair for all joints, or one per joint.",
+        "q_min, q_max [deg]: one pair for all joints, or one per joint, those of prismatic joints in metres.",
+        panel=ARM, short="q_min, q_max [deg]: given once for all joints, or once per joint (prismatic ones: [m]).",
     )  # fmt: skip
     joints: str | None = parameter(
         None, Text("letters R and P, one per joint, such as RRPR", "RRPR"),
@@ -172,6 +182,7 @@ class Design(Section):
     travel: tuple[float, float] = parameter(
         (0.0, 0.3), Interval(Number(-10.0, 10.0, "m")),
         "Range of every prismatic joint [m]; where joint_limits has one pair per joint, that pair counts, in metres.",
+        panel=ARM,
     )  # fmt: skip
     coaxial_twist: float = parameter(
         1.0, Number(0.0, 90.0, "deg"), "Two joints count as on one axis below this twist [deg] ..."
@@ -381,6 +392,7 @@ class Fitness(Section):
         "start", Choice(("start", "all")),
         "start: an arm is valid if its end-effector comes so near to the hand at the start (the paper);\n"
         "all: only if it does in every frame. The path does not hold the hand to its point, so allow centimetres.",
+        panel=FITNESS,
     )  # fmt: skip
     tie_hand: bool = parameter(True, Switch(), "sigma_m = 1: the hand belongs to the end-effector.")
     demonstrations: str | None = parameter(

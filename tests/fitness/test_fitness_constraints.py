@@ -8,6 +8,7 @@ import pytest
 from armdesign.errors import DesignError, SettingsError
 from armdesign.fitness.constraints import design_space, joint_limits
 from armdesign.kinematics.dh import DHTable
+from armdesign.search.arm_symmetry import length_slab
 from armdesign.settings.sections import Design
 
 SIZES = range(1, 11)
@@ -107,10 +108,17 @@ def test_samples_lie_in_omega_l(n):
     np.testing.assert_array_equal(Phi, space.sample(np.random.default_rng(n), 500))
 
 
-@pytest.mark.parametrize(("n", "length"), [(2, (0.3, 1.0)), (3, (0.6, 1.2)), (4, (0.2, 0.9)), (4, (0.6, 1.2))])
-def test_samples_are_uniform(n, length):
+@pytest.mark.parametrize(
+    ("n", "settings"),
+    [
+        (2, {"length": (0.3, 1.0)}), (3, {"length": (0.6, 1.2)}), (4, {"length": (0.2, 0.9)}),
+        (4, {"length": (0.6, 1.2)}), (3, {"length": (0.2, 0.7), "a": (-0.5, 0.5), "d": (-0.5, -0.1)}),
+        (3, {"length": (0.3, 0.9), "a": (-0.2, 0.5), "d": (0.1, 0.5)}),
+    ],
+)  # fmt: skip
+def test_samples_are_uniform(n, settings):
     """Means, spreads and quantiles are those of plain rejection from the box."""
-    space, count = design_space(Design(dof=n, length=length)), 20000
+    space, count = design_space(Design(dof=n, **settings)), 20000
     lower, upper = space.bounds
     rng, plain = np.random.default_rng(3), []
     while sum(map(len, plain)) < count:
@@ -135,6 +143,16 @@ def test_samples_respect_lower_bounds_of_lengths():
     assert all(t.a[2] == 0.25 and 0.2 <= t.d[2] <= 0.3 and t.a[1] >= 0.1 for t in tables)
 
 
+def test_lengths_of_either_sign_count_by_their_size():
+    space = design_space(Design(dof=3, a=(-0.5, 0.5), bounds={"d_1": (-0.3, -0.1)}))
+    assert space.reachable_lengths == pytest.approx((0.1 + 0.1, 0.1 + 0.5 + 0.5 + 0.3 + 0.5))
+    Phi = space.sample(np.random.default_rng(4), 500)
+    assert all(plain_admissible(space, row) for row in Phi)
+    assert ((Phi < 0.0).any(axis=0) & (Phi > 0.0).any(axis=0)).sum() == 6  # four twists, two lengths
+    slab = length_slab(space)  # every design of Omega_l lies in it
+    assert ((Phi @ slab.weights > slab.low) & (Phi @ slab.weights < slab.high)).all()
+
+
 def test_an_empty_space_is_an_error_with_a_way_out():
     with pytest.raises(SettingsError, match=r"length between 3 and 4 m.*Widen"):
         design_space(Design(dof=2, length=(3.0, 4.0))).sample(np.random.default_rng(5), 1)
@@ -144,7 +162,6 @@ def test_an_empty_space_is_an_error_with_a_way_out():
     ("settings", "message"),
     [
         ({"bounds": {"a_9": (0.0, 0.1)}}, "unknown entry 'design.bounds.a_9'"),
-        ({"bounds": {"a_1": (-0.1, 0.1)}}, "lengths from 0 up"),
         ({"length": (1.2, 1.2)}, "L_min below L_max"),
         ({"alpha": (0.0, 0.0), "a": (0.1, 0.1), "d": (0.1, 0.1)}, "every entry of the design is fixed"),
     ],

@@ -25,7 +25,7 @@ TASKS = {"packaging": (PACKAGING, 0.0), "welding": (WELDING, 0.2)}
 class Scene:
     """A recording, thinned out, with random designs that are valid on it."""
 
-    def __init__(self, name, n, *, continuity=100.0, limit=np.pi, count=60, mounted=None, **others):
+    def __init__(self, name, n, *, continuity=100.0, limit=np.pi, count=60, mounted=None, design=None, **others):
         weights, w_0 = TASKS[name]
         P, R = recorded(name)
         limits = np.tile([-limit, limit], (n, 1))
@@ -34,7 +34,7 @@ class Scene:
             continuity=continuity, **others,
         )  # fmt: skip
         if mounted is None:
-            self.space = design_space(Design(dof=n, base_yaw=(-90.0, 90.0)))
+            self.space = design_space(Design(dof=n, base_yaw=(-90.0, 90.0), **(design or {})))
         else:  # the task frame is the room, where the demonstrator's shoulder rests in the origin
             site = Site(mounted, (-0.2, 0.2), (-0.2, 0.2), (-0.2, 0.2), (-2.0, 2.0))
             self.space = design_space(Design(dof=n), [site])
@@ -87,6 +87,15 @@ def test_gradients_hold_in_every_metric_and_with_either_mount(metric):
         errors = np.stack([scene.errors(k) for k in range(3)])
         assert np.isfinite(errors).mean() > 0.8
         assert np.nanmax(errors) < 5e-3
+
+
+def test_gradients_hold_for_lengths_of_either_sign():
+    scene = Scene("welding", 3, count=120, design={"a": (-0.5, 0.5), "d": (-0.5, 0.5)})
+    errors = np.stack([scene.errors(k) for k in range(6)])
+    assert (scene.designs[:6] < 0.0).any(axis=0)[2:4].all()
+    assert np.isfinite(errors).mean() > 0.8
+    assert np.nanmax(errors[:, 0]) < 1e-3
+    assert np.nanquantile(errors[:, 1], 0.9) < 3e-3
 
 
 def test_joints_at_a_limit_stay_there():
