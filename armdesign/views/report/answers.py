@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from armdesign.feasibility.needs import joint_needs
 from armdesign.feasibility.verdict import Verdict
 from armdesign.feasibility.violations import figure, gap_words
 from armdesign.feasibility.words import pace, speed_words, spread_words, tolerance_words
@@ -39,7 +40,7 @@ def answers(run: Result) -> list[Answer]:
         job(verdict, settings),
         place(run.base_pose, run.problem.task.base),
         touching(verdict, settings),
-        Answer("How fast is it?", pace(verdict.speed_fraction).split(" of ")[0], speed_words(verdict, settings)),
+        fast(verdict, settings),
     ]
 
 
@@ -98,3 +99,20 @@ def touching(verdict: Verdict, settings: Settings) -> Answer:
     kept = least.value >= settings.body.clearance
     shown = f"{figure(1e3 * least.value)} mm free" if least.value >= 0.0 else "it does"
     return Answer(question, shown, f"{words}. Asked for: {asked:g} mm.", kept)
+
+
+def fast(verdict: Verdict, settings: Settings) -> Answer:
+    """At what share of the demonstrated speed the task can be done, with the peaks of the joints.
+
+    Args:
+        verdict: The verdict.
+        settings: What it was judged by.
+    """
+    slides = joint_needs(settings).prismatic
+    strongest = int(np.argmax(verdict.peak_torque))
+    unit = "N" if slides[strongest] else "N m"
+    words = speed_words(verdict, settings)
+    words += f" Largest load: {figure(verdict.peak_torque[strongest])} {unit}, joint {strongest + 1}."
+    kept = verdict.speed_fraction >= 1.0 if settings.needs.max_speed is not None else None
+    shown = pace(verdict.speed_fraction).replace(" of the demonstrated speed", " of the speed shown")
+    return Answer("How fast is it?", shown if verdict.speed_fraction > 0.0 else "at no speed", words, kept)

@@ -28,6 +28,8 @@ LETTER = 0.075
 """Width of a small letter [inch]."""
 LINE = 0.16
 """Height of a line of small letters [inch]."""
+SHORTEST, NEXT_TO = 1.0, 2.0
+"""Shorter distances are not written; what an obstacle may be off and still be beside the base [mm]."""
 
 
 class Outline(NamedTuple):
@@ -117,7 +119,8 @@ def cell_pictures(run: Result) -> list[Picture]:
 
         x, y = (f"{'xyz'[k]} {scene.base[k]:.0f} mm" for k in (across, up))
         alt = f"{title} of the cell, {where}: the base at {x}, {y}; obstacles: {names or 'none'}."
-        caption = f"{title}, millimetres {where}. Square: the base, with its distances from the origin (cross). "
+        caption = f"{title}, millimetres {where}. Square: the base, with its distances from the origin (cross) and "
+        caption += "from the nearest edge beside it. "
         caption += "Blue: the arm, light to dark; dashed: the demonstrator's arm; dotted: the hand's path"
         caption += "; dashed box: where the base might stand." if scene.sites else "."
         pictures.append(picture(key, build, alt, caption))
@@ -191,26 +194,68 @@ def labels(axis: Axes, scene: CellScene, axes: list[int]) -> None:
         scene: What is drawn.
         axes: The two coordinates of the picture.
     """
-    x, y = (float(value) for value in scene.base[axes])
     arrow: dict[str, Any] = {"arrowstyle": "<->", "color": GREY, "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
+    per_inch = np.ptp(axis.get_xlim()) / (WIDTH - 0.82)
     wanted: list[tuple[str, Array]] = []
-    for (x0, y0), (x1, y1) in (((0.0, y), (x, y)), ((x, 0.0), (x, y))):
-        length = abs(x1 - x0) + abs(y1 - y0)
-        if length > 1.0:
-            axis.annotate("", (x1, y1), (x0, y0), arrowprops=arrow, zorder=5)
-            wanted.append((f"{length:.0f}", np.array([(x0 + x1) / 2.0, (y0 + y1) / 2.0])))
+    for start, end, text in dimensions(scene, axes):
+        aside, off = np.zeros(2), np.zeros(2)
+        if (
+            " to " in text
+        ):  # beside the distance from the origin, which may lie on the same line, and its text beside it
+            k = int(np.argmin(np.abs(end - start)))
+            aside[k] = -1.5 * LINE * per_inch
+            off[k] = -per_inch * (LINE if k == 1 else LETTER * len(text) / 2.0 + 0.08)
+        axis.annotate("", tuple(end + aside), tuple(start + aside), arrowprops=arrow, zorder=5)
+        wanted.append((text, (start + end) / 2.0 + aside + off))
     solid = {
         each.name: each.points for each in scene.obstacles if each.normal is None
     }  # of a moving one the last place
     wanted += [(short(name, 20).strip(), points[:, axes].mean(axis=0)) for name, points in solid.items()]
-    per_inch = np.ptp(axis.get_xlim()) / (WIDTH - 0.82)
-    taken: list[Array] = []
+    half = 0.09 * per_inch
+    taken: list[Array] = [np.stack([scene.base[axes] - half, scene.base[axes] + half])]
     for text, at in wanted:
         spot = free_spot(at, per_inch * np.array([LETTER * len(text) + 0.06, LINE]), taken)
         style: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
         middle = spot.mean(axis=0)
+        if abs(middle[1] - at[1]) > spot[1, 1] - spot[0, 1]:  # moved off, so a line says where it belongs
+            axis.plot([at[0], middle[0]], [at[1], middle[1]], color=GREY, linewidth=0.5, zorder=6)
         axis.text(middle[0], middle[1], text, ha="center", va="center", fontsize=8, zorder=7, bbox=style)
         taken.append(spot)
+
+
+def dimensions(scene: CellScene, axes: list[int]) -> list[tuple[Array, Array, str]]:
+    """Distances of the base from the origin, and from the nearest edge of an obstacle beside it.
+
+    Args:
+        scene: What is drawn.
+        axes: The two coordinates of the picture.
+
+    Returns:
+        Both ends of each, shape (2,) [mm], along one of the coordinates, and what is written on it.
+    """
+    base, found = scene.base[axes], []
+    for k in range(2):
+        ends = [(0.0, f"{abs(base[k]):.0f}")]
+        solid = [(short(one.name, 14).strip(), one.points[:, axes]) for one in scene.obstacles if one.normal is None]
+        edges = [
+            (float(edge), name)
+            for name, points in solid
+            for edge in (points[:, k].min(), points[:, k].max())
+            if points[:, 1 - k].min() - NEXT_TO <= base[1 - k] <= points[:, 1 - k].max() + NEXT_TO
+        ]
+        edges = [each for each in edges if min(abs(each[0] - base[k]), abs(each[0])) > SHORTEST]
+        standing = axes[k] == 2 and any(
+            abs(points[:, k].max() - base[k]) <= 2.0 * SHORTEST for _, points in solid
+        )  # then how thick what it stands on is says nothing
+        if edges and not standing:
+            edge, name = min(edges, key=lambda each: abs(each[0] - base[k]))
+            ends.append((edge, f"{abs(edge - base[k]):.0f} to {name}"))
+        for at, text in ends:
+            if abs(at - base[k]) > SHORTEST:
+                start = base.copy()
+                start[k] = at
+                found.append((start, base, text))
+    return found
 
 
 def free_spot(at: Array, size: Array, taken: Sequence[Array]) -> Array:

@@ -11,7 +11,11 @@ from matplotlib.figure import Figure
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.exact import ExactScene
+from armdesign.feasibility.needs import joint_needs
 from armdesign.feasibility.verdict import exact_obstacles
+from armdesign.feasibility.violations import Gap
+from armdesign.feasibility.violations import figure as figure_words
+from armdesign.feasibility.words import pace
 from armdesign.search.result import Result
 from armdesign.swarm import History
 from armdesign.views.report.drawing import (
@@ -19,6 +23,7 @@ from armdesign.views.report.drawing import (
     COLOURS,
     GREY,
     HUMAN,
+    MOST_DRAWN,
     Picture,
     legend_above,
     legend_room,
@@ -90,11 +95,23 @@ def clearance_picture(run: Result) -> Picture | None:
     settings, task = run.problem.settings, run.problem.task
     if settings.body.kind == "thin":
         return None
+    verdict, q = run.verdict, run.evaluation.path.q
+    gaps = {"from one another": verdict.self_clearance, "from obstacles": verdict.obstacle_clearance}
+    least_at = [gap.frame for gap in gaps.values() if gap is not None and gap.demonstration == 0]
+    chosen = np.unique([*np.linspace(0, len(q) - 1, min(len(q), MOST_DRAWN)).astype(int), *least_at])
     body = arm_body(run.table, settings.body, run.slides, placed=run.placed, side=None)
-    scene = ExactScene(body, exact_obstacles(run.problem.first.obstacles), run.base_pose.matrix)
-    q = run.evaluation.path.q
-    found = {"from one another": scene.self_clearance(q), "from obstacles": scene.obstacle_clearance(q)}
-    shown = {name: clearance for name, clearance in found.items() if clearance is not None}
+    solids = [
+        one if one.poses.ndim == 2 else one._replace(poses=one.poses[chosen])
+        for one in exact_obstacles(run.problem.first.obstacles)
+    ]
+    scene, time = ExactScene(body, solids, run.base_pose.matrix), task.time[chosen]
+    found = zip(gaps.items(), (scene.self_clearance(q[chosen]), scene.obstacle_clearance(q[chosen])), strict=True)
+    shown = {}
+    for (name, gap), drawn in found:
+        if gap is None or drawn is None:
+            continue
+        own = Gap(drawn.value, int(chosen[drawn.frame]), drawn.bodies, float(time[drawn.frame]))
+        shown[name] = (drawn.each, gap if gap.demonstration == 0 else own)
     if not shown:
         return None
     required = 1e3 * settings.body.clearance
@@ -102,26 +119,57 @@ def clearance_picture(run: Result) -> Picture | None:
     def build() -> Figure:
         figure = new_figure(2.4 + legend_room(list(shown)), top=legend_room(list(shown)))
         axis = figure.subplots()
-        for k, (name, clearance) in enumerate(shown.items()):
+        for k, (name, (each, gap)) in enumerate(shown.items()):
             style = line_style(1 + k)
-            axis.plot(*thinned(task.time, 1e3 * clearance.each), label=name, **style)
-            least = float(clearance.each[clearance.frame])
-            axis.plot(task.time[clearance.frame], 1e3 * least, "o", color=style["color"], markersize=5, zorder=4)
+            axis.plot(time, 1e3 * each, label=name, **style)
+            axis.plot(gap.time, 1e3 * gap.value, "o", color=style["color"], markersize=5, zorder=4)
         axis.axhline(required, color="black", linewidth=0.8, linestyle=":")
         axis.text(task.time[-1], required, f"asked for: {required:g}", ha="right", va="bottom", fontsize=8)
-        top = 1.05 * max(float(1e3 * clearance.each.max()) for clearance in shown.values())
-        low = min(0.0, *(1e3 * clearance.value for clearance in shown.values()))
+        top = 1.05 * max(1.2 * required, *(float(1e3 * each.max()) for each, _ in shown.values()))
+        low = min(0.0, *(1e3 * gap.value for _, gap in shown.values()))
         axis.set(xlabel="time [s]", ylabel="clearance [mm]", xlim=(task.time[0], task.time[-1]), ylim=(1.1 * low, top))
         legend_above(figure, axis)
         return figure
 
     least = [
-        f"least {name} {1e3 * clearance.value:.1f} mm, {' and '.join(clearance.bodies)}, at "
-        f"{task.time[clearance.frame] - task.time[0]:.2f} s"
-        for name, clearance in shown.items()
+        f"least {name} {figure_words(1e3 * gap.value)} mm, {' and '.join(gap.bodies)}, at {gap.time:.2f} s"
+        for name, (_, gap) in shown.items()
     ]
     words = f"How far the bodies stay apart: {'; '.join(least)}. Dots: where it is least; below 0 they overlap."
     return picture("clearance", build, f"Clearance over time: {'; '.join(least)}.", words)
+
+
+def limits_picture(run: Result, loads: JointLoads) -> Picture:
+    """Speed of every joint as a share of what it may do, stated or assumed.
+
+    Args:
+        run: The run.
+        loads: Its smoothed motion.
+    """
+    limits = joint_needs(run.problem.settings)
+    used = 100.0 * np.abs(loads.motion.v) / limits.actuator_speed
+    names = [f"joint {i + 1}" for i in range(used.shape[1])]
+
+    def build() -> Figure:
+        figure = new_figure(2.4 + legend_room(names), top=legend_room(names))
+        axis = figure.subplots()
+        for i, name in enumerate(names):
+            axis.plot(*thinned(loads.time, used[:, i]), label=name, **line_style(i))
+        axis.axhline(100.0, color="black", linewidth=0.8, linestyle=":")
+        top = 1.08 * max(100.0, float(used.max()))
+        axis.set(
+            xlabel="time [s]", ylabel="share of its limit [%]", xlim=(loads.time[0], loads.time[-1]), ylim=(0, top)
+        )
+        legend_above(figure, axis)
+        return figure
+
+    worst = int(used.max(axis=0).argmax())
+    whose = "the assumed actuator" if limits.speed is None else "its stated limit"
+    said = f"at the demonstrated speed joint {worst + 1} comes to {used.max():.0f} % of {whose}"
+    fraction = run.verdict.speed_fraction
+    kept = "the limits are kept at no speed" if fraction == 0.0 else f"all limits are kept at {pace(fraction)}"
+    words = f"Speed of each joint as a share of what it may do (dotted): {said}; {kept}."
+    return picture("limits", build, f"Joint speeds against their limits over time: {said}.", words)
 
 
 def histogram_picture(run: Result) -> Picture:

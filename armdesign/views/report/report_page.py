@@ -50,6 +50,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
     pictures = {
         "cell": cell_pictures(run),
         "clearance": plots.clearance_picture(run),
+        "limits": plots.limits_picture(run, loads),
         "scene": scene_pictures(run),
         "sketch": sketch_picture(run.table),
         "fitness": plots.fitness_picture(run, parts),

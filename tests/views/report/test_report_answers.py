@@ -10,7 +10,15 @@ from armdesign.feasibility.verdict import Spread
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.settings import Body, Needs, Settings
 from armdesign.views.report.answers import answers, place, touching
-from armdesign.views.report.cell_pictures import cell_figure, cell_scene, free_spot, hull
+from armdesign.views.report.cell_pictures import (
+    CellScene,
+    Outline,
+    cell_figure,
+    cell_scene,
+    dimensions,
+    free_spot,
+    hull,
+)
 
 
 def test_answers_give_the_figures_of_the_verdict(invented, numbers):
@@ -84,3 +92,28 @@ def test_the_outline_of_points_is_their_hull():
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]])
     assert len(hull(square)) == 4
     assert sorted(map(tuple, hull(np.array([[0.0, 0.0], [2.0, 2.0], [1.0, 1.0]])))) == [(0.0, 0.0), (2.0, 2.0)]
+
+
+def test_dimensions_are_distances_from_the_origin_and_the_nearest_edge(numbers):
+    corners = np.array([[x, y, z] for x in (500.0, 1000.0) for y in (-300.0, 400.0) for z in (700.0, 800.0)])
+    nothing = np.zeros((1, 1, 3))
+    table, far = Outline("table", corners), Outline("far", corners + np.array([0.0, 5000.0, 0.0]))
+    scene = CellScene(np.array([620.0, 150.0, 800.0]), nothing, nothing, nothing[0], (), (table, far), "room")
+    for axes in ([0, 1], [0, 2]):
+        for start, end, text in dimensions(scene, axes):
+            assert np.count_nonzero(start != end) == 1
+            assert numbers(text)[0] == pytest.approx(np.abs(start - end).sum(), abs=0.5)
+    said = [text for _, _, text in dimensions(scene, [0, 1])]
+    assert said == ["620", "120 to table", "150", "250 to table"]
+    assert [text for _, _, text in dimensions(scene, [0, 2])] == ["620", "120 to table", "800"]
+
+
+def test_how_fast_it_is_names_the_largest_load(invented, numbers):
+    run = invented()
+    answer = answers(run)[3]
+    assert numbers(answer.words)[-2] == pytest.approx(max(run.verdict.peak_torque), rel=6e-3)
+    assert answer.good is None  # no speed is stated
+    slow = dataclasses.replace(run.verdict, speed_fraction=0.4)
+    settings = run.problem.settings.replace({"needs": {"max_speed": [90.0]}})
+    problem = dataclasses.replace(run.problem, settings=settings)
+    assert answers(dataclasses.replace(run, problem=problem, known_verdict=slow))[3].good is False

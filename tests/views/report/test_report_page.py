@@ -15,7 +15,7 @@ from armdesign.settings import Body
 from armdesign.views.report import report_html, words
 from armdesign.views.report.facts import joint_loads, start_error
 
-ALWAYS = 3 + 4 + 1 + 1 + 2 + 3  # cell with clearance, scene, sketch, fitness, errors, joints
+ALWAYS = 4 + 4 + 1 + 1 + 2 + 3  # cell with clearance and speeds, scene, sketch, fitness, errors, joints
 HOSTILE = ('<script>alert("1")</script>', "a & b $x^2$ $", '_"quoted" id="x" <!-- --> ]]>')
 
 
