@@ -20,7 +20,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from armdesign._types import Array
-from armdesign.bodies.arm_body import ArmBody
+from armdesign.bodies.arm_body import SIDES, ArmBody, arm_body
 from armdesign.bodies.swept import displacements, joint_radii, segment_distance
 from armdesign.errors import DesignError
 from armdesign.kinematics.models import arm_model
@@ -347,6 +347,30 @@ class _Interval(NamedTuple):
     end: float
     low: float
     high: float
+
+
+def free_side(arm: ArmBody, q: ArrayLike) -> str:
+    """The side of the base that an arm has its plate on which is not placed.
+
+    It is below, or where that is in the way of the motion, the side that leaves most room.
+
+    Args:
+        arm: The arm; whether it has a plate does not matter.
+        q: Joint angles along the motion, shape (T, n) [rad; m of prismatic joints].
+
+    Returns:
+        One of ``SIDES``.
+    """
+    table, options = arm.table, arm.options
+    room = {}
+    for side in SIDES:
+        base = arm_body(table, options, arm.slides, side=side).parts[0].solid
+        plate = ExactObstacle("base plate", coal.Cylinder(base.radius, base.length), base.pose)
+        found = ExactScene(arm_body(table, options, arm.slides, side=None), [plate]).obstacle_clearance(q)
+        room[side] = np.inf if found is None else found.value
+        if room[side] >= options.clearance and side == SIDES[0]:
+            return side
+    return max(room, key=lambda side: room[side])
 
 
 def inside_mesh(mesh: Any, point: Array) -> bool:  # noqa: ANN401 (a coal.BVHModelBase)

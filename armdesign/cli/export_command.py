@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -108,13 +109,11 @@ def export(
     if not motions:
         refuse_without("--trajectory", {f"--{name.replace('_', '-')}": value for name, value in timing.items()})
     options = RobotOptions(
-        Body(**given["body"]),
-        LimitOptions(**given["limits"]),
-        SimulationOptions(**given["simulation"]),
-        TagOptions(**given["tags"]),
+        None, LimitOptions(**given["limits"]), SimulationOptions(**given["simulation"]), TagOptions(**given["tags"])
     )
     with compiling(quiet=quiet):
         finished = read_result(run)
+    options = replace(options, body=replace(finished.problem.settings.body, **given["body"]))
     done = write_export(
         finished, out if out is not None else run / FOLDER, kinds, motions, options=options, convention=convention,
         timing=TrajectoryOptions(**{name: value for name, value in timing.items() if value is not None}),

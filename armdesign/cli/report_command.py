@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -46,11 +47,10 @@ def report(
     it assumes beyond the design (tubes, motors, loads) is an option below, as in armdesign export.
     """
     targets = page_and_pdf(run, out, pdf=pdf, overwrite=overwrite)
-    options = RobotOptions(
-        Body(**given["body"]), LimitOptions(**given["limits"]), SimulationOptions(**given["simulation"])
-    )
+    limits, simulation = LimitOptions(**given["limits"]), SimulationOptions(**given["simulation"])
     with compiling(quiet=quiet):
         finished = read_result(run)
+    options = RobotOptions(replace(finished.problem.settings.body, **given["body"]), limits, simulation)
     written = views.writing.report(finished, targets[0], options=options, simulate=simulate, pdf=pdf, overwrite=True)
     if not quiet:
         for target in written:

@@ -1,75 +1,57 @@
-"""Which links of a body touch along a motion, and how far the base plate stays clear of the rest."""
+"""Which links of a robot file touch along a motion."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 import coal
-import numpy as np
 import pinocchio as pin
 
 from armdesign._types import Array
-from armdesign.export.solids import LinkBody
-from armdesign.kinematics.dh import DHTable
+from armdesign.bodies.arm_body import ArmBody, link_name
+from armdesign.errors import counted
 from armdesign.kinematics.models import arm_model
 
 Pair = tuple[int, int]
 """Two links: 0 is base_link, i is link_i."""
+MOST_FRAMES = 2000
+"""Longer motions are thinned to about so many frames."""
 
 
-class CollisionScene:
-    """The collision shapes of an arm in Pinocchio, with every pair of shapes of different links.
+def touching_links(arm: ArmBody, q: Array) -> dict[Pair, int]:
+    """How many frames of a motion each pair of links touches in, by their collision shapes; pairs that do at all.
 
-    Attributes:
-        owners: The pair of links of each pair of shapes.
+    Args:
+        arm: The arm and its solids.
+        q: Joint angles, shape (T, n) [rad; m of prismatic joints].
     """
+    model, shapes = arm_model(arm.table), pin.GeometryModel()
+    for link, body in enumerate(arm.links):
+        for k, part in enumerate(body.collision):
+            shape = coal.Cylinder(part.radius, part.length)
+            shapes.addGeometryObject(pin.GeometryObject(f"{link}_{k}", link, pin.SE3(part.pose), shape))
+    shapes.addAllCollisionPairs()
+    data, room, parts = model.createData(), pin.GeometryData(shapes), shapes.geometryObjects
+    both = [sorted((parts[pair.first].parentJoint, parts[pair.second].parentJoint)) for pair in shapes.collisionPairs]
+    counts: dict[Pair, int] = {}
+    for angles in q:
+        pin.computeCollisions(model, data, shapes, room, angles, False)
+        for i, j in {tuple(pair) for pair, hit in zip(both, room.collisionResults, strict=True) if hit.isCollision()}:
+            counts[i, j] = counts.get((i, j), 0) + 1
+    return dict(sorted(counts.items()))
 
-    def __init__(self, table: DHTable, bodies: Sequence[LinkBody]) -> None:
-        """Build the scene.
 
-        Args:
-            table: The arm, n joints.
-            bodies: Bodies of base_link, link_1, ..., link_n.
-        """
-        self._model = arm_model(table)
-        self._shapes = pin.GeometryModel()
-        for link, body in enumerate(bodies):
-            for k, part in enumerate(body.collision):
-                shape = coal.Cylinder(part.radius, part.length)
-                self._shapes.addGeometryObject(pin.GeometryObject(f"{link}_{k}", link, pin.SE3(part.pose), shape))
-        self._shapes.addAllCollisionPairs()
-        self._data, self._room = self._model.createData(), pin.GeometryData(self._shapes)
-        parts = self._shapes.geometryObjects
-        pairs = (
-            (parts[pair.first].parentJoint, parts[pair.second].parentJoint) for pair in self._shapes.collisionPairs
-        )
-        self.owners: list[Pair] = [(min(pair), max(pair)) for pair in pairs]
+def touching_notes(touching: dict[Pair, int], frames: int) -> tuple[str, ...]:
+    """What to say of links that touch.
 
-    def touching(self, q: Array) -> dict[Pair, int]:
-        """How many frames each pair of links touches in; pairs that never do are left out.
+    Args:
+        touching: What ``touching_links`` found.
+        frames: Of how many frames.
+    """
+    return tuple(
+        f"{link_name(i)} and {link_name(j)} touch in {count} of {counted(frames, 'frame')} of the demonstrated motion."
+        for (i, j), count in touching.items()
+    )
 
-        Args:
-            q: Joint angles, shape (T, n) [rad].
-        """
-        counts: dict[Pair, int] = {}
-        for angles in q:
-            pin.computeCollisions(self._model, self._data, self._shapes, self._room, angles, False)
-            results = zip(self.owners, self._room.collisionResults, strict=True)
-            for pair in {pair for pair, result in results if result.isCollision()}:
-                counts[pair] = counts.get(pair, 0) + 1
-        return counts
 
-    def distance(self, q: Array, wanted: Callable[[Pair], bool]) -> float:
-        """Least distance of any wanted pair of links over a motion, negative where they touch [m]; inf for no pair.
-
-        Args:
-            q: Joint angles, shape (T, n) [rad].
-            wanted: Which pairs count.
-        """
-        chosen = [k for k, pair in enumerate(self.owners) if wanted(pair)]
-        least = np.inf
-        for angles in q:
-            pin.updateGeometryPlacements(self._model, self._data, self._shapes, self._room, angles)
-            for k in chosen:
-                least = min(least, pin.computeDistance(self._shapes, self._room, k).min_distance)
-        return float(least)
+def thinned(q: Array) -> Array:
+    """A motion of at most about ``MOST_FRAMES`` frames, shape (T, n)."""
+    return q[:: max(1, len(q) // MOST_FRAMES)]

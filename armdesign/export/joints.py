@@ -23,9 +23,9 @@ class JointLimits:
     """Limits of the n joints, checked.
 
     Attributes:
-        position: Lowest and highest angle, shape (n, 2) [rad]; each range holds 0.
-        velocity: Speed limits, shape (n,) [rad/s], above 0.
-        effort: Torque limits, shape (n,) [N m], above 0.
+        position: Lowest and highest angle, shape (n, 2) [rad; m of prismatic joints]; each range holds 0.
+        velocity: Speed limits, shape (n,) [rad/s; m/s], above 0.
+        effort: Torque limits, shape (n,) [N m; N], above 0.
     """
 
     position: Array

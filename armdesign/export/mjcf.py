@@ -8,9 +8,9 @@ import numpy as np
 import pinocchio as pin
 
 from armdesign._types import Array
-from armdesign.export.fit import meet
-from armdesign.export.joint_load import GRAVITY, dynamic_model
-from armdesign.export.parts import link_name, robot_parts
+from armdesign.bodies.arm_body import link_name
+from armdesign.bodies.loads import dynamic_model
+from armdesign.export.parts import origin_part, robot_parts
 from armdesign.export.robot_file import Robot
 from armdesign.export.templates import render
 from armdesign.export.xml_text import number, numbers
@@ -26,8 +26,8 @@ def robot_mjcf(robot: Robot) -> str:
     """Write a robot for MuJoCo; a pure function of it.
 
     Bodies, joints, position actuators ``joint_i`` and the frames are those of the URDF; the base is fixed to the
-    world. Keyframe ``start`` is the first pose of the demonstration. Sites ``demo_POINT_k`` mark where the demonstrated
-    points have been, relative to the base.
+    world, in its origin or, on request, where it stands in the room. Keyframe ``start`` is the first pose of the
+    demonstration. Sites ``demo_POINT_k`` mark where the demonstrated points have been.
     """
     parts = robot_parts(robot)
     stiffness, damping = gains(robot)
@@ -39,12 +39,12 @@ def robot_mjcf(robot: Robot) -> str:
         "frictionloss": simulation.joint_friction,
         "armature": simulation.joint_armature,
     }
-    # links that meet at a joint or a cluster of joints are kept from colliding
-    n, reach = robot.table.dof, robot.options.body.reach
-    pairs = [(i, j) for i in range(n) for j in range(i + 1, n + 1)]
-    neighbours = [(link_name(i), link_name(j)) for i, j in pairs if meet(robot.table, (i, j), reach)]
+    # neighbours meet at their joint; links that touch in the motion itself would push each other off it
+    pairs = sorted({(i, i + 1) for i in range(robot.table.dof)} | set(robot.touching))
+    neighbours = [(link_name(i), link_name(j)) for i, j in pairs]
     extras = {
-        "gravity": numbers(GRAVITY),
+        "gravity": numbers(robot.gravity),
+        "root": origin_part(robot.root) if robot.options.tags.world else None,
         "drive": {name: number(value) for name, value in drive.items()},
         "start": numbers(robot.start),
         "neighbours": neighbours,
@@ -63,7 +63,7 @@ def gains(robot: Robot) -> tuple[Array, Array]:
         Position gains [N m/rad] and velocity gains [N m s/rad], shape (n,) each.
     """
     options = robot.options
-    model = dynamic_model(robot.table, options.body, options.limits.payload)
+    model = dynamic_model(robot.arm, options.limits.payload or 0.0)
     inertia = np.diag(pin.crba(model, model.createData(), robot.start)) + options.simulation.joint_armature
     omega = 2.0 * np.pi * options.simulation.bandwidth
     kp = inertia * omega**2 if options.simulation.kp is None else np.full(robot.table.dof, options.simulation.kp)
@@ -77,8 +77,9 @@ def gains(robot: Robot) -> tuple[Array, Array]:
 
 def _places(robot: Robot) -> list[dict[str, Any]]:
     """Sites of the demonstrated points."""
-    sites = []
-    for k, (name, path) in enumerate(robot.paths.items()):
+    sites, root = [], robot.root
+    for k, (name, points) in enumerate(robot.paths.items()):
+        path = points @ root[:3, :3].T + root[:3, 3] if robot.options.tags.world else points
         frames = range(0, len(path), -(-len(path) // MOST_SITES))
         colour = POINT_COLOURS[k % len(POINT_COLOURS)]
         sites += [{"name": f"demo_{name}_{t}", "pos": numbers(path[t]), "rgba": colour} for t in frames]

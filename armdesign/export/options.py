@@ -10,6 +10,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
+from armdesign.bodies.arm_body import SIDES
 from armdesign.errors import SettingsError
 from armdesign.kinematics.motion import PEAK_WINDOW
 from armdesign.settings import Body
@@ -17,8 +18,6 @@ from armdesign.settings.kinds import Choice, Number, Section, Switch, Text, flag
 
 DEFAULT_NAME = "arm"
 AUTO = "auto"
-SIDES = ("below", "above", "behind", "left", "right", "front")
-"""Sides of the base that its plate may stand on: -z, +z, -x, +y, -y, +x."""
 PLUGIN = re.compile(r"[A-Za-z_][A-Za-z0-9_:/.-]*")
 """Names that plugins may have."""
 
@@ -29,10 +28,37 @@ class LimitOptions(Section):
 
     panel = "Limits of the joints"
 
-    payload: float = parameter(0.0, Number(0.0, 1000.0, "kg"), "Point mass carried at tool0, for the torques [kg].")
-    margin: float = parameter(1.5, Number(1.0, 100.0), "Factor on the peak speeds and torques of the motion.")
-    velocity_floor: float = parameter(1.0, Number(0.0, 1000.0, "rad/s", above=True), "Least speed limit [rad/s].")
-    effort_floor: float = parameter(1.0, Number(0.0, 1e5, "N m", above=True), "Least torque limit [N m].")
+    payload: float | None = parameter(
+        None, Number(0.0, 1000.0, "kg"), "Point mass carried at tool0, for the torques [kg]; not set: the task's.",
+        optional=True,
+    )  # fmt: skip
+    actuator_speed: float = parameter(
+        180.0, Number(0.0, 1e5, "deg/s", above=True),
+        "Speed limit of joints that turn, that of an assumed actuator [deg/s]; a --max-speed of the task goes over it.",
+    )  # fmt: skip
+    actuator_torque: float = parameter(
+        50.0, Number(0.0, 1e6, "N m", above=True),
+        "Torque limit of joints that turn, that of an assumed actuator [N m]; a --max-torque of the task goes over it.",
+    )  # fmt: skip
+    slide_speed: float = parameter(
+        0.5, Number(0.0, 100.0, "m/s", above=True), "Speed limit of joints that slide [m/s], likewise."
+    )
+    slide_force: float = parameter(
+        500.0, Number(0.0, 1e6, "N", above=True), "Force limit of joints that slide [N], likewise."
+    )
+    margin: float | None = parameter(
+        None, Number(1.0, 100.0),
+        "Limits by the motion, not by an actuator: this factor on its peak speeds and torques; not set: an actuator's.",
+        optional=True,
+    )  # fmt: skip
+    velocity_floor: float | None = parameter(
+        None, Number(0.0, 1000.0, "rad/s", above=True),
+        "Least speed limit [rad/s; m/s of joints that slide]; not set: 1 with a margin, else none.", optional=True,
+    )  # fmt: skip
+    effort_floor: float | None = parameter(
+        None, Number(0.0, 1e5, "N m", above=True),
+        "Least torque limit [N m; N of joints that slide]; not set: 1 with a margin, else none.", optional=True,
+    )  # fmt: skip
     window: float = parameter(
         PEAK_WINDOW, Number(0.0, 10.0, "s", above=True),
         "Length of the window that the motion is smoothed over before its peaks are read off [s].",
@@ -93,10 +119,14 @@ class TagOptions(Section):
     base_side: str = parameter(
         AUTO, Choice((AUTO, *SIDES)),
         "Side of the base its plate stands on: below, above, behind (-x), front (+x), left (+y) or right (-y); auto: "
-        "below where it is not in the way of the motion, else where most room is left.",
+        "below where it is not in the way of the motion, else where most room is left. An arm with a place in the room "
+        "stands on its mounting face.",
     )  # fmt: skip
     world: bool = parameter(
-        False, Switch(), "URDF and xacro: a link 'world' before base_link, for readers that let any other root float."
+        False,
+        Switch(),
+        "The room's frame as root, with the base where it stands in it: a link 'world' before base_link in URDF and "
+        "xacro, where it also helps readers that let any other root float; the model's frame in MJCF and SDF.",
     )
     ros2_control: str | None = parameter(
         None, Text("mock, gazebo, or the name of a hardware plugin"),
@@ -127,13 +157,13 @@ class RobotOptions:
     """Everything a robot file assumes beyond the design and its motion.
 
     Attributes:
-        body: What the arm is built of.
+        body: What the arm is built of; None for what the settings of its search say.
         limits: How the joints' limits come about.
         simulation: What simulators ask for.
         tags: What the files say around the arm.
     """
 
-    body: Body = field(default_factory=Body)
+    body: Body | None = None
     limits: LimitOptions = field(default_factory=LimitOptions)
     simulation: SimulationOptions = field(default_factory=SimulationOptions)
     tags: TagOptions = field(default_factory=TagOptions)
@@ -159,7 +189,7 @@ class Assumption:
 def assumptions(options: RobotOptions | None = None) -> tuple[Assumption, ...]:
     """Every assumption in the robot files: body, limits, simulation."""
     chosen = options or RobotOptions()
-    sections = (chosen.body, chosen.limits, chosen.simulation)
+    sections = (chosen.body or Body(), chosen.limits, chosen.simulation)
     return tuple(
         Assumption(entry.name, getattr(section, entry.name), str(entry.metadata["doc"]), flag_name(entry))
         for section in sections

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.bodies.arm_body import link_name, tool_inertial
+from armdesign.bodies.cylinder import Cylinder
+from armdesign.bodies.inertia import Inertial
 from armdesign.export.robot_file import Robot
-from armdesign.export.solids import Cylinder, Inertial, tool_inertial
 from armdesign.export.xml_text import number, numbers, quaternion, rpy
 
 BASE_LINK = "base_link"
@@ -16,11 +18,6 @@ TOOL_LINK = "tool0"
 WORLD = "world"
 MATERIALS = {"base": (0.25, 0.25, 0.28, 1.0), "joint": (0.9, 0.45, 0.1, 1.0), "tube": (0.75, 0.77, 0.8, 1.0)}
 """Colours, red green blue alpha."""
-
-
-def link_name(i: int) -> str:
-    """Name of a link: 0 is base_link, i is link_i."""
-    return BASE_LINK if i == 0 else f"link_{i}"
 
 
 def robot_parts(robot: Robot) -> dict[str, Any]:
@@ -44,7 +41,7 @@ def robot_parts(robot: Robot) -> dict[str, Any]:
         solids = {kind: [cylinder_part(part) for part in parts] for kind, parts in kinds.items()}
         links.append({**bare_link(name, body.inertial, joint), **solids})
     hand = joint_part(f"{TOOL_LINK}_fixed", names[-1], placements[-1])
-    links.append(bare_link(TOOL_LINK, tool_inertial(robot.options.body), hand))
+    links.append(bare_link(TOOL_LINK, tool_inertial(robot.arm.options), hand))
     materials = {material: numbers(rgba) for material, rgba in MATERIALS.items()}
     return {"name": robot.name, "materials": materials, "links": links}
 

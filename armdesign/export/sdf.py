@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdesign.export.parts import robot_parts
+from armdesign.export.parts import origin_part, robot_parts
 from armdesign.export.robot_file import Robot
 from armdesign.export.templates import render
 from armdesign.export.xml_text import number
@@ -17,4 +17,5 @@ def robot_sdf(robot: Robot) -> str:
     """
     simulation = robot.options.simulation
     dynamics = {"damping": number(simulation.joint_damping), "friction": number(simulation.joint_friction)}
-    return render(TEMPLATE, {**robot_parts(robot), "dynamics": dynamics})
+    root = origin_part(robot.root) if robot.options.tags.world else None
+    return render(TEMPLATE, {**robot_parts(robot), "dynamics": dynamics, "root": root})

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from armdesign.export.joints import joint_limits
@@ -56,7 +55,7 @@ def urdf_text(
     Raises:
         DesignError: Limits do not fit the arm, or are none that a joint can have.
     """
-    options = RobotOptions(body=body or Body(), tags=TagOptions(world=world))
+    options = RobotOptions(body=body, tags=TagOptions(world=world))
     robot = make_robot(table, joint_limits(table.dof, limits, velocity, effort), options)
     return robot_urdf(replace(robot, name=safe_name(name)))
 
@@ -64,13 +63,13 @@ def urdf_text(
 def robot_urdf(robot: Robot) -> str:
     """Write a robot as a URDF; a pure function of it.
 
-    The body is described in ``armdesign.export.solids``: tubes along the skeleton belong to the link before the joint
-    they lead to, a joint's housing to the link that turns with it. Every link's inertial is that of its solids.
+    The body is described in ``armdesign.bodies.arm_body``: tubes lead from joint to joint, a joint's module belongs to
+    the link that turns with it. Every link's inertial is that of its solids.
     """
     parts = robot_parts(robot)
     if robot.options.tags.world:
         base, *others = parts["links"]
-        base["joint"] = joint_part(f"{WORLD}_fixed", WORLD, np.eye(4))
+        base["joint"] = joint_part(f"{WORLD}_fixed", WORLD, robot.root)
         parts["links"] = [bare_link(WORLD, None, None), base, *others]
     return render(TEMPLATE, {**parts, **tag_parts(robot), "prefix": ""})
 

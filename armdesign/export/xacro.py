@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdesign.export.parts import WORLD, robot_parts
+from armdesign.export.parts import WORLD, origin_part, robot_parts
 from armdesign.export.robot_file import Robot
 from armdesign.export.templates import render
 from armdesign.export.urdf import tag_parts
@@ -25,4 +25,4 @@ def robot_xacro(robot: Robot, macro_file: str) -> str:
         macro_file: Name of the file with the macro, in the same folder.
     """
     parent = WORLD if robot.options.tags.world else ""
-    return render(TEMPLATE, {"name": robot.name, "macro_file": macro_file, "parent": parent})
+    return render(TEMPLATE, {"name": robot.name, "macro_file": macro_file, "parent": parent, **origin_part(robot.root)})

@@ -84,7 +84,7 @@ def test_options_reach_the_files(invoke, folder, tmp_path):
         assert words in urdf
     assert 'kp="55.0"' in mjcf
     assert "to the left of the base" in outcome.output
-    assert "3.141592653589793" not in re.findall(r"<limit [^>]*>", urdf)[0]
+    assert 'upper="3.141592653589793"' not in re.findall(r"<limit [^>]*>", urdf)[0]
 
 
 def test_robot_files_and_trajectories_go_together(invoke, folder, tmp_path):

@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 from export_designs import random_robot
 
-from armdesign.export.joint_load import dynamic_model
+from armdesign.bodies.loads import dynamic_model
 from armdesign.export.mjcf import MOST_SITES, gains, robot_mjcf
 from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions
 from armdesign.settings import Body
@@ -52,7 +52,7 @@ def test_torques_are_those_of_pinocchio(n, seed):
     q, v, a = rng.uniform(-1, 1, (3, n))
     data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
     mujoco.mj_inverse(model, data)
-    reference = dynamic_model(robot.table, robot.options.body)
+    reference = dynamic_model(robot.arm)
     expected = pin.rnea(reference, reference.createData(), q, v, a)
     np.testing.assert_allclose(data.qfrc_inverse, expected, atol=1e-8 * max(1.0, np.abs(expected).max()))
 

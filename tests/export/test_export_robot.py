@@ -13,9 +13,10 @@ import pytest
 import yourdfpy
 from export_designs import CHECK_URDF, random_robot
 
+from armdesign.bodies.loads import joint_torques
 from armdesign.errors import SettingsError
-from armdesign.export.joint_load import joint_torques, trajectory_limits
 from armdesign.export.joints import narrowed
+from armdesign.export.limits import peak_limits
 from armdesign.export.mjcf import robot_mjcf
 from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions, TagOptions, assumptions
 from armdesign.export.robot_file import finished_robot
@@ -41,16 +42,25 @@ def test_the_urdf_of_a_run_is_the_default_export(each):
     assert result_urdf(each.run) == robot_urdf(robot_of(each))
 
 
-def test_neighbours_stay_apart_along_the_demonstration(each):
+def test_links_that_touch_along_the_demonstration_are_named(each):
     robot = robot_of(each)
     text = robot_urdf(robot)
     model = pin.buildModelFromXML(text)
     shapes = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION)
     shapes.addAllCollisionPairs()
     data, room = model.createData(), pin.GeometryData(shapes)
+    touching = set()
     assert len(shapes.collisionPairs) > 5
     for q in each.run.evaluation.path.q:
-        assert not pin.computeCollisions(model, data, shapes, room, q, False)
+        pin.computeCollisions(model, data, shapes, room, q, False)
+        hits = [
+            pair for pair, hit in zip(shapes.collisionPairs, room.collisionResults, strict=True) if hit.isCollision()
+        ]
+        touching |= {
+            tuple(sorted(shapes.geometryObjects[k].parentJoint for k in (pair.first, pair.second))) for pair in hits
+        }
+    assert touching == set(robot.touching)
+    assert len([note for note in robot.notes if " touch in " in note]) == len(touching)
 
 
 def test_mujoco_sees_no_contact_along_the_demonstration(each):
@@ -69,7 +79,7 @@ def test_the_limits_hold_the_motion_with_its_payload(each):
     options = RobotOptions(limits=LimitOptions(payload=2.0, margin=1.0, velocity_floor=1e-6, effort_floor=1e-6))
     robot, task, q = robot_of(each, options), each.run.problem.task, each.run.evaluation.path.q
     motion = smooth_motion(task.time, q)
-    torque = joint_torques(each.run.table, motion, Body(), 2.0, (0, 0, -9.81))
+    torque = joint_torques(robot.arm, motion, 2.0)
     np.testing.assert_array_equal(robot.limits.effort, np.abs(torque).max(axis=0))
     np.testing.assert_array_equal(robot.limits.velocity, np.abs(motion.v).max(axis=0))
     np.testing.assert_array_equal(robot.limits.position, each.run.limits)
@@ -77,17 +87,33 @@ def test_the_limits_hold_the_motion_with_its_payload(each):
 
 def test_body_options_reach_mass_and_torque(each):
     heavy = Body(joint_mass=2.0, tube_diameter=0.05, tube_wall=0.01)
-    light, loaded = robot_of(each), robot_of(each, RobotOptions(body=heavy, limits=LimitOptions(margin=2.0)))
+    options = LimitOptions(margin=2.0)
+    light, loaded = robot_of(each), robot_of(each, RobotOptions(body=heavy, limits=options))
     for one, other in zip(light.bodies[1:], loaded.bodies[1:], strict=True):
         assert other.inertial.mass > one.inertial.mass + 1.39
-    expected = trajectory_limits(
-        each.run.table,
-        each.run.problem.task.time,
-        each.run.evaluation.path.q,
-        body=heavy,
-        options=LimitOptions(margin=2.0),
-    )
-    np.testing.assert_array_equal(loaded.limits.effort, expected.effort)
+    moved = [(each.run.problem.task.time, each.run.evaluation.path.q)]
+    _, effort = peak_limits(loaded.arm, moved, options, each.run.base_pose)
+    np.testing.assert_array_equal(loaded.limits.effort, effort)
+
+
+def test_the_body_is_that_of_the_search_unless_another_is_asked_for(each):
+    assert robot_of(each).arm.options == each.run.problem.settings.body
+    wide = replace(each.run.problem.settings.body, joint_diameter=0.08)
+    assert robot_of(each, RobotOptions(body=wide)).arm.options == wide
+
+
+def test_limits_are_those_of_the_actuator_or_of_the_task(each):
+    limits = robot_of(each).limits
+    assert (limits.velocity == np.pi).all()
+    assert (limits.effort == 50.0).all()
+    settings = each.run.problem.settings.replace({"needs": {"max_speed": [90.0], "max_torque": [30.0]}})
+    asked = replace(each.run, problem=replace(each.run.problem, settings=settings))
+    limits = finished_robot(asked, RobotOptions(limits=LimitOptions(actuator_speed=400.0, velocity_floor=0.1))).limits
+    np.testing.assert_allclose(limits.velocity, np.pi / 2)
+    assert (limits.effort == 30.0).all()
+    floors = RobotOptions(limits=LimitOptions(velocity_floor=6.0, effort_floor=70.0))
+    assert (robot_of(each, floors).limits.velocity == 6.0).all()
+    assert (robot_of(each, floors).limits.effort == 70.0).all()
 
 
 @pytest.mark.parametrize("margin", [1.0, 20.0, 360.0])
@@ -174,7 +200,7 @@ def test_hardware_that_is_no_name_is_refused(bad):
 def test_every_assumption_is_told_with_its_flag():
     told = {item.name: item for item in assumptions(RobotOptions(body=Body(joint_mass=0.9)))}
     for section in (Body, LimitOptions, SimulationOptions):
-        assert set(section.names()) <= set(told)
+        assert set(section.names()) - {"kind"} <= set(told)
     assert told["joint_mass"].value == 0.9
     assert told["tube_wall"].flag == "--tube-wall"
     assert all(item.doc.endswith(".") for item in told.values())

@@ -6,8 +6,9 @@ import numpy as np
 import pinocchio as pin
 
 from armdesign._types import Array
+from armdesign.bodies.arm_body import arm_body
+from armdesign.bodies.loads import GRAVITY, dynamic_model
 from armdesign.experiments.compare.serial_arm import SerialArm
-from armdesign.export.joint_load import GRAVITY, dynamic_model
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.motion import smooth_motion
 from armdesign.settings import Body
@@ -15,7 +16,7 @@ from armdesign.settings import Body
 
 def design_model(table: DHTable, payload: float = 0.0) -> pin.Model:
     """A design with the body that its URDF has by default, and a point mass at the tool [kg]."""
-    return dynamic_model(table, Body(), payload)
+    return dynamic_model(arm_body(table, Body()), payload)
 
 
 def ready_made_model(arm: SerialArm, payload: float = 0.0) -> pin.Model:

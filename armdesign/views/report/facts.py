@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.export.joint_load import GRAVITY, TrajectoryLimits, joint_torques
-from armdesign.export.joints import narrowed
+from armdesign.bodies.loads import base_gravity, joint_torques
+from armdesign.export.joints import JointLimits
+from armdesign.export.limits import exported_limits
 from armdesign.export.options import RobotOptions
-from armdesign.export.robot_file import motion_limits
-from armdesign.export.solids import link_bodies
+from armdesign.export.robot_file import resolved_options, result_arm
 from armdesign.kinematics.motion import SmoothMotion, smooth_motion
-from armdesign.search.evaluation import motions
 from armdesign.search.result import Result
 
 
@@ -71,16 +70,14 @@ class JointLoads:
         time: Even times of the smoothed motion, shape (T,) [s].
         motion: The smoothed motion.
         torque: Torques that hold and move the arm, shape (T, n) [N m].
-        limits: Speed and torque limits, as in the URDF.
-        range: Joint limits, shape (n, 2) [rad].
+        limits: Limits of the joints, as in the URDF.
         masses: Of base_link, link_1, ..., link_n, shape (n + 1,) [kg].
     """
 
     time: Array
     motion: SmoothMotion
     torque: Array
-    limits: TrajectoryLimits
-    range: Array
+    limits: JointLimits
     masses: Array
 
 
@@ -91,16 +88,14 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
         run: The run.
         options: What the arm is assumed to be built of and to carry.
     """
-    body, limits = options.body, options.limits
-    time, q = run.problem.task.time, run.evaluation.path.q
-    narrow, moved = limits.narrow_limits, motions(run.evaluation, run.problem)
-    every = np.concatenate([angles for _, angles in moved])
-    motion = smooth_motion(time, q, limits.window)
+    chosen = resolved_options(options, run)
+    arm, _ = result_arm(run, chosen)
+    time, limits = run.problem.task.time, chosen.limits
+    motion = smooth_motion(time, run.evaluation.path.q, limits.window)
     return JointLoads(
         time=np.linspace(time[0], time[-1], len(time)),
         motion=motion,
-        torque=joint_torques(run.table, motion, body, limits.payload, GRAVITY),
-        limits=motion_limits(run.table, moved, options),
-        range=run.limits if narrow is None else narrowed(run.limits, every, float(np.deg2rad(narrow))),
-        masses=np.array([each.inertial.mass for each in link_bodies(run.table, body)]),
+        torque=joint_torques(arm, motion, limits.payload or 0.0, base_gravity(run.base_pose)),
+        limits=exported_limits(run, arm, limits)[0],
+        masses=np.array([each.inertial.mass for each in arm.links]),
     )

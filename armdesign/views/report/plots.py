@@ -198,7 +198,7 @@ def joint_pictures(loads: JointLoads) -> list[Picture]:
     """Angles, speeds and torques of all joints over time, and how much of their limits each uses."""
     speed, effort = loads.limits.velocity, loads.limits.effort
     both = (
-        ("angles", "angle", "deg", np.rad2deg(loads.motion.q), np.rad2deg(loads.range)),
+        ("angles", "angle", "deg", np.rad2deg(loads.motion.q), np.rad2deg(loads.limits.position)),
         ("speeds", "speed", "deg/s", np.rad2deg(loads.motion.v), np.rad2deg(np.stack([-speed, speed], axis=1))),
         ("torques", "torque", "N m", loads.torque, np.stack([-effort, effort], axis=1)),
     )

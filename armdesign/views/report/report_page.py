@@ -11,6 +11,7 @@ import numpy as np
 from armdesign._version import __version__
 from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
+from armdesign.export.robot_file import resolved_options
 from armdesign.export.trajectory.simulation import Tracking
 from armdesign.export.xml_text import rpy
 from armdesign.feasibility.words import MEANINGS, headline
@@ -42,8 +43,8 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         options: What the arm is assumed to be built of and to carry.
         tracking: How it follows the hand in a simulation, from ``armdesign.export.trajectory.simulation.simulate``.
     """
-    chosen = options or RobotOptions()
-    payload = chosen.limits.payload
+    chosen = resolved_options(options, run)
+    payload = chosen.limits.payload or 0.0
     facts, history = run.facts, run.history
     parts = fitness_parts(run)
     loads = joint_loads(run, chosen)
@@ -231,8 +232,8 @@ def joint_rows(loads: JointLoads) -> list[dict[str, Any]]:
         {
             "low": float(q[:, i].min()),
             "high": float(q[:, i].max()),
-            "lower": float(loads.range[i, 0]),
-            "upper": float(loads.range[i, 1]),
+            "lower": float(loads.limits.position[i, 0]),
+            "upper": float(loads.limits.position[i, 1]),
             "speed": float(v[:, i].max()),
             "velocity": float(loads.limits.velocity[i]),
             "torque": float(torque[:, i].max()),

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from armdesign._types import Array
-from armdesign.export.solids import SHORTEST
+from armdesign.bodies.cylinder import SHORTEST
 from armdesign.kinematics.dh import DHTable
 from armdesign.views.report.drawing import ARM, HUMAN, WIDTH, Picture, picture
 

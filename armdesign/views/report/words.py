@@ -7,8 +7,8 @@ import shlex
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
+from armdesign.bodies.loads import GRAVITY
 from armdesign.export.formats import FORMATS
-from armdesign.export.joint_load import GRAVITY
 from armdesign.export.options import RobotOptions
 from armdesign.export.options import assumptions as assumed
 from armdesign.export.trajectory.exporting import FILES
@@ -134,7 +134,7 @@ def assumptions(options: RobotOptions) -> list[Assumption]:
     return [
         *rows,
         Assumption("Gravity, along the base's z", gravity.replace("-", "−")),
-        Assumption("Friction and rotor inertia in the torques; the margin is there to cover them", "none"),
+        Assumption("Friction and rotor inertia in the torques; a margin has to cover them", "none"),
     ]
 
 

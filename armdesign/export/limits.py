@@ -1,0 +1,141 @@
+"""Speed and torque limits of the joints in robot files: those of an actuator, or those that the motion needs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.bodies.arm_body import ArmBody
+from armdesign.bodies.loads import base_gravity, joint_torques
+from armdesign.errors import DesignError
+from armdesign.export.joints import JointLimits, joint_limits, narrowed
+from armdesign.export.options import LimitOptions
+from armdesign.feasibility.demand import joint_demand, speed_fraction
+from armdesign.feasibility.needs import JointNeeds, joint_needs
+from armdesign.kinematics.base_pose import BasePose
+from armdesign.kinematics.motion import smooth_motion
+from armdesign.search.evaluation import motions
+from armdesign.search.result import Result
+
+Motions = Sequence[tuple[Array, Array]]
+"""Times (T,) [s] and joint angles (T, n) [rad; m] of each demonstration."""
+LEAST = 1.0
+"""Limits by a motion are at least so much [rad/s, N m]: a joint that stands still needs none, but readers insist."""
+
+
+def exported_limits(result: Result, arm: ArmBody, options: LimitOptions) -> tuple[JointLimits, tuple[str, ...]]:
+    """The limits that the robot files of a result carry, and what a user should know about them.
+
+    Speeds and torques that the task states (``needs.max_speed``, ``needs.max_torque``) go over those of the assumed
+    actuator; with a margin both are by the motion.
+
+    Args:
+        result: The arm with its paths.
+        arm: Its solids.
+        options: How the limits come about.
+    """
+    moved, payload = motions(result.evaluation, result.problem), options.payload or 0.0
+    needs, base = joint_needs(result.problem.settings), result.base_pose
+    velocity, effort = actuator_limits(needs, options)
+    if options.margin is not None:
+        velocity, effort = peak_limits(arm, moved, options, base)
+    velocity = np.maximum(velocity, options.velocity_floor or 0.0)
+    effort = np.maximum(effort, options.effort_floor or 0.0)
+    position, notes = result.limits, []
+    if options.narrow_limits is not None:
+        q = np.concatenate([angles for _, angles in moved])
+        position = narrowed(position, q, np.deg2rad(options.narrow_limits))
+        notes += widened_notes(position, q)
+    if options.margin is None:
+        notes += excess_notes(arm, moved, JointNeeds(needs.prismatic, velocity, None, effort), payload, base)
+    return joint_limits(arm.table.dof, position, velocity, effort), tuple(notes)
+
+
+def actuator_limits(needs: JointNeeds, options: LimitOptions) -> tuple[Array, Array]:
+    """Speeds and torques that the task states, or else those of the assumed actuator, shape (n,) each.
+
+    Args:
+        needs: What the task states.
+        options: The actuator.
+    """
+    speed = np.where(needs.prismatic, options.slide_speed, np.deg2rad(options.actuator_speed))
+    torque = np.where(needs.prismatic, options.slide_force, options.actuator_torque)
+    return speed if needs.speed is None else needs.speed, torque if needs.torque is None else needs.torque
+
+
+def peak_limits(arm: ArmBody, moved: Motions, options: LimitOptions, base: BasePose) -> tuple[Array, Array]:
+    """Peak speeds and peak inverse-dynamics torques of every joint over some motions, times the margin.
+
+    The torque is what holds and moves the arm's own solids and the payload. Friction is not in it; the margin is there
+    to cover it. No limit is below ``LEAST``, unless other floors are given.
+
+    Args:
+        arm: The arm and its solids, n joints.
+        moved: The motions, each of three frames or more.
+        options: Payload, margin, floors and smoothing window.
+        base: Where the arm stands.
+
+    Returns:
+        Speeds [rad/s; m/s] and torques [N m; N], shape (n,) each.
+
+    Raises:
+        DesignError: A motion does not fit the arm, or its times do not increase.
+    """
+    speeds, torques = [], []
+    for time, q in moved:
+        motion = smooth_motion(time, q, options.window)
+        if motion.q.shape[1] != arm.table.dof:
+            raise DesignError(f"the motion has {motion.q.shape[1]} joints, but the arm has {arm.table.dof}")
+        speeds.append(np.abs(motion.v).max(axis=0))
+        torques.append(np.abs(joint_torques(arm, motion, options.payload or 0.0, base_gravity(base))).max(axis=0))
+    margin = 1.0 if options.margin is None else options.margin
+    floors = (LEAST if floor is None else floor for floor in (options.velocity_floor, options.effort_floor))
+    peaks = (margin * np.max(each, axis=0) for each in (speeds, torques))
+    velocity, effort = (np.maximum(peak, floor) for peak, floor in zip(peaks, floors, strict=True))
+    return velocity, effort
+
+
+def excess_notes(arm: ArmBody, moved: Motions, limits: JointNeeds, payload: float, base: BasePose) -> list[str]:
+    """Which joints need more than their limits at the demonstrated speed, and at which share of it they do not.
+
+    Args:
+        arm: The arm and its solids.
+        moved: The motions.
+        limits: Speed and torque limits.
+        payload: Point mass at the tool [kg].
+        base: Where the arm stands.
+    """
+    demand = joint_demand(arm, moved, payload, base)
+    speed, torque = demand.speed.max(axis=0), np.abs(demand.torque).max(axis=0)
+    over = []
+    for i, slides in enumerate(limits.prismatic):
+        units = (1.0, "m/s", "N") if slides else (float(np.degrees(1.0)), "deg/s", "N m")
+        for needed, limit, unit, factor in (
+            (speed[i], limits.actuator_speed[i], units[1], units[0]),
+            (torque[i], np.inf if limits.torque is None else limits.torque[i], units[2], 1.0),
+        ):
+            if needed > limit:
+                over.append(f"joint_{i + 1} {needed * factor:.3g} of {limit * factor:.3g} {unit}")
+    if not over:
+        return []
+    share = np.floor(speed_fraction(demand, limits) * 100.0)
+    slower = f"at {share:.0f} % of that speed (--speed {share / 100.0:g}) it keeps them"
+    if share < 1.0:
+        slower = "no slower motion keeps them, since the arm's own weight is too much"
+    return [f"At the demonstrated speed the motion needs more than the limits: {', '.join(over)}; {slower}."]
+
+
+def widened_notes(position: Array, q: Array) -> list[str]:
+    """Which narrowed ranges reach further than the motion and its margin, to hold 0.
+
+    Args:
+        position: The ranges, shape (n, 2) [rad; m].
+        q: The motion, shape (T, n) [rad; m].
+    """
+    far = (position[:, 0] == 0.0) & (q.min(axis=0) > 0.0) | (position[:, 1] == 0.0) & (q.max(axis=0) < 0.0)
+    names = ", ".join(f"joint_{i + 1}" for i in np.flatnonzero(far))
+    if not names:
+        return []
+    return [f"The narrowed range of {names} reaches to 0, which the motion does not use: many readers insist on it."]
