@@ -11,7 +11,8 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign._version import __version__
-from armdesign.bodies.arm_body import arm_body
+from armdesign.bodies.arm_body import ArmBody, arm_body
+from armdesign.bodies.exact import free_side
 from armdesign.demonstration.task import task_lines
 from armdesign.errors import counted
 from armdesign.feasibility.penalty import choose_slides
@@ -115,11 +116,10 @@ class Result:
         """Whether the arm can exist and does its task; made once."""
         if self.known_verdict is not None:
             return self.known_verdict
-        settings, several = self.problem.settings, len(self.problem.demonstrations) > 1
+        several = len(self.problem.demonstrations) > 1
         pairs = zip(self.problem.demonstrations, self.evaluation.demonstrations, strict=True)
         followed = [done(self.table, each, scored, several=several) for each, scored in pairs]
-        arm = arm_body(self.table, settings.body, self.slides, placed=self.placed, side=None)
-        return judge(arm, self.base_pose, followed, self.problem.requirements)
+        return judge(self.body, self.base_pose, followed, self.problem.requirements)
 
     @cached_property
     def slides(self) -> tuple[float, ...]:
@@ -129,6 +129,19 @@ class Result:
         paths = [each.path.q for each in self.evaluation.demonstrations]
         chosen = choose_slides(self.problem.requirements, self.table, self.problem.first.base, paths)
         return tuple(chosen.tolist())
+
+    @cached_property
+    def body(self) -> ArmBody:
+        """The arm's body, as it is judged, exported and shown; made once.
+
+        The plate of an arm that hangs at a point of the recording stands on the side where it is least in the way.
+        """
+        options = self.problem.settings.body
+        if self.placed or options.kind == "thin":
+            return arm_body(self.table, options, self.slides, placed=self.placed, side=None)
+        hung = arm_body(self.table, options, self.slides)
+        q = np.concatenate([each.path.q for each in self.evaluation.demonstrations])
+        return arm_body(self.table, options, self.slides, side=free_side(hung, q))
 
     @property
     def placed(self) -> bool:

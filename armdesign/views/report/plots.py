@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from armdesign._types import Array
-from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.exact import ExactScene
 from armdesign.feasibility.needs import joint_needs
 from armdesign.feasibility.verdict import exact_obstacles
@@ -99,12 +98,11 @@ def clearance_picture(run: Result) -> Picture | None:
     gaps = {"from one another": verdict.self_clearance, "from obstacles": verdict.obstacle_clearance}
     least_at = [gap.frame for gap in gaps.values() if gap is not None and gap.demonstration == 0]
     chosen = np.unique([*np.linspace(0, len(q) - 1, min(len(q), MOST_DRAWN)).astype(int), *least_at])
-    body = arm_body(run.table, settings.body, run.slides, placed=run.placed, side=None)
     solids = [
         one if one.poses.ndim == 2 else one._replace(poses=one.poses[chosen])
         for one in exact_obstacles(run.problem.first.obstacles)
     ]
-    scene, time = ExactScene(body, solids, run.base_pose.matrix), task.time[chosen]
+    scene, time = ExactScene(run.body, solids, run.base_pose.matrix), task.time[chosen]
     found = zip(gaps.items(), (scene.self_clearance(q[chosen]), scene.obstacle_clearance(q[chosen])), strict=True)
     shown = {}
     for (name, gap), drawn in found:

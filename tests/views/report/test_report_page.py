@@ -169,7 +169,9 @@ def test_assumptions_are_those_that_were_made(invented):
     light, heavy = (joint_loads(run, options) for options in (RobotOptions(), heavier))
     assert heavy.masses[1:] - light.masses[1:] == pytest.approx([0.65] * 3)
     assert (np.abs(heavy.torque).max(axis=0) > np.abs(light.torque).max(axis=0)).all()
-    assert heavy.limits.velocity == pytest.approx(2.0 / 1.5 * light.limits.velocity)
+    softer = joint_loads(run, RobotOptions(Body(joint_mass=1.25), LimitOptions(payload=2.0, margin=1.5)))
+    assert heavy.limits.velocity == pytest.approx(2.0 / 1.5 * softer.limits.velocity)
+    assert light.limits.velocity == pytest.approx(np.pi)  # of the stated actuator, 180 deg/s
 
 
 def test_settings_at_their_defaults_are_left_out(invented):
