@@ -313,6 +313,11 @@ def design_space(settings: Design, sites: Sequence[Site] = ()) -> DesignSpace:
         SettingsError: An entry in ``bounds`` does not exist, or nothing is free.
     """
     n = settings.dof
+    if "P" in (settings.joints or ""):
+        raise SettingsError(
+            f"setting 'design.joints' is '{settings.joints}', but joints that slide (P) cannot be searched yet",
+            value=settings.joints, allowed="R" * n,
+        )  # fmt: skip
     labels = [*map(str, range(n)), "tool"]
     names = [*(f"{column}_{label}" for label in labels for column in COLUMNS), "base_yaw"]
     limits = {name: (0.0, 0.0) for name in names}

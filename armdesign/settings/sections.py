@@ -193,6 +193,19 @@ class Design(Section):
         "Fewest and most joints that --dof auto tries; not set: [2, 7].", optional=True,
     )  # fmt: skip
 
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            SettingsError: A value is not allowed, or ``joints`` is not one letter R or P for each joint.
+        """
+        super().__post_init__()
+        if self.joints is not None and not (len(self.joints) == self.dof and set(self.joints) <= {"R", "P"}):
+            raise SettingsError(
+                f"setting 'design.joints' is '{self.joints}' for {counted(self.dof, 'joint')}", value=self.joints,
+                allowed=f"{counted(self.dof, 'letter')} R or P",
+            )  # fmt: skip
+
 
 @dataclass(frozen=True, repr=False)
 class Cell(Section):
