@@ -75,12 +75,22 @@ def check_needs(settings: Settings, *, oriented: bool) -> None:
             arm without a body.
     """
     joint_needs(settings)
-    angle, cell = settings.needs.tolerance_angle, settings.cell
+    angle = settings.needs.tolerance_angle
     if angle is not None and not oriented:
         raise SettingsError(
             f"a tolerance of {angle:g} deg is asked for the orientation, but the task follows none", value=angle,
             fix="Leave --tolerance-angle out, or follow the hand's orientation (--scenario welding, --weights)",
         )  # fmt: skip
+    check_bodies(settings)
+
+
+def check_bodies(settings: Settings) -> None:
+    """See that there is a body where something asks for one.
+
+    Raises:
+        SettingsError: Obstacles or an envelope for an arm without a body.
+    """
+    cell = settings.cell
     if settings.body.kind == "thin":
         for flag, given in (("--obstacles", cell.obstacles), ("--stay-within", cell.stay_within)):
             if given:

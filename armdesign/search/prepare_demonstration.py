@@ -21,6 +21,7 @@ from armdesign.demonstration.points.selection import ORIGIN, with_carriers, with
 from armdesign.demonstration.provenance import provenance_of
 from armdesign.demonstration.task import task_of_selection
 from armdesign.errors import SettingsError, TaskError, counted
+from armdesign.feasibility.needs import check_bodies
 from armdesign.fitness.problem import SCENARIOS, resolve_weights, start_effort
 from armdesign.search.design_problem import Demonstration
 from armdesign.settings.place import NEAR_TASK, Site, near_task, sites
@@ -46,6 +47,7 @@ def prepare_demonstration(recording: Recording, settings: Settings, *, longest: 
         SettingsError: The weights do not fit the points.
         RecordingError: The data cannot be used.
     """
+    check_bodies(settings)
     places = sites(settings.cell)
     settings, steps = settled_base_mode(settings, places)
     # first the points, then their weights: these say whether an orientation has to be found, too

@@ -41,7 +41,25 @@ OPTIONS = [
     ("packaging", {"solver": {"tolerance": 1e-3, "floor": 1e-6, "max_steps": 5}, "task": {"points": ("hand",)}}),
     ("packaging", {"task": {"low_pass": 6.0, "rate": 25.0, "max_gap": 0.1, "base": "shoulder",
                             "points": ("upper_arm", "hand")}}),
+    ("packaging", {"body": {"kind": "thin"}}),
+    ("packaging", {"body": {"tube_diameter": 0.03, "tube_wall": 0.002, "tube_density": 1500.0, "joint_mass": 0.3,
+                            "joint_diameter": 0.05, "joint_length": 0.04, "base_diameter": 0.08, "base_height": 0.01,
+                            "base_mass": 0.5, "tool_mass": 0.1, "tool_inertia": 1e-5, "module_slide": 0.2,
+                            "clearance": 0.002},
+                   "needs": {"hand_tolerance": 0.01, "tolerance_percentile": 95.0, "max_speed": (500.0,),
+                             "max_acceleration": (1e5,), "max_torque": (50.0,), "payload": 0.5}}),
+    ("welding", {"needs": {"tolerance_angle": 5.0}}),
+    ("packaging", {"cell": {"place": ("x=-0.2..0.4 y=-0.6..0.2 z=0.8..1.1",), "mounted": "any", "stay_within": 0.5}}),
+    ("packaging", {"cell": {"base_at": (0.0, -0.3, 0.9), "stand": "floor"}}),
+    ("packaging", {"cell": {"place": ("x=-0.3 y=-0.6..0.2 z=0.8..1.2 yaw=0",), "stand": "wall"}}),
+    ("packaging", {"cell": {"place": ("x=0..0.3 y=-0.4..0 z=1.8",), "stand": "ceiling"}}),
+    *(("packaging", {"cell": {"base_at": (0.0, -0.3, 1.0), "mounted": mounted}})
+      for mounted in ("floor", "wall", "ceiling")),
 ]  # fmt: skip
+
+
+ELSEWHERE = ("scenario", "up", "demonstrations", "obstacle_units")
+"""Choices that other tests go through."""
 
 
 def name_of(option):
@@ -59,6 +77,7 @@ def test_every_parameter_is_tried():
         ("design", "auto_dof"), ("search", "first"),
         ("design", "dof"), ("fitness", "scenario"), ("search", "particles"),
         ("search", "iterations"), ("search", "prune"),
+        ("cell", "obstacles"), ("cell", "obstacle_units"), ("design", "joints"), ("design", "travel"),
     }  # fmt: skip
     every = {(kind.title(), name) for kind in SECTIONS for name in kind.names()}
     assert every == tried | elsewhere
@@ -68,9 +87,9 @@ def test_every_word_is_tried():
     defaults = Settings().to_dict()
     for kind in SECTIONS:
         for entry in dataclasses.fields(kind):
-            if isinstance(entry.metadata["kind"], Choice) and entry.name not in ("scenario", "up", "demonstrations"):
+            if isinstance(entry.metadata["kind"], Choice) and entry.name not in ELSEWHERE:
                 values = {changes.get(kind.title(), {}).get(entry.name) for _, changes in OPTIONS}
-                values.add(defaults[kind.title()][entry.name])
+                values.add(defaults[kind.title()].get(entry.name))
                 assert set(entry.metadata["kind"].options) <= values, entry.name
 
 

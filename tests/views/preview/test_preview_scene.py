@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 
 from armdesign.demonstration.files.quaternions import rotation_matrices
-from armdesign.export.urdf import urdf_text
+from armdesign.export.urdf import result_urdf
 from armdesign.kinematics.models import arm_model
 from armdesign.views.preview.colours import Scale, scale_for
 from armdesign.views.preview.human import motion_of
@@ -38,7 +38,7 @@ def test_solids_stand_where_pinocchio_has_them_at_every_keyframe(any_run, dof):
     run = any_run(dof, dof)
     scene = build_scene([run])
     moving, still = tracks(scene), still_poses(scene)
-    urdf = urdf_text(run.table)
+    urdf = result_urdf(run)
     model, solids = arm_model(run.table), pin.buildGeomFromUrdfString(
         pin.buildModelFromXML(urdf), urdf, pin.GeometryType.VISUAL
     )  # fmt: skip
