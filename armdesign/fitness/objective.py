@@ -23,10 +23,10 @@ from armdesign.fitness.kernels.solver_state import MOUNT_START
 from armdesign.fitness.problem import Problem
 from armdesign.fitness.robot import (
     Generation,
+    PathScores,
     Penalty,
     Rejections,
     RobotFitness,
-    Walk,
     penalised,
     spread,
     spread_scores,
@@ -86,19 +86,19 @@ class Round:
         poses = np.full((len(self.Phi), dof), np.nan)
         return poses if self.poses is None else self.poses[:, k * dof : (k + 1) * dof]
 
-    def enter(self, k: int, chosen: Flags, walk: Walk) -> None:
-        """Take in the walks of the chosen candidates on demonstration k, the first ones or others in their place."""
-        whole = spread_scores(walk.scores, chosen)
-        kept = ((self.paths, walk.paths), (self.turns, walk.turns))
+    def enter(self, k: int, chosen: Flags, found: PathScores) -> None:
+        """Take in the paths of the chosen candidates on demonstration k, the first ones or others in their place."""
+        whole = spread_scores(found.scores, chosen)
+        kept = ((self.paths, found.paths), (self.turns, found.turns))
         if k == len(self.parts):
             self.parts.append(whole)
-            self.removed.append(walk.removed)
+            self.removed.append(found.removed)
             for column, values in kept:
                 if values is not None:
                     column.append(spread(values, chosen, np.nan))
         else:
             self.parts[k] = replaced(self.parts[k], whole, chosen)
-            self.removed[k] = walk.removed
+            self.removed[k] = found.removed
             for column, values in kept:
                 if values is not None:
                     column[k][chosen] = values
@@ -183,7 +183,7 @@ class Demonstrations:
         for stage in self.stages:
             chosen = self._chosen(stage, entering)
             part = self._generation(stage.k, entering, chosen)
-            entering.enter(stage.k, chosen, stage.fitness.walk(part, keep=self.penalty is not None))
+            entering.enter(stage.k, chosen, stage.fitness.path_scores(part, keep=self.penalty is not None))
         scores, removed = self._outcome(entering)
         if self.penalty is not None:
             turns = entering.turns or None

@@ -123,7 +123,7 @@ class Tested(NamedTuple):
         )
 
 
-class Walk(NamedTuple):
+class PathScores(NamedTuple):
     """A generation's way along a demonstration.
 
     Attributes:
@@ -174,13 +174,13 @@ class RobotFitness:
         Raises:
             DesignError: A start pose or a mount has another shape, or is missing.
         """
-        walk = self.walk(Generation(Phi, cutoff, poses, mounts, slopes), keep=self.penalty is not None)
-        if self.penalty is None or walk.paths is None:
-            return walk.scores, walk.removed
-        turns = None if walk.turns is None else [walk.turns]
-        return penalised(walk.scores, self.penalty, self.space, Phi, [walk.paths], turns), walk.removed
+        found = self.path_scores(Generation(Phi, cutoff, poses, mounts, slopes), keep=self.penalty is not None)
+        if self.penalty is None or found.paths is None:
+            return found.scores, found.removed
+        turns = None if found.turns is None else [found.turns]
+        return penalised(found.scores, self.penalty, self.space, Phi, [found.paths], turns), found.removed
 
-    def walk(self, generation: Generation, *, keep: bool = False) -> Walk:
+    def path_scores(self, generation: Generation, *, keep: bool = False) -> PathScores:
         """Score candidates without a penalty.
 
         Args:
@@ -189,11 +189,11 @@ class RobotFitness:
         """
         tested = self._test(generation)
         if not (keep or generation.slopes):
-            return Walk(*tested.scored(self.evaluator.evaluate(*tested.batch)))
+            return PathScores(*tested.scored(self.evaluator.evaluate(*tested.batch)))
         outcome, paths = self.evaluator.with_paths(tested.batch)
         kept = spread(paths, tested.chosen, np.nan) if keep else None
         if not generation.slopes:
-            return Walk(*tested.scored(outcome), kept)
+            return PathScores(*tested.scored(outcome), kept)
         scored = np.isfinite(outcome.fitness)
         batch, record, space = tested.batch.whole().part(scored), self.problem.record[0], self.space
         f, E, turns = self.sensitivity.slopes(batch, paths[scored], turns=keep)
@@ -202,7 +202,7 @@ class RobotFitness:
             slopes *= space.moving(np.atleast_2d(np.asarray(generation.Phi, dtype=float))[tested.chosen][scored])
         gradients = spread(slopes[:, space.free], scored, np.nan)
         turned = spread(spread(turns, scored, np.nan), tested.chosen, np.nan) if keep else None
-        return Walk(*tested.scored(replace(outcome, slopes=gradients)), kept, turned)
+        return PathScores(*tested.scored(replace(outcome, slopes=gradients)), kept, turned)
 
     def _test(self, generation: Generation) -> Tested:
         """Find the candidates that have to be evaluated."""
