@@ -13,6 +13,8 @@ from armdesign.kinematics.models import arm_model
 
 PRECISION = 1e-4
 """How far the result may be above what it is [m]."""
+LOOKED = 200
+"""Frames that are looked at first."""
 
 
 def envelope_excess(arm: ArmBody, pose: Array, q: Array, shown: Array) -> float:
@@ -30,7 +32,15 @@ def envelope_excess(arm: ArmBody, pose: Array, q: Array, shown: Array) -> float:
     """
     tree = triangle_tree(swept_triangles(shown))
     ends, radius = axis_ends(arm, pose, q)
-    worst = 0.0
+    # first some frames: what has hardly moved since one of them needs no look of its own
+    middle, half = ends.mean(axis=2), np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2) / 2.0
+    looked = np.unique(np.linspace(0, len(q) - 1, LOOKED).astype(int))
+    near = looked[np.abs(np.arange(len(q))[:, None] - looked).argmin(axis=1)]
+    away = point_distances(tree, middle[looked].reshape(-1, 3)).reshape(len(looked), -1)
+    worst = float((away + radius).max(initial=0.0))
+    moved = np.linalg.norm(middle - middle[near], axis=2)
+    left = away[np.searchsorted(looked, near)] + moved + radius + half > worst + PRECISION
+    ends, radius = ends[left], np.broadcast_to(radius, left.shape)[left]
     while len(ends):
         middle, half = ends.mean(axis=1), np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2.0
         away = point_distances(tree, np.ascontiguousarray(middle)) + radius
@@ -42,7 +52,7 @@ def envelope_excess(arm: ArmBody, pose: Array, q: Array, shown: Array) -> float:
 
 
 def axis_ends(arm: ArmBody, pose: Array, q: Array) -> tuple[Array, Array]:
-    """Ends of the cylinders' axes in every frame, shape (K, 2, 3) [m], and their radii, shape (K,) [m].
+    """Ends of the axes of S cylinders in every frame, shape (T, S, 2, 3) [m], and their radii, shape (S,) [m].
 
     Args:
         arm: The arm with its body; link 0 is left out.
@@ -57,4 +67,4 @@ def axis_ends(arm: ArmBody, pose: Array, q: Array) -> tuple[Array, Array]:
         pin.forwardKinematics(model, data, angles)
         frames = pose @ np.stack([data.oMi[link].homogeneous for link in links])
         placed.append(np.einsum("sij,sej->sei", frames[:, :3, :3], ends) + frames[:, None, :3, 3])
-    return np.concatenate(placed), np.tile([part.solid.radius for part in moving], len(q))
+    return np.stack(placed), np.array([part.solid.radius for part in moving])
