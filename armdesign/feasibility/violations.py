@@ -230,6 +230,8 @@ def gap_words(gap: Gap) -> str:
 
 
 def figure(value: float) -> str:
-    """A number with about three digits: 0.042, 5.04, 33.0, 910."""
-    decimals = 2 - int(np.floor(np.log10(abs(value)))) if value else 0
+    """A number with about three digits: 0.042, 5.04, 33.0, 910; 0 below half of the fourth decimal."""
+    if abs(value) < 5e-5:
+        return "0"
+    decimals = 2 - int(np.floor(np.log10(abs(value))))
     return f"{value:.{min(max(decimals, 0), 4)}f}"
