@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from armdesign.demonstration import Task, read_recording
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import prepare
-from armdesign.settings.sections import Settings
+from armdesign.settings.sections import Body, Settings
 
 T = TypeVar("T")
 C = TypeVar("C")
@@ -44,7 +44,7 @@ class Job:
         changes = {"design": {"dof": dof}, "fitness": {"scenario": self.scenario}}
         for section, entries in sections.items():
             changes[section] = {**changes.get(section, {}), **entries}
-        return prepare(read_recording(self.path), Settings().replace(changes))
+        return prepare(read_recording(self.path), Settings(body=Body(kind="thin")).replace(changes))
 
 
 PACKAGING, WELDING = Job(EXAMPLES / "packaging.csv"), Job(EXAMPLES / "welding.csv", "welding")

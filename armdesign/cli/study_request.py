@@ -119,7 +119,7 @@ def read_tasks(name: str, flags: StudyFlags, search: Mapping[str, Any], dof: Seq
     for word in dict.fromkeys(named):
         with about(word):
             key, recording, own = open_task(name, word, settings, flags.given["fitness"].get("scenario"))
-        own = own.replace({"search": dict(search)})
+        own = own.replace({"search": dict(search), "body": {"kind": "thin"}})  # the paper's arm is but lines
         for n in dof:
             with about(word):
                 found[key, n] = prepare(recording, own.replace({"design": {"dof": n}}))
