@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from obstacle_scenes import at, columns, obstacle_arrays, random_arms
 from scipy.spatial.transform import Rotation
 
 from armdesign.bodies.capsules import capsule_sizes
@@ -15,7 +16,6 @@ from armdesign.feasibility.clearance import MARGIN, ClearanceCheck
 from armdesign.kinematics.compilation import entry
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings import Body
-from tests.feasibility.obstacle_scenes import at, columns, obstacle_arrays, random_arms
 
 CLEARANCE = 5e-3
 

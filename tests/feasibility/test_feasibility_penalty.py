@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from obstacle_scenes import at, columns, random_arms
 
 from armdesign.bodies.capsules import capsule_about
 from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Plane
@@ -23,7 +24,6 @@ from armdesign.feasibility.penalty import (
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.motion import smooth_motion
 from armdesign.settings import Body, Settings
-from tests.feasibility.obstacle_scenes import at, columns, random_arms
 
 N, T = 3, 40
 TIME = np.linspace(0.0, 2.0, T)
