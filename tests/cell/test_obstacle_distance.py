@@ -51,7 +51,7 @@ def test_capsules_outside_are_as_far_as_coal_says(shape):
     ours = distances(shape, pose, ends)[0] - 0.02
     coals, outside = by_coal(shape, pose, ends, 0.02), ours > 1e-6
     assert outside.sum() > 30
-    np.testing.assert_allclose(ours[outside], coals[outside], atol=1e-8)
+    np.testing.assert_allclose(ours[outside], coals[outside], rtol=0.0, atol=1e-9)
     assert (coals[~outside] <= 1e-6).all()
 
 
