@@ -10,12 +10,14 @@ import numpy as np
 import pinocchio as pin
 
 from armdesign._types import Array
+from armdesign.bodies.loads import base_gravity
 from armdesign.experiments.compare.arms import Arm, DesignArm, open_arms
 from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch, mount_arm
 from armdesign.experiments.compare.dynamics import design_model, moving_mass, peak_torques, ready_made_model
 from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
 from armdesign.fitness.problem import Problem, make_problem, start_effort
+from armdesign.kinematics.base_pose import placed_base
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.settings.sections import Settings, Solver
@@ -158,7 +160,9 @@ def score_design(design: DesignArm, problem: DesignProblem, payload: float = 0.0
     path_problem = make_problem(task.P, task.R, task.dt, design.limits, problem.settings.fitness, solver)
     scores, path = BlockEvaluator(path_problem, block=1).follow(design.table)
     row = ArmScore(design, scores, path, moving_mass=moving_mass(design_model(design.table)))
-    return with_effort(row, problem, design_model(design.table, payload))
+    model = design_model(design.table, payload)
+    model.gravity.linear = base_gravity(whole.base_pose)
+    return with_effort(row, problem, model)
 
 
 def score_ready_made(
@@ -184,7 +188,9 @@ def score_ready_made(
         arm, mounting.scores, mounting.path, moving_mass=arm.moving_mass or None, base=mounting.base,
         mounted=mounting.mounted, evaluations=mounting.evaluations,
     )  # fmt: skip
-    return with_effort(row, problem, ready_made_model(arm, payload))
+    model = ready_made_model(arm, payload)
+    model.gravity.linear = base_gravity(placed_base(mounting.base[:3], float(mounting.base[3]), mounting.mounted))
+    return with_effort(row, problem, model)
 
 
 def with_effort(row: ArmScore, problem: DesignProblem, model: pin.Model) -> ArmScore:

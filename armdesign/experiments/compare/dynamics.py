@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
-from armdesign.bodies.loads import GRAVITY, dynamic_model
+from armdesign.bodies.loads import dynamic_model
 from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.motion import smooth_motion
@@ -20,7 +20,7 @@ def design_model(table: DHTable, payload: float = 0.0) -> pin.Model:
 
 
 def ready_made_model(arm: SerialArm, payload: float = 0.0) -> pin.Model:
-    """A ready-made arm with its file's masses, its base level, and a point mass at the tool [kg]."""
+    """A ready-made arm with its file's masses, and a point mass at the tool [kg]."""
     model = arm.model()
     load = pin.Inertia(payload, np.zeros(3), np.zeros((3, 3)))
     model.appendBodyToJoint(arm.dof, load, pin.SE3(arm.placements[-1]))
@@ -31,11 +31,10 @@ def peak_torques(model: pin.Model, time: Array, q: Array) -> Array:
     """Largest inverse-dynamics torque of each joint along a smoothed path, shape (n,) [N m].
 
     Args:
-        model: The arm, z up.
+        model: The arm, with gravity as its base feels it.
         time: Frame times, shape (T,) [s].
         q: Joint angles, shape (T, n) [rad].
     """
-    model.gravity.linear = np.array(GRAVITY)
     data, motion = model.createData(), smooth_motion(time, q)
     states = zip(motion.q, motion.v, motion.a, strict=True)
     return np.asarray(np.abs([pin.rnea(model, data, *state) for state in states]).max(axis=0))
