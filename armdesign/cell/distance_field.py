@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.cell.kernels.distance import FieldArrays
@@ -101,7 +102,7 @@ class Grid:
 
     origin: Array
     spacing: float
-    shape: Array
+    shape: NDArray[np.int64]
 
 
 def grid_about(corners: Array, margin: float) -> Grid:

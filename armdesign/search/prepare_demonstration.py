@@ -296,9 +296,9 @@ def check_reach(task: Task, longest: float, places: Sequence[Site] = (), *, sear
     Raises:
         TaskError: The first hand point lies out of reach of any arm.
     """
-    distance = np.linalg.norm(task.P[:, -1], axis=1)
-    if places:
-        distance = np.min([distance_from(site, task.P[:, -1]) for site in places], axis=0)
+    hand = task.P[:, -1]
+    away: Array = np.stack([distance_from(site, hand) for site in places] or [np.linalg.norm(hand, axis=1)])
+    distance = away.min(axis=0)
     if places and distance[0] >= longest:
         raise TaskError(
             f"no place of the base reaches the task: at the start the hand is {distance[0]:.3f} m from the nearest, "
