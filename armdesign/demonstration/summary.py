@@ -110,7 +110,10 @@ def summarise(recording: Recording) -> Summary:
 
 def summary_text(summary: Summary) -> str:
     """A summary for people."""
-    bodies = [_wrapped(f"{body}: {', '.join(each)}", "  ", "    ") for body, each in summary.bodies.items()]
+    bodies = [
+        _wrapped(f"{body}: {', '.join(each) or 'no marker of its own'}", "  ", "    ")
+        for body, each in summary.bodies.items()
+    ]
     blocks = [
         _heading(summary),
         "\n".join(["Found and done on reading:", *(_wrapped(step, "  - ") for step in summary.steps)])

@@ -178,6 +178,19 @@ def euler_quaternions(order: str, angles: Array) -> Array:
     return result.T
 
 
+def rotation_vector_quaternions(vectors: Array) -> Array:
+    """Rotations about an axis by an angle, both in one vector of that direction and length: (u sin(a/2) / a, cos(a/2)).
+
+    Args:
+        vectors: Shape (T, 3) [rad].
+
+    Returns:
+        Quaternions x, y, z, w, shape (T, 4).
+    """
+    angle = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.hstack([0.5 * np.sinc(angle / (2.0 * np.pi)) * vectors, np.cos(0.5 * angle)])
+
+
 def _cross(a: Array, b: Array) -> Array:
     """Cross products of vectors of shape (3, T) or (3, 1)."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

@@ -15,6 +15,7 @@ from typing import ParamSpec, TypeVar
 import numpy as np
 
 from armdesign.demonstration.files import formats
+from armdesign.demonstration.files.foreign import foreign_format
 from armdesign.demonstration.files.formats.bone_csv import matches as bone_csv_matches
 from armdesign.demonstration.files.formats.bone_csv import read_bone_csv
 from armdesign.demonstration.files.text_files import describe_binary, read_head
@@ -24,6 +25,7 @@ from armdesign.demonstration.recording import Recording, Step, Take
 from armdesign.errors import ArmDesignError, RecordingError
 
 MOST_LETTERS = 900
+_GARBLED = "\N{REPLACEMENT CHARACTER}"  # for bytes that no encoding knows
 _KEPT_AT_END = 400  # which says what to do
 
 _Arguments = ParamSpec("_Arguments")
@@ -47,7 +49,9 @@ def legible(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Re
 
 def legible_text(text: str) -> str:
     """A text without control characters, shortened in its middle where it is too long."""
-    printable = "".join(letter if letter.isprintable() else " " if letter.isspace() else "?" for letter in text)
+    printable = "".join(
+        letter if letter.isprintable() and letter != _GARBLED else " " if letter.isspace() else "?" for letter in text
+    )
     if len(printable) <= MOST_LETTERS:
         return printable
     return f"{printable[: MOST_LETTERS - _KEPT_AT_END - 5]} ... {printable[-_KEPT_AT_END:]}"
@@ -62,10 +66,15 @@ def read_take(path: str | os.PathLike[str]) -> Take:
     """
     source = Path(path)
     head = read_head(source)
-    for form in formats.FORMATS:
-        if form.matches(head):
-            return hide_unseen(form.read(source))
+    form = next((form for form in formats.FORMATS if form.matches(head)), None)
     known = [form.name for form in formats.FORMATS]
+    if form is None or form is formats.FORMATS[-1]:  # plain CSV takes any text
+        other = foreign_format(head)
+        if other is not None:
+            message = f"{source} looks like {other.name}, which is not read"
+            raise RecordingError(message, value=other.name, allowed=known, fix=other.way)
+    if form is not None:
+        return hide_unseen(form.read(source))
     message = f"{source} is not a recording of a known format"
     raise RecordingError(message, value=str(source), allowed=known, fix=describe_binary(head))
 

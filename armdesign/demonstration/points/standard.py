@@ -11,6 +11,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.files.quaternions import product
 from armdesign.demonstration.points.guess import find_arms
+from armdesign.demonstration.points.time_sanity import time_steps
 from armdesign.demonstration.points.units_and_up import find_up, measure, unit_of_size
 from armdesign.demonstration.recording import About, Recording, Step, Take
 from armdesign.errors import RecordingError, SettingsError
@@ -54,7 +55,8 @@ def to_recording(take: Take, *, units: str | None = None, up: str | None = None,
             raise RecordingError(message, value=frame, allowed=allowed, fix="Export the recording again")
     factor, unit_steps = _factor(take, units)
     axis, up_steps = _up(take, up, factor)
-    about = About(take.format, take.captured, take.rate, dict(take.bodies), (*take.steps, *unit_steps, *up_steps))
+    steps = (*take.steps, *time_steps(take), *unit_steps, *up_steps)
+    about = About(take.format, take.captured, take.rate, dict(take.bodies), steps)
     recording = Recording(
         take.time,
         {name: _upright(values, axis, factor) for name, values in take.points.items()},

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.points.guess import Arm
+from armdesign.demonstration.points.guess import Arm, find_arms
 from armdesign.demonstration.recording import Take, median_seen
 
 CMU = 0.0254 / 0.45
@@ -34,6 +34,7 @@ _LOW = ("ankle", "ank", "heel", "hee", "toe", "foot", "calc", "cal", "mt5", "mt1
 _SIDE = re.compile(r"^(?:right|left|r|l)?(.*?)(?:right|left|r|l)?$")
 _UPRIGHT = 0.85  # cosine; a trunk that leans by less than 30 degrees
 _MOSTLY = 0.9  # of the frames, as somebody may bend down for a moment
+_LEAST_RISE, _CLEARLY = 0.1, 0.6  # [m], and part of both level lengths and height
 _LEAST_BODY, _LEAST_TRUNK = 0.5, 0.25  # [m] from the feet, and from the pelvis, to the shoulders
 _FLOOR = (-0.05, 0.12)  # [m] the lowest points of somebody who stands on the floor
 _STANDING = (1.2, 2.4)  # [m]
@@ -132,7 +133,8 @@ def find_up(take: Take, factor: float, usual: str) -> Up:
         warnings.simplefilter("ignore", RuntimeWarning)  # points that were never seen
         found = _by_names(points, _HIGH, _LOW, _LEAST_BODY)
         found = found if found.axis is not None else _by_names(points, _TRUNK, _PELVIS, _LEAST_TRUNK)
-    return found if found.axis is not None else _by_floor(points, usual)
+        found = found if found.axis is not None else _by_floor(points, usual)
+        return found if found.axis is not None else _by_sides(points, usual)
 
 
 def _by_names(points: Mapping[str, Array], above: Iterable[str], below: Iterable[str], least: float) -> Up:
@@ -151,6 +153,56 @@ def _by_names(points: Mapping[str, Array], above: Iterable[str], below: Iterable
         return Up(None, "")
     rise = float(np.median(rises[:, axis]))
     return Up("xyz"[axis], f"points such as '{high[0]}' are {rise:.2f} m above ones such as '{low[0]}' along it")
+
+
+def _by_sides(points: Mapping[str, Array], usual: str) -> Up:
+    """From left and right: where these lie along the usual axis it is level, and the shoulders are above the rest."""
+    sides = {name: _sided(name) for name in points}
+    right = {stem: name for name, (side, stem) in sides.items() if side == "r"}
+    pairs = [(right[stem], name) for name, (side, stem) in sides.items() if side == "l" and stem in right]
+    pairs = [pair for pair in pairs if np.isfinite(points[pair[0]] + points[pair[1]]).all(axis=1).any()]
+    if not pairs:
+        return Up(None, "")
+    apart = np.nanmean([np.abs(points[a] - points[b]) for a, b in pairs], axis=0)
+    apart = apart[np.isfinite(apart).all(axis=1)]
+    across = int(np.median(apart, axis=0).argmax()) if len(apart) else -1
+    level = len(apart) and (apart[:, across] >= _UPRIGHT * np.linalg.norm(apart, axis=1)).mean() >= _MOSTLY
+    if not level or "xyz"[across] != usual:
+        return Up(None, "")
+    others = [axis for axis in range(3) if axis != across]
+    rises = _rises(points)
+    rise = np.zeros(3) if rises is None else np.median(rises, axis=0)
+    axis = max(others, key=lambda axis: rise[axis])
+    why = f"points such as '{pairs[0][0]}' and '{pairs[0][1]}' lie left and right of each other along {usual}"
+    if rise[axis] < _LEAST_RISE or rise[axis] < _CLEARLY * np.abs(rise[others]).sum():
+        return Up("y" if usual == "z" else "z", why)
+    return Up("xyz"[axis], f"{why}, and the shoulders are {rise[axis]:.2f} m above the arms along it")
+
+
+def _rises(points: Mapping[str, Array]) -> Array | None:
+    """How far shoulders are from elbows, wrists and hands in each frame, shape (F, 3) [m]; None where unknown."""
+    found = []
+    for arm in find_arms(points):
+        shoulder = np.mean([points[name] for name in arm.roles["shoulder"]], axis=0)
+        found += [
+            shoulder - np.mean([points[name] for name in names], axis=0)
+            for role, names in arm.roles.items()
+            if role != "shoulder"
+        ]
+    every = np.concatenate(found) if found else np.empty((0, 3))
+    every = every[np.isfinite(every).all(axis=1)]
+    return every if len(every) else None
+
+
+def _sided(name: str) -> tuple[str, str]:
+    """The side in a name, ``r`` or ``l``, and the rest of it; no side where there is none."""
+    local = re.sub(r"[ ._\-]", "", name.rpartition(":")[2].lower())
+    for word in ("right", "left", "r", "l"):
+        if local.startswith(word):
+            return word[0], f"{local[len(word) :]}"
+        if local.endswith(word):
+            return word[0], f"{local[: -len(word)]}"
+    return "", local
 
 
 def _is_of(name: str, words: Iterable[str]) -> bool:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from armdesign.demonstration.files import plain_csv
-from armdesign.demonstration.files.formats import bone_csv, bvh, c3d, motive_csv, qualisys_tsv, trc, vicon_csv
+from armdesign.demonstration.files.formats import bone_csv, bvh, c3d, motive_csv, mvnx, qualisys_tsv, trc, vicon_csv
 from armdesign.demonstration.recording import Take
 
 
@@ -32,8 +32,9 @@ FORMATS: tuple[Format, ...] = (
     Format("C3D", c3d.matches, c3d.read),
     Format("OptiTrack Motive CSV", motive_csv.matches, motive_csv.read),
     Format("BVH", bvh.matches, bvh.read),
+    Format("Xsens MVNX", mvnx.matches, mvnx.read),
     Format("TRC", trc.matches, trc.read),
-    Format("Vicon Nexus CSV", vicon_csv.matches, vicon_csv.read),
+    Format("Vicon", vicon_csv.matches, vicon_csv.read),
     Format("Qualisys TSV", qualisys_tsv.matches, qualisys_tsv.read),
     Format("bone CSV", bone_csv.matches, bone_csv.read),
     Format("plain CSV", plain_csv.matches, plain_csv.read),

@@ -1,0 +1,54 @@
+"""Whether the times of a recording can be seconds."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from armdesign.demonstration.cleaning.gaps import seconds
+from armdesign.demonstration.recording import Step, Take, median_step
+
+_RATES = (5.0, 2000.0)  # [1/s] of motion capture
+_ROUNDING = 1e-6  # of a rate
+_LONGEST = 3600.0  # [s]
+
+
+class _Unit(NamedTuple):
+    """A unit of time that files are written in."""
+
+    name: str
+    factor: float  # seconds per unit
+
+
+_UNITS = (_Unit("milliseconds", 1e-3), _Unit("microseconds", 1e-6), _Unit("nanoseconds", 1e-9))
+
+
+def time_steps(take: Take) -> tuple[Step, ...]:
+    """A doubt where a take has fewer or more frames per second than any capture system, or lasts for hours.
+
+    Where milliseconds, microseconds or nanoseconds would make sense of it, the doubt says so, with the factor.
+    """
+    if len(take.time) < 2:
+        return ()
+    step, duration = median_step(take.time), float(take.time[-1] - take.time[0])
+    if not step > 0 or _is_usual(step, duration):
+        return ()
+    rate = 1.0 / step
+    what = f"Warning: {rate:.4g} frames/s over {seconds(duration)}"
+    unit = next((unit for unit in _UNITS if rate < _RATES[0] and _is_usual(step * unit.factor, 0.0)), None)
+    if unit is None:
+        sentence = f"{what} are unusual for a recording of a motion ({_RATES[0]:g} to {_RATES[1]:,.0f} frames/s)."
+        return (Step("time", f"{sentence} Check the times.", {"rate": rate, "duration": duration}),)
+    found = f"{1.0 / (step * unit.factor):.4g} frames/s over {seconds(duration * unit.factor)}"
+    sentence = (
+        f"{what}: the times look like {unit.name}, not seconds, which makes {found}; multiply them by "
+        f"{unit.factor:g} in the file."
+    )
+    details = {"rate": rate, "duration": duration, "unit": unit.name, "factor": unit.factor}
+    return (Step("time", sentence, details),)
+
+
+def _is_usual(step: float, duration: float) -> bool:
+    """Whether a capture system has such a step from frame to frame, and takes last so long [s]."""
+    rate = 1.0 / step if step > 0 else math.inf
+    return (1.0 - _ROUNDING) * _RATES[0] <= rate <= (1.0 + _ROUNDING) * _RATES[1] and duration <= _LONGEST
