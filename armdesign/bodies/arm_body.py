@@ -53,6 +53,7 @@ from armdesign.bodies.cylinder import SHORTEST, Cylinder, along
 from armdesign.bodies.inertia import Inertial, combine
 from armdesign.errors import DesignError
 from armdesign.kinematics.dh import DHTable, rot_x, translation
+from armdesign.kinematics.models import default_limits
 from armdesign.settings import Body
 
 SIDES = ("below", "above", "behind", "left", "right", "front")
@@ -115,12 +116,14 @@ class ArmBody:
         table: The arm, n joints.
         options: What it is built of.
         slides: s_j of every joint, shape (n,) [m].
+        limits: Joint limits, shape (n, 2) [rad; m of joints that slide]; they say how long rails are.
         parts: Every solid at full length; of link 0 first, then of link 1, and so on.
     """
 
     table: DHTable
     options: Body
     slides: Array
+    limits: Array
     parts: tuple[Part, ...]
 
     @property
@@ -168,7 +171,7 @@ class ArmBody:
         def pieces(index: int, joint: int) -> list[int]:
             """The shapes that are left of a part beyond a joint's sphere."""
             part = self.parts[index]
-            if part.fixed:
+            if part.fixed or (part.link < joint and self.table.prismatic[joint - 1]):
                 return [index]
             if (index, joint) not in cut:
                 rest = part.solid.outside(self.sphere(joint, part.link), self.options.reach)
@@ -190,7 +193,8 @@ class ArmBody:
         """A part cut back at the spheres about both joints of its link."""
         pieces = [part.solid]
         for joint in (part.link, part.link + 1):
-            if not part.fixed and 1 <= joint <= self.table.dof:
+            own = joint == part.link  # along the next joint's axis, where that slides, its sphere does
+            if not part.fixed and 1 <= joint <= self.table.dof and (own or not self.table.prismatic[joint - 1]):
                 centre = self.sphere(joint, part.link)
                 pieces = [rest for piece in pieces for rest in piece.outside(centre, self.options.reach)]
         return pieces
@@ -200,6 +204,7 @@ def arm_body(
     table: DHTable,
     options: Body,
     slides: ArrayLike | None = None,
+    limits: ArrayLike | None = None,
     *,
     placed: bool = False,
     side: str | None = "below",
@@ -209,7 +214,9 @@ def arm_body(
     Args:
         table: The arm, n joints.
         options: What it is built of.
-        slides: Where the module of every joint sits on its axis, s_j from C_j on, shape (n,) [m]; by default d_j.
+        slides: Where the module of every joint sits on its axis, s_j from C_j on, shape (n,) [m]; by default d_j,
+            and always that of a joint that slides.
+        limits: Joint limits, shape (n, 2) [rad; m of joints that slide], for the rails; +-1 m by default.
         placed: Whether the base stands on a mounting face at z = 0 of its frame.
         side: Of an arm that is not placed, the side its plate stands on, one of ``SIDES``; None for no plate.
 
@@ -219,7 +226,11 @@ def arm_body(
     s = np.array(table.d[:-1] if slides is None else slides, dtype=float)
     if s.shape != (table.dof,) or not np.isfinite(s).all():
         raise DesignError("the slides of the joint modules are not finite numbers", value=s, allowed=f"({table.dof},)")
+    s[np.array(table.prismatic)] = table.d[:-1][np.array(table.prismatic)]
     s.setflags(write=False)
+    ends = default_limits(table) if limits is None else np.asarray(limits, dtype=float)
+    if ends.shape != (table.dof, 2):
+        raise DesignError(f"joint limits have shape {ends.shape}", allowed=f"({table.dof}, 2)")
     parts = [*_base(options, placed=placed, side=side)]
     for link in range(table.dof + 1):
         if link:
@@ -230,7 +241,12 @@ def arm_body(
             for start, end in pairwise(corners)
             if np.linalg.norm(end - start) >= SHORTEST
         ]
-    return ArmBody(table, options, s, tuple(parts))
+        if link < table.dof and table.prismatic[link]:
+            corner, way = _corner(table, link), np.sort(np.r_[0.0, table.d[link] + ends[link]])[[0, -1]]
+            start, end = corner[:3, 3] + way[:, None] * corner[:3, 2]
+            rail = tube(start, end, options)
+            parts.append(Part(f"rail of joint_{link + 1}", link, rail, fixed=True))
+    return ArmBody(table, options, s, ends, tuple(parts))
 
 
 def link_name(i: int) -> str:
@@ -286,6 +302,8 @@ def _polyline(table: DHTable, link: int, s: Array) -> list[Array]:
         corners = [np.array([0.0, 0.0, lifted]), *origin]
     corner = _corner(table, link)
     last = link == table.dof
+    if not last and table.prismatic[link]:
+        return [*corners, corner[:3, 3]]
     ahead = float(table.d[link] if last else s[link])
     if last or ahead * _direction(table.d[link]) >= 0.0:
         corners.append(corner[:3, 3])

@@ -364,9 +364,9 @@ def free_side(arm: ArmBody, q: ArrayLike) -> str:
     table, options = arm.table, arm.options
     room = {}
     for side in SIDES:
-        base = arm_body(table, options, arm.slides, side=side).parts[0].solid
+        base = arm_body(table, options, arm.slides, arm.limits, side=side).parts[0].solid
         plate = ExactObstacle("base plate", coal.Cylinder(base.radius, base.length), base.pose)
-        found = ExactScene(arm_body(table, options, arm.slides, side=None), [plate]).obstacle_clearance(q)
+        found = ExactScene(arm_body(table, options, arm.slides, arm.limits, side=None), [plate]).obstacle_clearance(q)
         room[side] = np.inf if found is None else found.value
         if room[side] >= options.clearance and side == SIDES[0]:
             return side

@@ -47,15 +47,15 @@ class JointLimits:
         for i, (lower, upper) in enumerate(self.position.tolist(), start=1):
             if not (lower <= 0.0 <= upper and lower < upper):
                 raise DesignError(
-                    f"joint_{i} turns from {lower!r} to {upper!r} rad",
+                    f"joint_{i} ranges from {lower!r} to {upper!r}",
                     value=(lower, upper),
                     allowed="lower <= 0 <= upper, lower < upper",
                     fix="Where the range leaves out 0, move the zero pose with the joint's theta.",
                 )
-        for name, unit in (("velocity", "rad/s"), ("effort", "N m")):
+        for name in ("velocity", "effort"):
             for i, value in enumerate(getattr(self, name).tolist(), start=1):
                 if value <= 0.0:
-                    raise DesignError(f"joint_{i} has a {name} limit of {value!r} {unit}", value=value, allowed="> 0")
+                    raise DesignError(f"joint_{i} has a {name} limit of {value!r}", value=value, allowed="> 0")
 
 
 def joint_limits(

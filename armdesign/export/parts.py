@@ -34,7 +34,8 @@ def robot_parts(robot: Robot) -> dict[str, Any]:
             "velocity": robot.limits.velocity[i],
         }
         limit = {key: number(value) for key, value in limits.items()}
-        joints.append({**joint_part(f"joint_{i + 1}", names[i], placement), "limit": limit})
+        kind = "prismatic" if robot.table.prismatic[i] else "revolute"
+        joints.append({**joint_part(f"joint_{i + 1}", names[i], placement), "type": kind, "limit": limit})
     links = []
     for name, body, joint in zip(names, robot.bodies, joints, strict=True):
         kinds = {"visual": body.visual, "collision": body.collision}
@@ -53,8 +54,8 @@ def origin_part(pose: Array) -> dict[str, str]:
 
 
 def joint_part(name: str, parent: str, pose: Array) -> dict[str, Any]:
-    """A joint to a parent at a pose in the parent's frame; fixed unless given a limit."""
-    return {"name": name, "parent": parent, **origin_part(pose), "limit": None}
+    """A fixed joint to a parent at a pose in the parent's frame."""
+    return {"name": name, "parent": parent, **origin_part(pose), "type": "fixed", "limit": None}
 
 
 def inertial_part(inertial: Inertial) -> dict[str, Any]:

@@ -99,7 +99,7 @@ def make_robot(
     chosen = options or RobotOptions()
     if isinstance(arm, DHTable):
         side = chosen.tags.base_side
-        arm = arm_body(arm, chosen.body or Body(), side="below" if side == AUTO else side)
+        arm = arm_body(arm, chosen.body or Body(), None, limits.position, side="below" if side == AUTO else side)
     pose = np.zeros(arm.table.dof) if start is None else np.asarray(start, dtype=float)
     return Robot(safe_name(chosen.tags.name), arm, limits, chosen, pose)
 
@@ -154,11 +154,11 @@ def result_arm(result: Result, options: RobotOptions) -> tuple[ArmBody, tuple[st
     """
     body, side = options.body or result.problem.settings.body, options.tags.base_side
     if result.placed:
-        return arm_body(result.table, body, result.slides, placed=True), ()
+        return arm_body(result.table, body, result.slides, result.limits, placed=True), ()
     if side == AUTO:
         q = np.concatenate([angles for _, angles in motions(result.evaluation, result.problem)])
-        side = free_side(arm_body(result.table, body, result.slides), thinned(q))
+        side = free_side(arm_body(result.table, body, result.slides, result.limits), thinned(q))
     notes = (
         () if side == "below" else (f"The base plate stands {PLACES[side]} the base, out of the way of the motion.",)
     )
-    return arm_body(result.table, body, result.slides, side=side), notes
+    return arm_body(result.table, body, result.slides, result.limits, side=side), notes

@@ -24,16 +24,18 @@ THIN_FRAMES = 12
 """About so many frames of every demonstration are looked at in choosing the slides."""
 
 
-def make_traced(dof: int, frames: int, obstacles: int, clearance: float) -> Traced:
+def make_traced(sizes: NDArray[np.void], dof: int, frames: int, obstacles: int, clearance: float) -> Traced:
     """Scratch for arms of n joints on paths of T frames.
 
     Args:
+        sizes: One SIZES record, see ``capsule_sizes``; it knows which joints slide.
         dof: Number of joints n.
         frames: Number of frames T.
         obstacles: Number of obstacles K.
         clearance: What has to be between two bodies [m].
     """
     work = np.zeros(1, dtype=WORK)
+    work[0]["chain"]["slides"][:dof] = sizes[0]["prismatic"][:dof]
     work[0]["check"]["required"], work[0]["check"]["margin"] = clearance + MARGIN, MARGIN
     return Traced(
         work,
@@ -138,12 +140,14 @@ class ClearanceCheck:
         """
         self.sizes, self.dof, self.count = sizes, dof, len(obstacles[0].kind)
         self.courses = [
-            Course(make_room(sizes, around, T), make_traced(dof, T, self.count, clearance))
+            Course(make_room(sizes, around, T), make_traced(sizes, dof, T, self.count, clearance))
             for around, T in zip(obstacles, frames, strict=True)
         ]
         self.thin = [np.unique(np.r_[0 : T : -(-T // THIN_FRAMES), T - 1]) for T in frames]
         around, total = thinned_obstacles(obstacles, self.thin), sum(map(len, self.thin))
-        self.thin_course = Course(make_room(sizes, around, total), make_traced(dof, total, self.count, clearance))
+        self.thin_course = Course(
+            make_room(sizes, around, total), make_traced(sizes, dof, total, self.count, clearance)
+        )
         self.glides = np.zeros(1, dtype=GLIDE)
 
     def __call__(

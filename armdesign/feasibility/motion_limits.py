@@ -59,11 +59,15 @@ class Load:
         body: What the arm is built of.
         payload: Point mass at the tool [kg].
         placed: Whether the base stands on a mounting face.
+        limits: Joint limits, shape (n, 2) [rad; m of joints that slide].
+        prismatic: Which joints slide, n of them.
     """
 
     body: Body
     payload: float
     placed: bool
+    limits: Array
+    prismatic: tuple[bool, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +124,9 @@ def torque_excess(needs: JointNeeds, load: Load, smooth: Smoothing, design: Desi
     """
     if needs.torque is None:
         return 0.0
-    arm = arm_body(DHTable.from_rows(design.rows[:, :3]), load.body, design.slides, placed=load.placed, side=None)
+    joints = "".join("P" if slides else "R" for slides in load.prismatic)
+    table = DHTable.from_rows(design.rows[:, :3], joints=joints)
+    arm = arm_body(table, load.body, design.slides, load.limits, placed=load.placed, side=None)
     gravity = design.base[:9].reshape(3, 3) @ np.array(GRAVITY)
     torque = joint_torques(arm, smooth(path), load.payload, gravity)
     return max(float((np.abs(torque) / (needs.torque * BRIM)).max()) - 1.0, 0.0)

@@ -49,12 +49,18 @@ def joint_needs(settings: Settings) -> JointNeeds:
     n, kinds = settings.design.dof, settings.design.joints or ""
     prismatic = np.array([kind in "Pp" for kind in kinds.ljust(n, "R")[:n]])
     limits = {}
-    for name in UNITS:
+    mixed = 0 < prismatic.sum() < n
+    for name, (turning, sliding) in UNITS.items():
         given = getattr(settings.needs, name)
         if given is not None and len(given) not in (1, n):
             raise SettingsError(
                 f"setting 'needs.{name}' has {counted(len(given), 'number')} for {counted(n, 'joint')}", value=given,
                 allowed="one number" if n == 1 else f"1 or {n} numbers",
+            )  # fmt: skip
+        if given is not None and len(given) == 1 < n and mixed:
+            raise SettingsError(
+                f"setting 'needs.{name}' has one number for joints that turn and joints that slide", value=given,
+                allowed=f"{n} numbers, {turning} of joints that turn and {sliding} of those that slide",
             )  # fmt: skip
         values = None if given is None else np.array(np.broadcast_to(given, n), dtype=float)
         if values is not None and name != "max_torque":

@@ -150,7 +150,8 @@ def make_penalty(requirements: Requirements) -> ArmPenalty | None:
     weight = (settings.fitness.lambda_f + settings.fitness.lambda_E) / PAPER_WEIGHT
     return ArmPenalty(
         Parts(
-            needs, Load(settings.body, settings.needs.payload, placed), clearance,
+            needs, Load(settings.body, settings.needs.payload, placed, requirements.limits, requirements.prismatic),
+            clearance,
             tuple(smoothing(shown.time) for shown in requirements.demonstrations) if limited else (),
             envelope, weight or 1.0,
         )

@@ -109,7 +109,7 @@ class BlockEvaluator:
         self.problem = problem
         n = problem.dof
         size = min(32, max(1, JOINTS_PER_BLOCK // n)) if block is None else block
-        self.slots = [Slots(width, n) for width in widths(size)]
+        self.slots = [Slots(width, n, problem.prismatic) for width in widths(size)]
 
     def evaluate(
         self,
@@ -331,7 +331,8 @@ def compile_kernels(problem: Problem, *, slopes: bool = False) -> None:
     """
     first = replace(problem, P=problem.P[:1].copy(), R=problem.R[:1].copy())
     n = problem.dof
-    straight = DHTable(np.zeros(n + 1), np.full(n + 1, 0.1), np.full(n + 1, 0.1))
+    joints = "".join("P" if slides else "R" for slides in problem.prismatic)
+    straight = DHTable(np.zeros(n + 1), np.full(n + 1, 0.1), np.full(n + 1, 0.1), joints=joints)
     BlockEvaluator(first, block=1).follow(straight)
     if slopes:
         Sensitivity(first).slopes(batch_of(*as_rows([straight])), np.zeros((1, 1, n)))

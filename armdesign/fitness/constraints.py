@@ -40,6 +40,9 @@ class DesignSpace:
         length: L_min, L_max [m].
         coaxial: Twist [rad] and link length [m] below which two consecutive joints count as on one axis.
         sites: Where the base may be placed; none where it stands in the task frame's origin.
+        joints: Kinds of the joints, see DHTable; all turn where empty.
+        travel: Limits of joints that slide, 0 in the rows of others and of the tool, shape (n + 1, 2) [m]; None where
+            none slides.
     """
 
     dof: int
@@ -49,6 +52,8 @@ class DesignSpace:
     length: tuple[float, float]
     coaxial: tuple[float, float]
     sites: tuple[Site, ...] = ()
+    joints: str = ""
+    travel: Array | None = None
 
     @property
     def free(self) -> NDArray[np.bool_]:
@@ -142,7 +147,7 @@ class DesignSpace:
     def table(self, Phi: ArrayLike) -> DHTable:
         """One design as a DH table."""
         rows, yaw = self.rows(Phi)
-        return DHTable.from_rows(rows[0, :, :3], float(yaw[0]))
+        return DHTable.from_rows(rows[0, :, :3], float(yaw[0]), self.joints)
 
     def place_entries(self, table: DHTable, base: BasePose | None = None) -> Array:
         """The entries behind those of the table's rows: base yaw, and where the base is to be placed the rest.
@@ -191,19 +196,50 @@ class DesignSpace:
         return chosen
 
     def lengths(self, Phi: ArrayLike) -> Array:
-        """Total length L = sum(|a_i| + |d_i|) of each design, shape (N,) [m]."""
+        """Total length L = sum(|a_i| + |d_i|) of each design, joints that slide fully extended, shape (N,) [m]."""
         rows, _ = self.rows(Phi)
-        total: Array = np.abs(rows[:, :, 1:3]).sum(axis=(1, 2))
+        total: Array = self._pieces(rows).sum(axis=(1, 2))
         return total
+
+    def _pieces(self, rows: Array) -> Array:
+        """Lengths |a_i|, |d_i| of the pieces of designs, fully extended, shape (N, n + 1, 2) [m]."""
+        pieces: Array = np.abs(rows[:, :, 1:3])
+        if self.travel is not None:
+            pieces[:, :, 1] = np.abs(rows[:, :, 2, None] + self.travel).max(axis=2)
+        return pieces
+
+    def shell(self, rows: Array) -> tuple[Array, Array]:
+        """Inner and outer radius of the shell about the base that arms can span, shape (N,) each [m].
+
+        A row's piece has the length sqrt(a^2 + d^2), since a and d stand at right angles; the pieces stretched out
+        give the outer radius, the longest against all others the inner one.
+
+        Args:
+            rows: DH rows, shape (N, n + 1, 4).
+        """
+        longest = shortest = np.hypot(rows[:, :, 1], rows[:, :, 2])
+        if self.travel is not None:
+            pieces = self._pieces(rows)
+            longest = np.hypot(pieces[:, :, 0], pieces[:, :, 1])
+            ends = rows[:, :, 2, None] + self.travel
+            nearest = np.clip(0.0, ends.min(axis=2), ends.max(axis=2))
+            shortest = np.hypot(rows[:, :, 1], nearest)
+        outer = longest.sum(axis=1)
+        return (shortest + longest).max(axis=1) - outer, outer
 
     def admissible(self, Phi: ArrayLike) -> NDArray[np.bool_]:
         """Whether each design lies in Omega_l: bounds, L_min < L < L_max, no two consecutive joints on one axis."""
         designs = np.atleast_2d(np.asarray(Phi, dtype=float))
         lower, upper = self.bounds
         rows, _ = self.rows(designs)
-        length = np.abs(rows[:, :, 1:3]).sum(axis=(1, 2))
+        length = self._pieces(rows).sum(axis=(1, 2))
         # section 6: two consecutive joints on one axis, |alpha_i| < 1 deg and a_i < 1 mm, i >= 1
         coaxial = (np.abs(rows[:, 1:-1, 0]) < self.coaxial[0]) & (np.abs(rows[:, 1:-1, 1]) < self.coaxial[1])
+        for i in range(1, self.dof if "P" in self.joints else 0):  # a turn and a slide are two motions on one axis
+            before, behind = self.joints[i - 1], self.joints[i]
+            coaxial[:, i - 1] &= before == behind
+            if before == behind == "P":  # parallel slides are one, however far apart
+                coaxial[:, i - 1] = np.abs(rows[:, i, 0]) < self.coaxial[0]
         inside = ((designs >= lower) & (designs <= upper)).all(axis=1)
         verdict: NDArray[np.bool_] = (
             inside & (length > self.length[0]) & (length < self.length[1]) & ~coaxial.any(axis=1)
@@ -242,10 +278,19 @@ class DesignSpace:
         )
 
     @property
+    def shortest_at(self) -> Array:
+        """Where each entry of Phi adds least to L, from which that grows in proportion either way, shape (D,) [m]."""
+        centre = np.zeros(len(self.names))
+        if self.travel is not None:
+            centre[2 : self.cells : 3] = -self.travel.mean(axis=1)
+        return centre[self.free]
+
+    @property
     def reachable_lengths(self) -> tuple[float, float]:
         """The shortest and the longest total length L that the bounds of a and d allow [m]."""
         lower, upper = self.bounds
-        nearest, farthest = np.clip(0.0, lower, upper), np.where(-lower > upper, lower, upper)
+        centre = self.shortest_at
+        nearest, farthest = np.clip(centre, lower, upper), np.where(centre - lower > upper - centre, lower, upper)
         return float(self.lengths(nearest)[0]), float(self.lengths(farthest)[0])
 
     def check_not_empty(self) -> None:
@@ -269,18 +314,18 @@ class DesignSpace:
         unit = rng.random((SAMPLE_BATCH, len(lower)))
         lengths = self.extending
         room = self.length[1] - self.reachable_lengths[0]
-        low, high = lower[lengths], upper[lengths]
+        low, high, centre = lower[lengths], upper[lengths], self.shortest_at[lengths]
         k = int(lengths.sum())
         designs = lower + unit * (upper - lower)
-        both = (low < 0.0) & (high > 0.0)
+        both = (low < centre) & (high > centre)
         # volume 2^s room^k / k!, s the number of entries of either sign
         log_simplex = k * np.log(max(room, 1e-300)) - sum(np.log(np.arange(1, k + 1))) + both.sum() * np.log(2.0)
         if k and log_simplex < np.log(high - low).sum():
             spacings = rng.standard_exponential((SAMPLE_BATCH, k + 1))  # ~ uniform in the simplex once normalised
             sizes = room * spacings[:, :k] / spacings.sum(axis=1, keepdims=True)
-            if (low < 0.0).any():
-                signs = np.where(both, rng.choice([-1.0, 1.0], (SAMPLE_BATCH, k)), np.where(high <= 0.0, -1.0, 1.0))
-                designs[:, lengths] = np.where(both, 0.0, np.where(high <= 0.0, high, low)) + signs * sizes
+            if (low < centre).any():
+                signs = np.where(both, rng.choice([-1.0, 1.0], (SAMPLE_BATCH, k)), np.where(high <= centre, -1.0, 1.0))
+                designs[:, lengths] = np.clip(centre, low, high) + signs * sizes
             else:
                 designs[:, lengths] = low + sizes
         return designs
@@ -313,11 +358,6 @@ def design_space(settings: Design, sites: Sequence[Site] = ()) -> DesignSpace:
         SettingsError: An entry in ``bounds`` does not exist, or nothing is free.
     """
     n = settings.dof
-    if "P" in (settings.joints or ""):
-        raise SettingsError(
-            f"setting 'design.joints' is '{settings.joints}', but joints that slide (P) cannot be searched yet",
-            value=settings.joints, allowed="R" * n,
-        )  # fmt: skip
     labels = [*map(str, range(n)), "tool"]
     names = [*(f"{column}_{label}" for label in labels for column in COLUMNS), "base_yaw"]
     limits = {name: (0.0, 0.0) for name in names}
@@ -352,9 +392,14 @@ def design_space(settings: Design, sites: Sequence[Site] = ()) -> DesignSpace:
         raise SettingsError(
             f"setting 'design.length' is {list(settings.length)}", value=settings.length, allowed="L_min below L_max"
         )
+    travel = None
+    if "P" in (settings.joints or ""):
+        travel = np.vstack([joint_limits(settings), (0.0, 0.0)])
+        travel[[kind != "P" for kind in f"{settings.joints}-"]] = 0.0
     space = DesignSpace(
         n, tuple(names), table[:, 0], table[:, 1], settings.length,
-        (float(np.deg2rad(settings.coaxial_twist)), settings.coaxial_offset), tuple(sites),
+        (float(np.deg2rad(settings.coaxial_twist)), settings.coaxial_offset), tuple(sites), settings.joints or "",
+        travel,
     )  # fmt: skip
     if not space.free.any():
         raise SettingsError(
@@ -364,7 +409,7 @@ def design_space(settings: Design, sites: Sequence[Site] = ()) -> DesignSpace:
 
 
 def joint_limits(settings: Design) -> Array:
-    """Joint limits of the settings, shape (n, 2) [rad].
+    """Joint limits of the settings, shape (n, 2) [rad; m of joints that slide].
 
     Raises:
         SettingsError: The number of pairs is neither one nor n.
@@ -375,11 +420,16 @@ def joint_limits(settings: Design) -> Array:
             f"setting 'design.joint_limits' has {len(pairs)} pairs for {settings.dof} joints",
             allowed=f"1 or {settings.dof} pairs",
         )
-    for pair in pairs:
+    sliding = np.array([kind == "P" for kind in settings.joints or "R" * settings.dof])
+    for pair in [*pairs, *([settings.travel] if sliding.any() else [])]:
         if not pair[0] <= 0.0 <= pair[1] or pair[0] == pair[1]:
             raise SettingsError(
-                f"setting 'design.joint_limits' has the pair {list(pair)}", value=pair,
+                f"setting 'design.{'travel' if pair is settings.travel else 'joint_limits'}' has the pair {list(pair)}",
+                value=pair,
                 allowed="lower <= 0 <= upper, lower < upper, as tools that read URDF insist on",
             )  # fmt: skip
-    limits: Array = np.deg2rad(np.array(pairs if len(pairs) == settings.dof else pairs * settings.dof))
+    each = len(pairs) == settings.dof and settings.dof > 1
+    table = np.array(pairs if len(pairs) == settings.dof else pairs * settings.dof)
+    limits: Array = np.deg2rad(table)
+    limits[sliding] = table[sliding] if each else settings.travel
     return limits

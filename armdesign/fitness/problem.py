@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -52,6 +53,21 @@ class Problem:
     def points(self) -> int:
         """Number of points m."""
         return int(self.P.shape[1])
+
+    @property
+    def prismatic(self) -> tuple[bool, ...]:
+        """Which joints slide, n of them."""
+        return tuple(bool(slides) for slides in self.record[0]["slides"][: self.dof])
+
+    def with_joints(self, prismatic: Sequence[bool]) -> Problem:
+        """The same problem for an arm some of whose joints slide; their limits are in metres.
+
+        Args:
+            prismatic: Which do, n of them.
+        """
+        record = self.record.copy()
+        record[0]["slides"][: self.dof] = prismatic
+        return replace(self, record=record)
 
     @property
     def dof(self) -> int:

@@ -217,14 +217,8 @@ class RobotFitness:
         return Tested(admissible, chosen, Batch(rows, yaw, cutoff, poses, mounts, bases).part(chosen))
 
     def _may_reach(self, rows: Array, bases: Array) -> NDArray[np.bool_]:
-        """Whether the first hand point lies in the shell the arm's links can span.
-
-        A row's piece has the length sqrt(a^2 + d^2), since a and d stand at right angles; the pieces stretched out
-        give the outer radius, the longest against all others the inner one.
-        """
-        pieces = np.hypot(rows[:, :, 1], rows[:, :, 2])
-        outer = pieces.sum(axis=1)
-        inner = 2.0 * pieces.max(axis=1) - outer  # the longest piece minus the sum of all others
+        """Whether the first hand point lies in the shell the arm's links can span."""
+        inner, outer = self.space.shell(rows)
         hand = self.problem.P[0, -1]
         distance = np.linalg.norm(hand - bases[:, 9:], axis=1) if self.space.sites else np.linalg.norm(hand)
         slack = float(self.problem.record["reach"][0]) + 1e-9

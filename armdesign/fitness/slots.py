@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,14 +30,15 @@ class Slots:
         attitudes: ATTITUDE records, shape (B,).
     """
 
-    def __init__(self, size: int, dof: int) -> None:
+    def __init__(self, size: int, dof: int, prismatic: Sequence[bool] = ()) -> None:
         """Allocate the slots; none is in use.
 
         Args:
             size: Number of slots B.
             dof: Joints per arm n.
+            prismatic: Which of them slide; none by default.
         """
-        self.arms = ArmBlock(size, dof)
+        self.arms = ArmBlock(size, dof, prismatic)
         self.records = np.zeros(size, dtype=ARM)
         self.states, self.chains = self.records["state"], self.records["chain"]
         self.attitudes = self.records["attitude"]

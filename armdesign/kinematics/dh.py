@@ -3,6 +3,7 @@
 A table of an n-joint arm has n + 1 rows. Row i < n carries joint i + 1, row n is the fixed tool (eq. 2):
 
     T_i = Rx(alpha_i) Tx(a_i) Tz(d_i) Rz(theta_i + q_i),    q_n = 0,
+    T_i = Rx(alpha_i) Tx(a_i) Tz(d_i + q_i) Rz(theta_i)     where joint i + 1 slides (is prismatic),
     T_base_tool = Rz(base_yaw) T_0 T_1 ... T_n.
 """
 
@@ -20,7 +21,7 @@ from armdesign.kinematics.line_drawing import Line, drawing, shown
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DHTable:
-    """Modified DH parameters of a serial arm with revolute joints; two tables of the same numbers are equal.
+    """Modified DH parameters of a serial arm; two tables of the same numbers and joints are equal.
 
     Attributes:
         alpha: Link twists, shape (n + 1,) [rad].
@@ -28,6 +29,8 @@ class DHTable:
         d: Link offsets along z_i, shape (n + 1,) [m].
         theta: Constant joint offsets, shape (n + 1,) [rad]; zeros where left out.
         base_yaw: Rotation about z before row 0 [rad].
+        joints: Kind of every joint from the base on: R turns (revolute), P slides along z (prismatic); all turn where
+            left out.
     """
 
     alpha: Array
@@ -35,12 +38,14 @@ class DHTable:
     d: Array
     theta: Array = field(default_factory=lambda: np.zeros(0))
     base_yaw: float = 0.0
+    joints: str = ""
 
     def __post_init__(self) -> None:
         """Normalise to read-only float arrays and check the shapes.
 
         Raises:
-            DesignError: Fewer than one joint, columns of unequal length, or a value that is not finite.
+            DesignError: Fewer than one joint, columns of unequal length, a value that is not finite, or an unknown
+                kind of joint.
         """
         if len(self.theta) == 0:
             object.__setattr__(self, "theta", np.zeros(len(self.alpha)))
@@ -56,12 +61,18 @@ class DHTable:
             raise DesignError(f"a DH table needs a row per joint and a tool row, got {len(self.alpha)} row(s)")
         if not np.isfinite(self.base_yaw):
             raise DesignError("base_yaw is not finite", value=self.base_yaw)
+        object.__setattr__(self, "joints", self.joints or "R" * self.dof)
+        if len(self.joints) != self.dof or not set(self.joints) <= {"R", "P"}:
+            what = f"the joints are {self.joints!r}, but the DH table has {counted(self.dof, 'joint')}"
+            raise DesignError(what, value=self.joints, allowed="a letter R or P for each joint")
 
     def __eq__(self, other: object) -> bool:
-        return self.numbers() == other.numbers() if isinstance(other, DHTable) else NotImplemented
+        if not isinstance(other, DHTable):
+            return NotImplemented
+        return self.numbers() == other.numbers() and self.joints == other.joints
 
     def __hash__(self) -> int:
-        return hash(self.numbers())
+        return hash((self.numbers(), self.joints))
 
     def numbers(self) -> tuple[float, ...]:
         """All values: alpha, a, d and theta row by row, then the base yaw."""
@@ -74,7 +85,9 @@ class DHTable:
         for i in range(self.dof + 1):
             row = f"{'tool' if i == self.dof else i:>5}  {np.degrees(self.alpha[i]):11.2f}"
             row += f"{1e3 * self.a[i]:9.1f}{1e3 * self.d[i]:9.1f}"
-            lines.append(row + (f"{np.degrees(self.theta[i]):13.2f}" if offsets else ""))
+            slides = i < self.dof and self.prismatic[i]
+            row += f"{np.degrees(self.theta[i]):13.2f}" if offsets else ""
+            lines.append(row + ("  slides along z" if slides else ""))
         if self.base_yaw:
             lines.append(f"  turned by {np.degrees(self.base_yaw):.2f} deg about z at the base")
         return "\n".join(lines)
@@ -90,8 +103,13 @@ class DHTable:
         return len(self.alpha) - 1
 
     @property
+    def prismatic(self) -> tuple[bool, ...]:
+        """Which joints slide, n of them."""
+        return tuple(kind == "P" for kind in self.joints)
+
+    @property
     def length(self) -> float:
-        """Total length L = sum(|a_i| + |d_i|), tool included [m]."""
+        """Total length L = sum(|a_i| + |d_i|), tool included, with all joints at 0 [m]."""
         return float(np.sum(np.abs(self.a) + np.abs(self.d)))  # section 2
 
     def base(self) -> Array:
@@ -116,7 +134,7 @@ class DHTable:
         """Frames of the joints and the tool relative to the base (eq. 2), by plain matrix products.
 
         Args:
-            q: Joint angles, shape (n,) [rad].
+            q: Joint angles, shape (n,) [rad; m of joints that slide].
 
         Returns:
             Homogeneous transforms, shape (n + 1, 4, 4); the last is the tool.
@@ -127,15 +145,24 @@ class DHTable:
         pose = np.eye(4)
         frames = np.empty((self.dof + 1, 4, 4))
         for i, placement in enumerate(self.placements()):
-            pose = pose @ placement @ (rot_z(angles[i]) if i < self.dof else np.eye(4))
+            pose = pose @ placement @ (np.eye(4) if i == self.dof else self.joint_motion(i, angles[i]))
             frames[i] = pose
         return frames
+
+    def joint_motion(self, i: int, q: float) -> Array:
+        """What joint i + 1 does, Rz(q) or, where it slides, Tz(q), shape (4, 4).
+
+        Args:
+            i: Its row.
+            q: Its angle [rad] or, where it slides, its way [m].
+        """
+        return translation(0.0, 0.0, q) if self.joints[i] == "P" else rot_z(q)
 
     def skeleton(self, q: ArrayLike) -> Array:
         """The corners of the arm, base to tool: per row a piece along x_{i-1} by a_i, then one along z_i by d_i.
 
         Args:
-            q: Joint angles along a path, shape (T, n) [rad].
+            q: Joint angles along a path, shape (T, n) [rad; m of joints that slide, whose piece along z is d_i + q_i].
 
         Returns:
             Shape (T, 2 n + 3, 3) [m]; pieces of no length are kept. Every second corner from the third on is a joint's
@@ -148,27 +175,30 @@ class DHTable:
             pose = pose @ translation(self.a[i], 0.0, 0.0)
             corners.append(pose[:, :3, 3])
             pose = pose @ rot_x(self.alpha[i]) @ translation(0.0, 0.0, self.d[i])
+            motion = angles[:, i] if i < self.dof else np.zeros(len(angles))
+            if i < self.dof and self.joints[i] == "P":
+                pose, motion = pose @ np.stack([translation(0.0, 0.0, way) for way in motion]), 0.0 * motion
             corners.append(pose[:, :3, 3])
-            turn = self.theta[i] + (angles[:, i] if i < self.dof else np.zeros(len(angles)))
-            pose = pose @ np.stack([rot_z(angle) for angle in turn])
+            pose = pose @ np.stack([rot_z(angle) for angle in self.theta[i] + motion])
         return np.stack(corners, axis=1)
 
     @classmethod
-    def from_rows(cls, rows: ArrayLike, base_yaw: float = 0.0) -> DHTable:
+    def from_rows(cls, rows: ArrayLike, base_yaw: float = 0.0, joints: str = "") -> DHTable:
         """Build a table from rows of (alpha, a, d) or (alpha, a, d, theta).
 
         Args:
             rows: Shape (n + 1, 3) or (n + 1, 4) [rad, m, m(, rad)], tool row last.
             base_yaw: Rotation about z before row 0 [rad].
+            joints: Kinds of the joints, such as RRPR; all turn where left out.
         """
         table = np.asarray(rows, dtype=float)
         if table.ndim != 2 or table.shape[1] not in (3, 4):
             raise DesignError(f"DH rows have shape {table.shape}", allowed="(n + 1, 3) or (n + 1, 4)")
         theta = table[:, 3] if table.shape[1] == 4 else np.zeros(len(table))
-        return cls(table[:, 0], table[:, 1], table[:, 2], theta, base_yaw)
+        return cls(table[:, 0], table[:, 1], table[:, 2], theta, base_yaw, joints)
 
     @classmethod
-    def from_classic(cls, rows: ArrayLike) -> DHTable:
+    def from_classic(cls, rows: ArrayLike, joints: str = "") -> DHTable:
         """Convert a classic table, A_i = Rz(theta_i + q_i) Tz(d_i) Tx(a_i) Rx(alpha_i), exactly.
 
         The twist and length behind joint i move to the next row, since
@@ -176,6 +206,7 @@ class DHTable:
 
         Args:
             rows: Shape (n, 3) or (n, 4): (alpha, a, d) or (alpha, a, d, theta), one row a joint [rad, m, m(, rad)].
+            joints: Kinds of the joints, such as RRPR; all turn where left out.
 
         Returns:
             The modified table; its tool row carries the last twist and length.
@@ -185,14 +216,14 @@ class DHTable:
             raise DesignError(f"classic DH rows have shape {table.shape}", allowed="(n, 3) or (n, 4)")
         alpha, a, d = table[:, :3].T
         theta = table[:, 3] if table.shape[1] == 4 else np.zeros(len(table))
-        return cls(np.r_[0.0, alpha], np.r_[0.0, a], np.r_[d, 0.0], np.r_[theta, 0.0])
+        return cls(np.r_[0.0, alpha], np.r_[0.0, a], np.r_[d, 0.0], np.r_[theta, 0.0], 0.0, joints)
 
     def to_classic(self) -> ClassicDH:
         """This arm in classic form; what does not fit a joint's row is kept as a base and a tool frame."""
         first = rot_x(self.alpha[0]) @ translation(self.a[0], 0.0, 0.0)
         last = translation(0.0, 0.0, self.d[-1]) @ rot_z(self.theta[-1])
         rows = np.stack([self.alpha[1:], self.a[1:], self.d[:-1], self.theta[:-1]], axis=1)
-        return ClassicDH(rows=rows, base=self.base() @ first, tool=last)
+        return ClassicDH(rows=rows, base=self.base() @ first, tool=last, joints=self.joints)
 
 
 @dataclass(frozen=True)
@@ -203,17 +234,21 @@ class ClassicDH:
         rows: (alpha, a, d, theta) per joint, shape (n, 4) [rad, m, m, rad].
         base: Constant frame before the first row, shape (4, 4).
         tool: Constant frame after the last row, shape (4, 4).
+        joints: Kinds of the joints, see DHTable; of one that slides d is what changes.
     """
 
     rows: Array
     base: Array
     tool: Array
+    joints: str = ""
 
     def pose(self, q: ArrayLike) -> Array:
         """Tool frame relative to the base, shape (4, 4)."""
         pose = self.base
-        for (alpha, a, d, theta), angle in zip(self.rows, np.asarray(q, dtype=float), strict=True):
-            pose = pose @ rot_z(theta + angle) @ translation(a, 0.0, d) @ rot_x(alpha)
+        kinds = self.joints or "R" * len(self.rows)
+        for (alpha, a, d, theta), x, kind in zip(self.rows, np.asarray(q, dtype=float), kinds, strict=True):
+            turn, shift = (theta, d + x) if kind == "P" else (theta + x, d)
+            pose = pose @ rot_z(turn) @ translation(a, 0.0, shift) @ rot_x(alpha)
         return pose @ self.tool
 
 

@@ -20,7 +20,7 @@ CONVENTIONS = ("modified", "classic")
 COLUMNS = ("alpha", "a", "d", "theta")
 LABELS = ("row", "i", "joint", "link", "name")
 """Columns of a CSV that only label its rows."""
-COMMENT = re.compile(r"^#\s*(convention|base_yaw)\s*:\s*(.*?)\s*$", re.MULTILINE)
+COMMENT = re.compile(r"^#\s*(convention|base_yaw|joints)\s*:\s*(.*?)\s*$", re.MULTILINE)
 """A comment line of a CSV that says what its columns do not."""
 EXAMPLE = 'rows like { "alpha": 1.57, "a": 0.3, "d": 0.0 } [rad, m]'
 
@@ -46,13 +46,28 @@ def read_design(path: str | Path, convention: str | None = None) -> DHTable:
     stated = settle_convention(path, table.get("convention"), convention)
     rows = np.array([row_values(path, f"rows[{i}]", row) for i, row in enumerate(table["rows"])])
     yaw = number(path, "base_yaw", table.get("base_yaw", 0.0))
+    joints = joint_kinds(path, table, content)
     if stated == "classic":
         if yaw != 0.0:
             raise DesignError(f"{path}: a classic table has no base_yaw", value=yaw, allowed=0)
-        return with_fixed_rows(DHTable.from_classic(rows), path, table)
+        return with_fixed_rows(DHTable.from_classic(rows, joints), path, table)
     if len(rows) < 2:
         raise DesignError(f"{path}: a modified table needs a row per joint and a tool row, this has {len(rows)}")
-    return DHTable.from_rows(rows, yaw)
+    return DHTable.from_rows(rows, yaw, joints)
+
+
+def joint_kinds(path: Path, table: Mapping[str, Any], content: Any) -> str:  # noqa: ANN401 (whatever the file holds)
+    """The kinds of the joints, as RRPR, that a table or the result around it states; empty where all turn.
+
+    Raises:
+        DesignError: They are no text.
+    """
+    stated = table.get("joints", content.get("joints") if isinstance(content, Mapping) else None)
+    if stated is None:
+        return ""
+    if not isinstance(stated, str):
+        raise DesignError(f"{path}: joints is {stated!r}", value=stated, allowed="letters R and P, such as RRPR")
+    return stated.strip().upper()
 
 
 def read_base_pose(path: str | Path) -> BasePose | None:
@@ -111,7 +126,7 @@ def with_fixed_rows(table: DHTable, path: Path, content: Mapping[str, Any]) -> D
             raise DesignError(f"{path}: {where} is {value:g}", value=value, allowed=0)
     rows = np.stack([table.alpha, table.a, table.d, table.theta], axis=1)
     rows[0, :2], rows[-1, 2:] = base[:2], tool[2:]
-    return DHTable.from_rows(rows, base[3])
+    return DHTable.from_rows(rows, base[3], table.joints)
 
 
 def design_file(path: str | Path) -> Path:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
+from armdesign._types import Array
 from armdesign.errors import DesignError
 from armdesign.kinematics.dh import DHTable
 
@@ -19,13 +21,13 @@ def arm_model(table: DHTable, limits: ArrayLike | None = None) -> pin.Model:
 
     Args:
         table: The DH table.
-        limits: Joint limits, shape (n, 2) [rad]; +-pi by default.
+        limits: Joint limits, shape (n, 2) [rad; m of joints that slide]; +-pi, or +-1 m, by default.
 
     Returns:
         The model, without masses; nq = nv = n.
     """
     n = table.dof
-    bounds = np.tile([-np.pi, np.pi], (n, 1)) if limits is None else np.asarray(limits, dtype=float)
+    bounds = default_limits(table) if limits is None else np.asarray(limits, dtype=float)
     if bounds.shape != (n, 2):
         raise DesignError(f"joint limits have shape {bounds.shape}", allowed=f"({n}, 2)")
     placements = table.placements()
@@ -33,12 +35,23 @@ def arm_model(table: DHTable, limits: ArrayLike | None = None) -> pin.Model:
     model.name = "arm"
     joint = 0
     for i in range(n):
-        joint = model.addJoint(joint, pin.JointModelRZ(), pin.SE3(placements[i]), f"joint_{i + 1}")
+        joint = model.addJoint(joint, joint_of(table.prismatic[i]), pin.SE3(placements[i]), f"joint_{i + 1}")
         model.addJointFrame(joint)
     model.lowerPositionLimit, model.upperPositionLimit = bounds[:, 0].copy(), bounds[:, 1].copy()
     tool = pin.Frame(TOOL_FRAME, joint, model.nframes - 1, pin.SE3(placements[n]), pin.FrameType.OP_FRAME)
     model.addFrame(tool)
     return model
+
+
+def default_limits(table: DHTable) -> Array:
+    """Joint limits where none are known, +-pi, or +-1 m of joints that slide, shape (n, 2)."""
+    ends = np.where(table.prismatic, 1.0, np.pi)
+    return np.stack([-ends, ends], axis=1)
+
+
+def joint_of(prismatic: bool) -> Any:  # noqa: ANN401 (a Pinocchio joint)
+    """Pinocchio's joint about or along z."""
+    return pin.JointModelPZ() if prismatic else pin.JointModelRZ()
 
 
 class BlockViews(NamedTuple):
@@ -71,19 +84,21 @@ class ArmBlock:
         views: These four as the kernels take them.
     """
 
-    def __init__(self, size: int, dof: int) -> None:
+    def __init__(self, size: int, dof: int, prismatic: Sequence[bool] = ()) -> None:
         """Allocate the model.
 
         Args:
             size: Number of arms B; keep B n below about 100, createData grows with its cube.
             dof: Joints per arm n.
+            prismatic: Which of an arm's joints slide; none by default.
         """
+        kinds = tuple(prismatic) or (False,) * dof
         self.size, self.dof = size, dof
         self.model = pin.Model()
         for arm in range(size):
             parent = 0
             for i in range(dof):
-                parent = self.model.addJoint(parent, pin.JointModelRZ(), pin.SE3.Identity(), f"arm_{arm}_joint_{i}")
+                parent = self.model.addJoint(parent, joint_of(kinds[i]), pin.SE3.Identity(), f"arm_{arm}_joint_{i}")
         self.data = self.model.createData()
         self.q: NDArray[np.float64] = np.zeros(self.model.nq)
         self.poses = se3_view(self.data.oMi)

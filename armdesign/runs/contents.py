@@ -146,7 +146,7 @@ def path_content(
         "schema_version": SCHEMA_VERSION,
         "armdesign_version": __version__,
         "dof": table.dof,
-        "joints": "R" * table.dof,  # all of them turn
+        "joints": table.joints,
         "dh": dh_content(table),
         "length": table.length,
         "fitness": score.fitness,

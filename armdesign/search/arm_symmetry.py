@@ -6,6 +6,7 @@ from collections.abc import Callable
 from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.fitness.constraints import DesignSpace
@@ -27,10 +28,10 @@ def length_slab(space: DesignSpace) -> Slab:
     L is linear in the entries that cannot be negative; of the others the least and the most that they can add count.
     """
     lower, upper = space.bounds
-    weights = np.where(space.extending & (lower >= 0.0), 1.0, 0.0)
+    weights = np.where(space.extending & (lower >= space.shortest_at), 1.0, 0.0)
     shortest, longest = space.reachable_lengths
     least = most = shortest - float(weights @ lower)  # what the other entries add to L, those outside Phi included
-    if (space.extending & (lower < 0.0)).any():
+    if (space.extending & (lower < space.shortest_at)).any():
         most = longest - float(weights @ upper)
     return Slab(weights, space.length[0] - most, space.length[1] - least)
 
@@ -47,7 +48,7 @@ def canonical_form(space: DesignSpace) -> Callable[[Array], Array]:
         A function of designs Phi, shape (N, D), that gives as many.
     """
     lower, upper = (side[: space.cells].reshape(space.dof + 1, 3)[:, :2] for side in (space.lower, space.upper))
-    turnable = np.arange(space.dof + 1) > 0
+    turnable = turning_rows(space)
 
     def canonical(Phi: Array) -> Array:
         entries = space.full(Phi)  # fixed entries included; those of the base come last
@@ -55,7 +56,7 @@ def canonical_form(space: DesignSpace) -> Callable[[Array], Array]:
         behind = (rows[:, :, 1] < 0.0) & turnable & (-rows[:, :, :2] <= upper).all(axis=2)
         behind &= (-rows[:, :, :2] >= lower).all(axis=2)
         rows[:, :, :2] = np.where(behind[:, :, None], -rows[:, :, :2], rows[:, :, :2])
-        meeting = np.abs(rows[:, 1:, 1]) < FLAT
+        meeting = (np.abs(rows[:, 1:, 1]) < FLAT) & turnable[1:]
         rows[:, 1:, 0] = np.where(meeting, np.abs(rows[:, 1:, 0]), rows[:, 1:, 0])
         entries[:, : space.cells] = rows.reshape(len(entries), space.cells)
         if len(space.sites) > 1:  # what lies beyond the box of its site is the same as on its edge
@@ -92,7 +93,9 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
     standing = base_distances(space, np.vstack([design, others]))
     # squared distances; every row may choose its own side, since the half turns go into the joints beside it
     best = np.full(len(others), np.inf)
-    for turns in product((0, 1), repeat=n):  # every choice of axes to turn round: 2^n ways to write the arm
+    turnable, kinds = turning_rows(space), space.joints or "R" * n
+    choices = [(0, 1) if kind == "R" else (0,) for kind in kinds]  # a slide's limits are not the same either way
+    for turns in product(*choices):  # every choice of axes to turn round: 2^n ways to write the arm
         turned = np.array([*turns, 0])  # of axis i; the tool is not turned
         alpha = rows[:, :, 0] + np.pi * (turned + np.r_[0, turned[:-1]])
         d = rows[:, :, 2] * np.where(turned == 1, -1.0, 1.0)
@@ -102,9 +105,15 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
             # angles differ by at most half a turn
             twist = (side * alpha - one[:, 0] + np.pi) % (2.0 * np.pi) - np.pi
             ways.append((twist / unit[:, 0]) ** 2 + ((side * rows[:, :, 1] - one[:, 1]) / unit[:, 1]) ** 2)
-        ways[1][:, 0] = np.inf  # row 0 hangs on the base
+        ways[1][:, ~turnable] = np.inf
         best = np.minimum(best, (np.minimum(*ways) + across).sum(axis=1))
     return np.asarray(np.sqrt(best + standing**2))
+
+
+def turning_rows(space: DesignSpace) -> NDArray[np.bool_]:
+    """Rows that joints enclose which can take up half turns, shape (n + 1,): row 0 hangs on the base, slides cannot."""
+    kinds = np.array([*(space.joints or "R" * space.dof), "R"])  # the mount takes up what is behind the tool row
+    return np.asarray(np.r_[False, (kinds[:-1] == "R") & (kinds[1:] == "R")])
 
 
 def base_distances(space: DesignSpace, Phi: Array) -> Array:

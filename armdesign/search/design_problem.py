@@ -71,7 +71,8 @@ class Demonstration:
             return replace(problem, P=np.ascontiguousarray(P), R=np.ascontiguousarray(R))
         settings, task = self.settings, self.task
         limits = joint_limits(settings.design)
-        return make_problem(task.P, task.R, task.dt, limits, settings.fitness, settings.solver)
+        problem = make_problem(task.P, task.R, task.dt, limits, settings.fitness, settings.solver)
+        return problem.with_joints(settings.design.prismatic)
 
     def placed(self, base: BasePose) -> Demonstration:
         """This demonstration as seen from a base in its task frame."""
@@ -222,10 +223,10 @@ class DesignProblem:
     @cached_property
     def requirements(self) -> Requirements:
         """What an arm must be able to do, and what it must stay clear of."""
-        settings, n = self.settings, self.settings.design.dof
+        settings = self.settings
         limits, every = joint_limits(settings.design), self.in_room.demonstrations
         shown = tuple(Shown(each.task.time, each.task.arm, each.obstacles) for each in every)
-        return Requirements(settings, limits, (False,) * n, shown, self.origin)
+        return Requirements(settings, limits, settings.design.prismatic, shown, self.origin)
 
     def with_settings(self, changes: Mapping[str, Mapping[str, Any]]) -> DesignProblem:
         """These demonstrations under other settings of design, fitness, solver or search.

@@ -138,10 +138,10 @@ class Result:
         """
         options = self.problem.settings.body
         if self.placed or options.kind == "thin":
-            return arm_body(self.table, options, self.slides, placed=self.placed, side=None)
-        hung = arm_body(self.table, options, self.slides)
+            return arm_body(self.table, options, self.slides, self.limits, placed=self.placed, side=None)
+        hung = arm_body(self.table, options, self.slides, self.limits)
         q = np.concatenate([each.path.q for each in self.evaluation.demonstrations])
-        return arm_body(self.table, options, self.slides, side=free_side(hung, q))
+        return arm_body(self.table, options, self.slides, self.limits, side=free_side(hung, q))
 
     @property
     def placed(self) -> bool:
@@ -173,7 +173,7 @@ class Result:
 
     @property
     def limits(self) -> Array:
-        """Joint limits of the search, shape (n, 2) [rad]."""
+        """Joint limits of the search, shape (n, 2) [rad; m of joints that slide]."""
         return joint_limits(self.problem.settings.design)
 
     @property

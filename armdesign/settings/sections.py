@@ -140,6 +140,31 @@ class Task(Section):
     )  # fmt: skip
 
 
+def means_dof(section: type[S]) -> type[S]:
+    """Make a section of the arm with as many joints as their kinds say, where no number is given."""
+    made = section.__init__
+
+    @functools.wraps(made)
+    def initialise(self: S, *values: Any, **entries: Any) -> None:  # noqa: ANN401 (whatever the section takes)
+        made(self, *values, **(entries if values else with_dof(entries)))
+
+    section.__init__ = initialise  # type: ignore[assignment]
+    return section
+
+
+def with_dof(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """Entries of the arm with the number of joints that their kinds mean, where they name none.
+
+    Args:
+        entries: Values by name; None stands for not set.
+    """
+    joints = entries.get("joints")
+    if isinstance(joints, str) and joints:
+        return {"dof": min(len(joints), 10), **entries, "joints": joints.upper()}
+    return dict(entries)
+
+
+@means_dof
 @dataclass(frozen=True, repr=False)
 class Design(Section):
     """Freedom and limits of the arm (method sections 2 and 6)."""
@@ -204,7 +229,13 @@ class Design(Section):
             raise SettingsError(
                 f"setting 'design.joints' is '{self.joints}' for {counted(self.dof, 'joint')}", value=self.joints,
                 allowed=f"{counted(self.dof, 'letter')} R or P",
+                fix="Leave --dof out, or make the two agree",
             )  # fmt: skip
+
+    @property
+    def prismatic(self) -> tuple[bool, ...]:
+        """Which joints slide, n of them."""
+        return tuple(kind == "P" for kind in self.joints or "R" * self.dof)
 
 
 @dataclass(frozen=True, repr=False)
@@ -630,6 +661,7 @@ class Settings:
                 if name not in names:
                     raise SettingsError(f"unknown setting '{title}.{name}'", value=name, allowed=list(names))
             meant = with_algorithm(entries, self.search.algorithm) if title == Search.title() else entries
+            meant = with_dof(entries) if title == Design.title() else meant
             sections[title] = dataclasses.replace(getattr(self, title), **meant)
         return dataclasses.replace(self, **sections)
 

@@ -98,7 +98,11 @@ def test_torques_of_a_horizontal_arm_in_closed_form_and_their_gradient():
     base = columns((np.pi / 2.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # its axis level, so that gravity turns it
     body = Body()
     settings = Settings().replace({"design": {"dof": 1}, "needs": {"max_torque": [4.0]}})
-    needs, smooth, load = joint_needs(settings), smoothing(TIME), Load(body, 2.0, placed=False)
+    needs, smooth, load = (
+        joint_needs(settings),
+        smoothing(TIME),
+        Load(body, 2.0, placed=False, limits=np.array([[-3.0, 3.0]]), prismatic=(False,)),
+    )
     path = np.zeros((T, 1))
     inner = body.tube_diameter / 2.0 - body.tube_wall
     tube = body.tube_density * np.pi * ((body.tube_diameter / 2.0) ** 2 - inner**2) * 0.5

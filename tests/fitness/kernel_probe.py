@@ -42,12 +42,14 @@ def look_all(arms, scratch, areas, jacobian, points, targets, frame, delta, diff
 class Probe:
     """B arms of n joints, each with its own design, pose and frame; all records can be read afterwards."""
 
-    def __init__(self, size, dof):
+    def __init__(self, size, dof, prismatic=()):
         self.size, self.dof = size, dof
-        self.block = ArmBlock(size, dof)
+        self.block = ArmBlock(size, dof, prismatic)
         self.arms, self.scratch, self.areas = np.zeros(size, ARM), np.zeros(size, SCRATCH), np.zeros(size)
         self.chains, self.frames, self.attitudes = (self.arms[name] for name in ("chain", "frame", "attitude"))
         self.matches = self.scratch["match"]
+        if any(prismatic):
+            self.chains["slides"][:, :dof], self.chains["sliding"] = prismatic, 1
         self.attitudes["mount"] = np.eye(3)
 
     def load(self, tables):

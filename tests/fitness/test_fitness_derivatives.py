@@ -37,15 +37,17 @@ def ties(probe, m):
     return np.concatenate([probe.matches[name][:, :m] for name in ("segment", "pool", "sliding")], axis=1)
 
 
-def samples(seed, n, m, weights, *, count, free=None, oriented=False):
+def samples(seed, n, m, weights, *, count, free=None, oriented=False, joints=""):
     """Derivatives at random poses in generic position."""
     rng = np.random.default_rng([seed, n, m])
-    probe = Probe(2 * n + 1, n)
+    prismatic = [kind == "P" for kind in joints or n * "R"]
+    probe = Probe(2 * n + 1, n, prismatic)
     options = WELDING_LIKE if oriented else {}
     stencil = np.vstack([np.zeros(n), H * np.eye(n), -H * np.eye(n)])
     for _ in range(count):
         table = random_table(rng, n, theta=True, negative=True, yaw=True)
         q, points = rng.uniform(-np.pi, np.pi, n), random_frames(rng, 1, m)[0]
+        q[prismatic] /= 10.0  # some 0.3 m; with it the piece may turn back
         probe.load(table).pose(q + stencil)
         probe.look(points, weights, free=free, differentiate=True, **options)
         tied = ties(probe, m)
@@ -82,6 +84,19 @@ def test_derivatives_equal_central_differences(n, m, oriented):
         assert sum(s.pools for s in taken) >= 1
         assert sum(s.slides for s in taken) >= 10
         assert sum(s.clamped for s in taken) >= 10
+
+
+@pytest.mark.parametrize("oriented", [False, True], ids=["squared", "root"])
+@pytest.mark.parametrize("joints", ["P", "RP", "PR", "RRPR", "PPR", "RPRRP"])
+def test_derivatives_hold_for_joints_that_slide(joints, oriented):
+    n, clamped = len(joints), 0
+    for s in samples(7, n, 3, np.array([0.2, 0.3, 0.5]), count=60, oriented=oriented, joints=joints):
+        scale = max(1e-3, np.abs(s.slope).max())
+        np.testing.assert_allclose(s.slope, s.slope_differences, atol=1e-7 * scale)
+        scale = max(1e-2, np.abs(s.newton).max())
+        np.testing.assert_allclose(s.newton, s.newton_differences, atol=2e-6 * scale)
+        clamped += s.clamped
+    assert clamped >= 5
 
 
 def test_derivatives_hold_for_a_free_hand():

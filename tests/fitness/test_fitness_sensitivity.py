@@ -9,7 +9,7 @@ import pytest
 from scenes import PACKAGING, WELDING, problem_for, recorded
 
 from armdesign.fitness.block import batch_of
-from armdesign.fitness.constraints import design_space
+from armdesign.fitness.constraints import design_space, joint_limits
 from armdesign.fitness.robot import RobotFitness
 from armdesign.fitness.sensitivity import Sensitivity
 from armdesign.settings.place import Site
@@ -29,10 +29,13 @@ class Scene:
         weights, w_0 = TASKS[name]
         P, R = recorded(name)
         limits = np.tile([-limit, limit], (n, 1))
+        settings = Design(**{"dof": n, **(design or {})})
+        if settings.joints:
+            limits = joint_limits(settings)
         self.problem = problem_for(
             P[::10], n, weights, R=R[::10] if w_0 > 0.0 else None, w_0=w_0, limits=limits, solver=EXACT, delta=FINE,
             continuity=continuity, **others,
-        )  # fmt: skip
+        ).with_joints(settings.prismatic)  # fmt: skip
         if mounted is None:
             self.space = design_space(Design(dof=n, base_yaw=(-90.0, 90.0), **(design or {})))
         else:  # the task frame is the room, where the demonstrator's shoulder rests in the origin
@@ -96,6 +99,15 @@ def test_gradients_hold_for_lengths_of_either_sign():
     assert np.isfinite(errors).mean() > 0.8
     assert np.nanmax(errors[:, 0]) < 1e-3
     assert np.nanquantile(errors[:, 1], 0.9) < 3e-3
+
+
+@pytest.mark.parametrize(("name", "joints"), [("packaging", "RPR"), ("packaging", "PRRP"), ("welding", "RRP")])
+def test_gradients_hold_where_joints_slide(name, joints):
+    scene = Scene(name, len(joints), count=200, design={"joints": joints, "travel": (-0.2, 0.3)})
+    errors = np.stack([scene.errors(k) for k in range(6)])
+    assert np.isfinite(errors).mean() > 0.7
+    assert np.nanmax(errors[:, 0]) < 2e-3
+    assert np.nanquantile(errors[:, 1], 0.9) < 5e-3
 
 
 def test_joints_at_a_limit_stay_there():

@@ -32,9 +32,11 @@ def propose_all(steps, n, q, previous, radius, lower, upper, mu, done):
 
 
 def load(tables):
-    """A block with these arms in it, and their chains."""
-    block = ArmBlock(len(tables), tables[0].dof)
+    """A block with these arms in it, all with the same kinds of joints, and their chains."""
+    n, slides = tables[0].dof, tables[0].prismatic
+    block = ArmBlock(len(tables), n, slides)
     chains = np.zeros(len(tables), dtype=CHAIN)
+    chains["slides"][:, :n], chains["sliding"] = slides, any(slides)
     rows = np.stack([np.stack([t.alpha, t.a, t.d, t.theta], axis=1) for t in tables])
     load_block(chains, block.placements, rows, np.array([t.base_yaw for t in tables]))
     return block, chains

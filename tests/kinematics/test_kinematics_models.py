@@ -15,14 +15,15 @@ from armdesign.kinematics.models import TOOL_FRAME, ArmBlock, arm_model
 SIZES = range(1, 11)
 
 
-def random_table(rng, n):
+def random_table(rng, n, joints=""):
     """Any arm: twists all around, negative lengths, joint offsets, a turned base."""
     lengths = rng.uniform(-0.5, 0.5, (2, n + 1)) * (rng.random((2, n + 1)) < 0.8)
-    return DHTable(rng.uniform(-3, 3, n + 1), *lengths, rng.uniform(-3, 3, n + 1), rng.uniform(-3, 3))
+    return DHTable(rng.uniform(-3, 3, n + 1), *lengths, rng.uniform(-3, 3, n + 1), rng.uniform(-3, 3), joints)
 
 
 def random_block(rng, n, size):
-    tables = [random_table(rng, n) for _ in range(size)]
+    joints = "".join(rng.choice(["R", "R", "P"], n))
+    tables = [random_table(rng, n, joints) for _ in range(size)]
     q = rng.uniform(-4, 4, (size, n))
     block, chains = load(tables)
     pose(block, chains, q)
@@ -40,7 +41,7 @@ def homogeneous(row):
 def test_arm_model_moves_as_the_table_says(n):
     rng = np.random.default_rng([1, n])
     for _ in range(10):
-        table, q = random_table(rng, n), rng.uniform(-4, 4, n)
+        table, q = random_table(rng, n, "".join(rng.choice(["R", "R", "P"], n))), rng.uniform(-4, 4, n)
         model = arm_model(table)
         data = model.createData()
         pin.framesForwardKinematics(model, data, q)

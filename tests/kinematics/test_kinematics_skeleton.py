@@ -10,19 +10,21 @@ from scipy.spatial.transform import Rotation
 from armdesign.kinematics.dh import DHTable
 
 
-def random_table(rng, n, zeros=0.3):
+def random_table(rng, n, zeros=0.3, joints=""):
     lengths = rng.uniform(-0.5, 0.5, (2, n + 1)) * (rng.random((2, n + 1)) >= zeros)
     lengths[1, -1] = 0.1
-    return DHTable(rng.uniform(-3, 3, n + 1), *lengths, rng.uniform(-3, 3, n + 1), rng.uniform(-3, 3))
+    return DHTable(rng.uniform(-3, 3, n + 1), *lengths, rng.uniform(-3, 3, n + 1), rng.uniform(-3, 3), joints)
 
 
 def plain_vertices(table, q):
     """Walk along the arm with plain rotations; also the tool's rotation, and the joints that move each piece."""
     R, p = Rotation.from_euler("z", table.base_yaw), np.zeros(3)
     vertices, movers = [p], []
-    for i, angle in enumerate([*q, 0.0]):
+    for i, motion in enumerate([*q, 0.0]):
+        slides = f"{table.joints}R"[i] == "P"
+        way, angle = (motion, 0.0) if slides else (0.0, motion)
         R = R * Rotation.from_euler("x", table.alpha[i])
-        for step in (np.array([table.a[i], 0, 0]), np.array([0, 0, table.d[i]])):
+        for step in (np.array([table.a[i], 0, 0]), np.array([0, 0, table.d[i] + way])):
             if step.any():
                 p = p + R.apply(step)
                 vertices.append(p)
@@ -31,12 +33,13 @@ def plain_vertices(table, q):
     return np.array(vertices), R.as_matrix(), movers
 
 
-@pytest.fixture(scope="module", params=[1, 2, 3, 5, 8, 10])
+@pytest.fixture(scope="module", params=[*(n * "R" for n in (1, 2, 3, 5, 8, 10)), "P", "RPR", "PPRRP"])
 def posed(request):
     """Random arms of n joints with their poses and records."""
-    rng = np.random.default_rng(request.param)
-    tables = [random_table(rng, request.param) for _ in range(8)]
-    q = rng.uniform(-4, 4, (8, request.param))
+    n = len(request.param)
+    rng = np.random.default_rng(n)
+    tables = [random_table(rng, n, joints=request.param) for _ in range(8)]
+    q = rng.uniform(-4, 4, (8, n))
     block, chains = load(tables)
     pose(block, chains, q)
     return list(zip(tables, q, chains, strict=True))
@@ -75,8 +78,9 @@ def test_arc_lengths_and_directions(posed):
 
 
 def test_the_length_is_the_table_s(posed):
-    for table, _, chain in posed:
-        assert chain["length"] == pytest.approx(table.length, abs=1e-14)
+    for table, q, chain in posed:
+        lengths = np.abs(table.a).sum() + np.abs(table.d + np.r_[np.where(table.prismatic, q, 0.0), 0.0]).sum()
+        assert chain["length"] == pytest.approx(lengths, abs=1e-14)
         assert chain["arc"][chain["segments"]] == chain["length"]
 
 

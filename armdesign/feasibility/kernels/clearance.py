@@ -96,8 +96,6 @@ WORK = np.dtype(
         ("poses", np.float64, (MAX_ROWS, 12)),  # of the frame before row 0, then of the joints, in one frame
         ("between", np.float64, (3, 12)),  # ends of two capsules there, then the pose of an obstacle
         ("q", np.float64, MAX_DOF),  # joint angles there, or turns from one frame to the next
-        ("turn", np.float64, MAX_DOF),  # angles of the joints that turn, 0 of those that slide
-        ("slid", np.float64, (MAX_DOF, 12)),  # placements with the joints that slide where they have slid to
         ("chain", CHAIN),
         ("body", BODY),
         ("check", CHECK),
@@ -145,25 +143,12 @@ def load_candidate(traced, rows, base):
 
 
 @branch
-def place_arm(work, sizes, q):
-    """Write the joint poses at given joint angles, shape (n,); a joint that slides is one that is placed farther on."""
-    for j in range(work.dof):
-        slides = sizes.prismatic[j] == 1
-        work.turn[j] = 0.0 if slides else q[j]
-        for c in range(12):
-            work.slid[j, c] = work.placements[j, c]
-        for r in range(3 if slides else 0):
-            work.slid[j, ORIGIN + r] += q[j] * work.placements[j, Z + r]
-    place_joints(work.poses[1:], work.slid, work.turn, work.dof)
-
-
-@branch
 def trace_path(traced, room):
     """Place the capsules in every frame, and bound their ways between them."""
     work = traced.work[0]
     body, sizes, path, frames, n = work.body, room.sizes[0], traced.path, len(traced.path), work.dof
     for f in range(frames):
-        place_arm(work, sizes, path[f])
+        place_joints(work.poses[1:], work.placements, path[f], work.chain)
         for k in range(body.capsules):
             place_capsule(traced.ends[k, f], body, work.poses, k)
         for j in range(n):
@@ -422,7 +407,7 @@ def place_between(traced, room, pair, t, share):
     ahead = min(t + 1, len(path) - 1)
     for j in range(n):
         work.q[j] = path[t, j] + share * (path[ahead, j] - path[t, j])
-    place_arm(work, room.sizes[0], work.q)
+    place_joints(work.poses[1:], work.placements, work.q, work.chain)
     place_capsule(work.between[0], body, work.poses, pair.first)
     if pair.second >= 0:
         place_capsule(work.between[1], body, work.poses, pair.second)

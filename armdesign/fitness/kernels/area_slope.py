@@ -10,7 +10,7 @@ import numpy as np
 
 from armdesign.fitness.kernels.area import ROUNDING
 from armdesign.fitness.kernels.association import MAX_POINTS
-from armdesign.fitness.kernels.variations import YAW, coordinates, own_shift
+from armdesign.fitness.kernels.variations import YAW, coordinates, ends_of, own_shift
 from armdesign.kinematics.compilation import branch, leaf
 from armdesign.kinematics.kernels.skeleton import MAX_SEGMENTS
 
@@ -119,4 +119,5 @@ def spread_pull(variation, pull, chain, match, m, n):
         own = own_shift(chain, match.segment[i])
         for c in range(first, own):
             area[c] += pull.cut[i + 1] * (variation.stretch[c] + variation.glide[i, c])
-        area[own] += pull.cut[i + 1] * variation.glide[i, own]
+        for c in range(own, own + ends_of(chain, match.segment[i])):
+            area[c] += pull.cut[i + 1] * variation.glide[i, c]

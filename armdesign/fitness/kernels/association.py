@@ -71,6 +71,12 @@ def associate(match, chain, points, weights, free):
 
 
 @leaf
+def at_end(chain, match, p):
+    """Whether the place of point p is the end of its segment; of one without length, which is both, it is."""
+    return match.along[p] >= chain.extent[match.segment[p]]
+
+
+@leaf
 def closest_points(match, chain, points, free):
     """Each point's own closest place. Returns whether these are already in order along the arm."""
     in_order = True  # sigma_1 <= ... <= sigma_m, section 3

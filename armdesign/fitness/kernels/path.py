@@ -46,7 +46,7 @@ from armdesign.fitness.kernels.starts import (
 from armdesign.fitness.kernels.temporal import Target, differentiate_frame, evaluate_frame
 from armdesign.fitness.kernels.trial import judge, propose_trial
 from armdesign.kinematics.compilation import branch, entry, leaf
-from armdesign.kinematics.kernels.skeleton import MAX_DOF, load_arm, update_skeleton
+from armdesign.kinematics.kernels.skeleton import MAX_DOF, load_arm, set_kinds, update_skeleton
 
 
 @branch
@@ -301,6 +301,7 @@ def exchange(arms, block, problem, batch, outcome, cursor):
             collect(outcome[state.candidate], state)
             state.phase = IDLE
         if state.phase == IDLE and cursor < len(batch.rows):
+            set_kinds(arms[b].chain, problem.record[0].slides, n)
             load_arm(arms[b].chain, block.placements[b * n :], batch.rows[cursor], batch.yaw[cursor])
             begin_candidate(
                 state, problem.record[0], n, problem.starts, batch.cutoff[cursor], batch.poses[cursor], cursor

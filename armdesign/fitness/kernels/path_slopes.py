@@ -34,7 +34,7 @@ from armdesign.fitness.kernels.variations import (
 )
 from armdesign.kinematics.compilation import branch, entry
 from armdesign.kinematics.kernels.dls import factorise, solve_lower, solve_upper
-from armdesign.kinematics.kernels.skeleton import load_arm, update_skeleton
+from armdesign.kinematics.kernels.skeleton import load_arm, set_kinds, update_skeleton
 
 FLAT = 1e-9
 """Curvature, relative to the mean one, below which a direction counts as flat."""
@@ -61,6 +61,7 @@ def slopes_along_paths(variations, pulls, arms, scratch, problem, batch, paths, 
     v.first = 0 if 3 * n + 4 < E else YAW
     for k in range(len(batch.rows)):
         give_base(arm.state, batch.bases[k])
+        set_kinds(arm.chain, problem.record[0].slides, n)
         load_arm(arm.chain, placements, batch.rows[k], batch.yaw[k])
         given = np.isfinite(batch.mounts[k, 0, 0])
         if given:
@@ -72,7 +73,7 @@ def slopes_along_paths(variations, pulls, arms, scratch, problem, batch, paths, 
             for j in range(n):
                 v.dq[j, c] = 0.0
         for t in range(T):
-            place_joints(poses, placements, paths[k, t], n)
+            place_joints(poses, placements, paths[k, t], arm.chain)
             update_skeleton(arm.chain, poses)
             set_axes(v, poses, arm.state.base, arm.chain, batch.rows[k])
             frame_slopes(v, pulls[0], arm, scratch[0], problem, paths[k], t, given)

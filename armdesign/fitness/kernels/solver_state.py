@@ -35,7 +35,8 @@ PROBLEM = np.dtype(
         ("lambda_f", np.float64),
         ("lambda_E", np.float64),
         ("delta", np.float64),
-        ("radius", np.float64),  # eps, largest |q_t - q_{t-1}| [rad]
+        ("radius", np.float64),  # eps, largest |q_t - q_{t-1}| [rad]; of joints that slide a metre counts as a radian
+        ("slides", np.int64, MAX_DOF),  # 1 where a joint slides
         ("lower", np.float64, MAX_DOF),
         ("upper", np.float64, MAX_DOF),
         ("reach", np.float64),  # how near the hand must come at the start [m]

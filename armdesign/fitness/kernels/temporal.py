@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.fitness.kernels.association import MAX_POINTS, associate
+from armdesign.fitness.kernels.association import MAX_POINTS, associate, at_end
 from armdesign.fitness.kernels.orientation import compare_orientation, orientation_jacobian
 from armdesign.kinematics.compilation import branch, leaf
-from armdesign.kinematics.kernels.skeleton import MAX_DOF
+from armdesign.kinematics.kernels.skeleton import ALONG_Z, MAX_DOF
 
 FRAME = np.dtype(
     [
@@ -108,7 +108,7 @@ def differentiate_frame(arm, scratch, target, jacobian):
             frame.gauss[i, j] = 0.0
     for p in range(len(weights)):
         if weights[p] > 0.0:
-            add_point(frame, motion, match, p, chain.row[match.segment[p]], jacobian, weights[p])
+            add_point(frame, motion, match, p, movers_of(chain, match, p), jacobian, weights[p])
     for j in range(n):
         x, y, z = motion.torque[j, 0], motion.torque[j, 1], motion.torque[j, 2]
         for i in range(j + 1):
@@ -119,6 +119,16 @@ def differentiate_frame(arm, scratch, target, jacobian):
     if target.w_0 > 0.0:
         take_root(frame, n, len(weights))
         orientation_jacobian(arm.attitude, jacobian, n, target.metric)
+
+
+@leaf
+def movers_of(chain, match, p):
+    """Number of joints that move the place of point p: those before its segment, and one that slides, at its end."""
+    k = match.segment[p]
+    row = chain.row[k]
+    if chain.slides[row] == 1 and chain.kind[k] == ALONG_Z and match.sliding[p] == 0 and at_end(chain, match, p):
+        return row + 1
+    return row
 
 
 @leaf

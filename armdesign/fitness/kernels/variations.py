@@ -1,6 +1,7 @@
 """Every number of a DH table as a joint of its own: how the arm moves when the design changes.
 
-A twist or the base yaw turns everything behind it, a length shifts it, as a revolute or a prismatic joint would.
+A twist or the base yaw turns everything behind it, a length shifts it, as a revolute or a prismatic joint would. A
+joint that slides is the same coordinate as the offset d of its row.
 Joint angles and design entries together are the coordinates of an arm, in the order in which they act:
 
     base x, y, z, yaw, then per row alpha, a, d and, for rows that carry a joint, q
@@ -13,9 +14,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from armdesign.fitness.kernels.association import MAX_POINTS, SMALLEST_WEIGHT
+from armdesign.fitness.kernels.association import MAX_POINTS, SMALLEST_WEIGHT, at_end
 from armdesign.kinematics.compilation import branch, leaf
-from armdesign.kinematics.kernels.skeleton import ALONG_X, MAX_DOF, ORIGIN, X, Z
+from armdesign.kinematics.kernels.skeleton import ALONG_X, ALONG_Z, MAX_DOF, ORIGIN, X, Z
 
 YAW, BASE = 3, 4
 """Coordinate that turns the base, and the number of the base's coordinates."""
@@ -66,10 +67,12 @@ def coordinates(n):
 
 
 @branch
-def place_joints(poses, placements, q, n):
+def place_joints(poses, placements, q, chain):
     """Joint poses, shape (n, 12), from the placements, shape (n, 12), and the joint angles."""
-    for i in range(n):
-        c, s = np.cos(q[i]), np.sin(q[i])
+    for i in range(chain.dof):
+        slides = chain.slides[i] == 1
+        c, s = 1.0 if slides else np.cos(q[i]), 0.0 if slides else np.sin(q[i])
+        way = q[i] if slides else 0.0
         local, pose = placements[i], poses[i]
         for r in range(3):
             if i == 0:
@@ -80,6 +83,8 @@ def place_joints(poses, placements, q, n):
                 y = up[r] * local[3] + up[3 + r] * local[4] + up[6 + r] * local[5]
                 z = up[r] * local[6] + up[3 + r] * local[7] + up[6 + r] * local[8]
                 o = up[r] * local[9] + up[3 + r] * local[10] + up[6 + r] * local[11] + up[ORIGIN + r]
+            if slides:
+                o += way * z
             pose[r], pose[3 + r], pose[6 + r], pose[ORIGIN + r] = c * x + s * y, c * y - s * x, z, o
 
 
@@ -126,18 +131,38 @@ def set_axes(variation, poses, base, chain, rows):
         if i < n:
             z, o = poses[i, Z : Z + 3], poses[i, ORIGIN : ORIGIN + 3]
             set_shift(axis[k + D], z[0], z[1], z[2])
-            set_turn(axis[k + Q], z[0], z[1], z[2], o[0], o[1], o[2])
+            if chain.slides[i] == 1:
+                set_shift(axis[k + Q], z[0], z[1], z[2])
+            else:
+                set_turn(axis[k + Q], z[0], z[1], z[2], o[0], o[1], o[2])
         else:
             t = chain.tip_rotation
             set_shift(axis[k + D], t[0, 2], t[1, 2], t[2, 2])
         variation.stretch[k + A] = -1.0 if rows[i, A] < 0.0 else 1.0
         variation.stretch[k + D] = -1.0 if rows[i, D] < 0.0 else 1.0
+    for k in range(chain.segments):  # the joint stretches the piece along it as its offset does
+        if chain.kind[k] == ALONG_Z and chain.slides[chain.row[k]] == 1:
+            own = own_shift(chain, k)
+            variation.stretch[own] = variation.stretch[own + Q - D] = chain.sign[k]
 
 
 @leaf
 def own_shift(chain, k):
     """Coordinate that is the length of segment k."""
     return BASE + 4 * chain.row[k] + (A if chain.kind[k] == ALONG_X else D)
+
+
+@leaf
+def ends_of(chain, k):
+    """Number of coordinates that stretch segment k: its length, and the joint behind it where that slides along it."""
+    return 2 if chain.kind[k] == ALONG_Z and chain.slides[chain.row[k]] == 1 else 1
+
+
+@leaf
+def stretched(chain, match, p):
+    """Whether the place of point p, at an end of its segment, is at that which the segment's length moves."""
+    k = match.segment[p]
+    return match.along[p] > 0.0 or (ends_of(chain, k) == 2 and at_end(chain, match, p))
 
 
 @branch
@@ -152,15 +177,16 @@ def tie_points(variation, match, chain, weights, m):
         movers = own_shift(chain, k)
         variation.movers[p] = movers
         if match.sliding[p] == 0:
-            if match.along[p] > 0.0:
-                variation.movers[p] = movers + 1
+            if stretched(chain, match, p):
+                variation.movers[p] = movers + ends_of(chain, k)
             else:
-                variation.movers[p] = own_shift(chain, k - 1) + 1 if k > 0 else BASE
+                variation.movers[p] = own_shift(chain, k - 1) + ends_of(chain, k - 1) if k > 0 else BASE
         for c in range(MAX_COORDINATES):
             variation.glide[p, c] = 0.0
         add_columns(variation, match, chain.direction[k], p)
-        if match.sliding[p] == 0 and match.along[p] > 0.0:
-            variation.glide[p, movers] = variation.stretch[movers]
+        if match.sliding[p] == 0 and stretched(chain, match, p):
+            for c in range(movers, movers + ends_of(chain, k)):
+                variation.glide[p, c] = variation.stretch[c]
     glide_pools(variation, match, weights, m)
 
 

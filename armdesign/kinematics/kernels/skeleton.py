@@ -1,7 +1,8 @@
 """The arm skeleton s(sigma, q): the polyline of a DH arm, by arc length (method section 2).
 
 Row i contributes up to two straight segments: along x_{i-1} by a_i, then along z_i by d_i. Both are moved by the
-joints before row i only. Pieces of zero length are left out, so that every segment has a direction.
+joints before row i only. Pieces of zero length are left out, so that every segment has a direction; but where joint
+i + 1 slides, the piece along z_i is d_i + q_i long and always there: it grows at its end, and L with it.
 """
 
 from __future__ import annotations
@@ -20,14 +21,16 @@ X, Z, ORIGIN = 0, 6, 9
 CHAIN = np.dtype(
     [
         ("dof", np.int64),
-        ("length", np.float64),  # L = sum(|a| + |d|) [m]
+        ("slides", np.int64, MAX_ROWS),  # 1 where the joint of a row slides
+        ("sliding", np.int64),  # whether any does
+        ("length", np.float64),  # L = sum(|a| + |d|) [m], at present where a joint slides
         ("base_x", np.float64, 3),  # x axis of the base frame
         ("tool", np.float64, (3, 3)),  # rotation of the tool frame in the last joint's frame
         ("segments", np.int64),
         ("row", np.int64, MAX_SEGMENTS),  # DH row of each segment = number of joints that move it
         ("kind", np.int64, MAX_SEGMENTS),  # ALONG_X or ALONG_Z
         ("sign", np.float64, MAX_SEGMENTS),  # -1 where a_i or d_i is negative
-        ("extent", np.float64, MAX_SEGMENTS),  # length of each segment [m]
+        ("extent", np.float64, MAX_SEGMENTS),  # length of each segment [m], likewise
         ("arc", np.float64, MAX_SEGMENTS + 1),  # arc length at its start; the last entry is L [m]
         # what follows depends on q
         ("start", np.float64, (MAX_SEGMENTS, 3)),  # first point of each segment [m]
@@ -40,13 +43,22 @@ CHAIN = np.dtype(
 
 
 @branch
+def set_kinds(chain, slides, n):
+    """Say which of n joints slide, shape (n,) with 1 for those; none does where nobody says so."""
+    chain.sliding = 0
+    for i in range(n):
+        chain.slides[i] = slides[i]
+        chain.sliding = max(chain.sliding, slides[i])
+
+
+@branch
 def load_arm(chain, placements, rows, yaw):
     """Write a design into a chain record and into Pinocchio's joint placements.
 
     The placement of joint i is Rx(alpha_i) Tx(a_i) Tz(d_i) Rz(theta_i), eq. 2, with the base yaw before the first.
 
     Args:
-        chain: Record of type CHAIN; its constant part is written.
+        chain: Record of type CHAIN; its constant part is written, but for which joints slide, see ``set_kinds``.
         placements: The arm's joint placements, shape (n, 12), see ArmBlock.
         rows: DH rows (alpha, a, d, theta), tool last, shape (n + 1, 4) [rad, m, m, rad].
         yaw: Base yaw [rad].
@@ -86,9 +98,9 @@ def cut_into_segments(chain, rows):
     for row in range(len(rows)):
         for kind in (ALONG_X, ALONG_Z):
             signed = rows[row, 1 + kind]
-            if signed != 0.0:
+            if signed != 0.0 or (kind == ALONG_Z and chain.slides[row] == 1):
                 chain.row[k], chain.kind[k] = row, kind
-                chain.sign[k], chain.extent[k], chain.arc[k] = np.sign(signed), abs(signed), arc
+                chain.sign[k], chain.extent[k], chain.arc[k] = -1.0 if signed < 0.0 else 1.0, abs(signed), arc
                 arc += abs(signed)
                 k += 1
     chain.segments, chain.length, chain.arc[k] = k, arc, arc  # L = sum(|a_i| + |d_i|), section 2
@@ -120,12 +132,28 @@ def update_skeleton(chain, poses):
                 chain.start[k, i] = poses[row - 1, ORIGIN + i] if row > 0 else 0.0
         else:
             for i in range(3):
-                axis = poses[row, Z + i] if row < n else chain.tip_rotation[i, 2]
-                chain.direction[k, i] = chain.sign[k] * axis
                 if k > 0 and chain.row[k - 1] == row:  # behind the same row's piece along x
                     chain.start[k, i] = chain.start[k - 1, i] + chain.extent[k - 1] * chain.direction[k - 1, i]
                 else:
                     chain.start[k, i] = poses[row - 1, ORIGIN + i] if row > 0 else 0.0
+            if chain.slides[row] == 1:
+                extend(chain, k, poses[row])
+            for i in range(3):
+                axis = poses[row, Z + i] if row < n else chain.tip_rotation[i, 2]
+                chain.direction[k, i] = chain.sign[k] * axis
         if row == n:
             for i in range(3):
                 chain.tip[i] = chain.start[k, i] + chain.extent[k] * chain.direction[k, i]
+    if chain.sliding == 1:
+        for k in range(chain.segments):
+            chain.arc[k + 1] = chain.arc[k] + chain.extent[k]
+        chain.length = chain.arc[chain.segments]
+
+
+@branch
+def extend(chain, k, pose):
+    """Set the length of segment k, along the joint that slides, whose frame is at its end."""
+    way = 0.0  # d + q
+    for i in range(3):
+        way += (pose[ORIGIN + i] - chain.start[k, i]) * pose[Z + i]
+    chain.sign[k], chain.extent[k] = -1.0 if way < 0.0 else 1.0, abs(way)
