@@ -98,6 +98,7 @@ def from_run_folder(settings: Settings, folder: Path) -> Settings:
     say(f"{gone} does not exist any more: the task in {folder} is used instead (--base {ORIGIN}).")
     tasks = {"recording": str(folder / TASK), "more_recordings": others or None, "holdouts": holdouts or None}
     as_it_is: dict[str, Any] = {"files": {}, "base": ORIGIN, "units": None, "up": None, "mirror": False}
+    as_it_is["time_unit"] = None
     return settings.replace({"task": {**tasks, **as_it_is}})
 
 

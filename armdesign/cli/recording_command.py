@@ -23,7 +23,7 @@ from armdesign.files import write_whole
 from armdesign.search.design_arm import recording_of
 from armdesign.settings.sections import Settings, Task
 
-READING = ("units", "up", "mirror")
+READING = ("units", "up", "mirror", "time_unit", "quaternions", "confidence", "rate")
 """Settings that say how a recording is read."""
 app = typer.Typer(
     name="recording",

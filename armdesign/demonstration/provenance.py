@@ -55,7 +55,7 @@ def provenance_of(chosen: Selection, settings: TaskSettings) -> Provenance:
     about = chosen.recording.about
     named = {step.name: step.details for step in about.steps}
     paths = list(settings.files.values()) or ([settings.recording] if settings.recording else [])
-    names = (*CLEANING_ENTRIES, "file_rate")
+    names = (*CLEANING_ENTRIES, "file_rate", "time_unit", "quaternions")
     return Provenance(
         sources=tuple(Source(path, fingerprint(path)) for path in paths),
         format=about.format,

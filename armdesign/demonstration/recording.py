@@ -190,7 +190,7 @@ class Take:
     """A file's content in the file's own units and axes. NaN means "not seen in this frame".
 
     Attributes:
-        time: Frame times, strictly increasing, shape (T,) [s].
+        time: Frame times, strictly increasing, shape (T,) [s]; frame numbers where the file is not ``timed``.
         points: Name to positions, each of shape (T, 3) [``units``]. Markers, joints and origins of bodies alike; names
             as in the file, subject prefix included, each once.
         orientations: Name to quaternions x, y, z, w (scalar last), body to reference axes, each of shape (T, 4).
@@ -203,6 +203,10 @@ class Take:
         captured: Whether the numbers come straight from a capture system and need cleaning; False for plain CSV, which
             is taken as finished.
         solved: Whether places follow from the pose of a skeleton, so that they are never unseen and may be at 0.
+        timed: Whether the file has times or a frame rate.
+        time_unit: Unit that the reader took times to be in, ``s``, ``ms``, ``us`` or ``ns``.
+        unordered: Names whose quaternions' order the file does not tell; they are as in the file.
+        confidence: Name to how well a point was seen, from 0 to 1, each of shape (T,); NaN where that is not said.
         steps: What was odd in the file and what the reader made of it.
     """
 
@@ -217,4 +221,8 @@ class Take:
     bodies: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     captured: bool = True
     solved: bool = False
+    timed: bool = True
+    time_unit: str = "s"
+    unordered: frozenset[str] = frozenset()
+    confidence: Mapping[str, Array] = field(default_factory=dict)
     steps: tuple[Step, ...] = ()

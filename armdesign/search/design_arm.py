@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from armdesign.demonstration import Recording, read_recording, read_recordings
+from armdesign.demonstration import Hints, Recording, read_recording, read_recordings
 from armdesign.demonstration.points.selection import ORIGIN
 from armdesign.errors import SettingsError
 from armdesign.search.backends.parallel import WorkerPool
@@ -102,6 +102,7 @@ def recording_of(settings: Settings) -> Recording:
     task = settings.task
     relative = task.base == ORIGIN and not sites(settings.cell)
     units, up, mirror = (None, None, False) if relative else (task.units, task.up, task.mirror)
+    hints = Hints(task.file_rate or task.rate, None if relative else task.time_unit, task.quaternions, task.confidence)
     if task.files:
-        return read_recordings(task.files, rate=task.file_rate, units=units, up=up, mirror=mirror)
-    return read_recording(str(task.recording), units=units, up=up, mirror=mirror)
+        return read_recordings(task.files, units=units, up=up, mirror=mirror, hints=hints)
+    return read_recording(str(task.recording), units=units, up=up, mirror=mirror, hints=hints)

@@ -132,7 +132,7 @@ def select(recording: Recording, settings: Settings) -> Selection:
             raise TaskError(f"unknown point '{name}'", value=name, allowed=list(recording.points))
     used = {name: recording.points[name] for name in names}
     # what would change the points once more has no effect: they have been converted and cleaned before
-    entries = ("units", "up", "mirror", "base_mode", *CLEANING_ENTRIES)
+    entries = ("units", "up", "mirror", "time_unit", "base_mode", *CLEANING_ENTRIES)
     given = {name: getattr(task, name) for name in entries}
     default = TaskSettings()
     unused = [name for name, x in given.items() if x not in (False, "off") and x != getattr(default, name)]

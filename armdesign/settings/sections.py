@@ -57,7 +57,10 @@ class Task(Section):
         'Example: files = { "elbow" = "elbow.csv", "hand" = "hand.csv" }',
     )  # fmt: skip
     file_rate: float | None = parameter(
-        None, Number(0.0, 1e5, "Hz", above=True), "Frames per second of files that hold no times [Hz].", optional=True
+        None,
+        Number(0.0, 1e5, "Hz", above=True),
+        "Frames per second of files that hold no times [Hz]; not set: rate.",
+        optional=True,
     )
     more_recordings: tuple[str, ...] | None = parameter(
         None, Several(Text("a path"), 0, 100),
@@ -80,6 +83,18 @@ class Task(Section):
     mirror: bool = parameter(
         False, Switch(), "Exchange left and right, to make a right arm of a left one.", panel=RECORDING
     )
+    time_unit: str | None = parameter(
+        None, Choice(("s", "ms", "us", "ns")),
+        "Unit of time of the recording; not set: what its file says, or seconds.", optional=True, panel=RECORDING,
+    )  # fmt: skip
+    quaternions: str | None = parameter(
+        None, Choice(("xyzw", "wxyz")), "Order of quaternions whose columns do not tell it.", optional=True,
+        panel=RECORDING,
+    )  # fmt: skip
+    confidence: float = parameter(
+        0.5, Number(0.0, 1.0), "Confidence or visibility, where a file has it, below which a point is not seen.",
+        panel=RECORDING,
+    )  # fmt: skip
     base: str | None = parameter(
         None, Text("a point's name", "NAME"), "Point the robot's base stands at, the shoulder; see points.",
         optional=True, panel=POINTS,
@@ -131,8 +146,9 @@ class Task(Section):
         panel=CLEANING, short="Cut out the time from A to B [s], where the hand stands still. Repeatable.",
     )  # fmt: skip
     rate: float | None = parameter(
-        None, Number(0.0, 1e5, "Hz", above=True), "Rate to resample to [Hz]; not set: as recorded.", optional=True,
-        panel=CLEANING,
+        None, Number(0.0, 1e5, "Hz", above=True),
+        "Rate to resample to [Hz], and that of a file without times where file_rate is not set; not set: as recorded.",
+        optional=True, panel=CLEANING, short="Rate to resample to, or that of a file without times [Hz].",
     )  # fmt: skip
     scale: float = parameter(
         1.0, Number(0.0, 1e4, above=True), "Factor on all lengths, for a mock-up recorded at another size.",

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from armdesign.demonstration import Hints, read_take
 from armdesign.demonstration.files.formats import bone_csv
 from armdesign.errors import RecordingError, SettingsError
 
@@ -23,9 +24,13 @@ def rows(count=5, seed=0):
     return table, "".join(",".join(map(repr, row)) + "\n" for row in table.tolist())
 
 
+def at(path, rate=120.0):
+    return read_take(path, Hints(rate=rate))
+
+
 def test_a_bone_has_its_files_name_and_the_rate_given(tmp_path):
     table, text = rows()
-    take = bone_csv.read_bone_csv(written(tmp_path, f"{HEADER}\n{text}"), 120.0)
+    take = at(written(tmp_path, f"{HEADER}\n{text}"))
     np.testing.assert_array_equal(take.time, np.arange(5) / 120.0)
     np.testing.assert_array_equal(take.points["RHand"], table[:, :3])
     np.testing.assert_array_equal(take.orientations["RHand"], table[:, 3:])
@@ -47,23 +52,22 @@ def test_columns_in_another_order_other_names_and_times(tmp_path):
 
 def test_empty_cells_are_not_seen(tmp_path):
     path = written(tmp_path, f"{HEADER}\n1,2,3,0,0,0,1\n,,,,,,\n1,,3,0,NaN,null,1\n1,2,3,0,0,0,1\n")
-    take = bone_csv.read_bone_csv(path, 100.0)
+    take = at(path)
     assert np.isnan(take.points["RHand"]).any(axis=1).tolist() == [False, True, True, False]
 
 
 def test_a_file_without_times_needs_a_rate(tmp_path):
     path = written(tmp_path, f"{HEADER}\n{rows()[1]}")
-    with pytest.raises(RecordingError, match=r"RHand\.csv holds one bone and no times"):
-        bone_csv.read(path)
+    with pytest.raises(RecordingError, match=r"RHand\.csv \(bone CSV\) holds no times.* --rate"):
+        read_take(path)
     for rate in (0.0, -1.0, float("nan"), float("inf"), 1e9):
         with pytest.raises(SettingsError, match="frame rate"):
-            bone_csv.read_bone_csv(path, rate)
+            at(path, rate)
 
 
-def test_a_rate_beside_times_is_refused(tmp_path):
-    path = written(tmp_path, f"time,{HEADER}\n0,1,2,3,0,0,0,1\n")
-    with pytest.raises(SettingsError, match="times of its own"):
-        bone_csv.read_bone_csv(path, 100.0)
+def test_times_of_its_own_count_before_a_rate(tmp_path):
+    path = written(tmp_path, f"time,{HEADER}\n0,1,2,3,0,0,0,1\n1,1,2,3,0,0,0,1\n")
+    np.testing.assert_array_equal(at(path).time, [0.0, 1.0])
 
 
 @pytest.mark.parametrize(
@@ -76,14 +80,14 @@ def test_a_rate_beside_times_is_refused(tmp_path):
 )
 def test_what_is_wrong_is_named(tmp_path, text, message):
     with pytest.raises(RecordingError) as caught:
-        bone_csv.read_bone_csv(written(tmp_path, text), 120.0)
+        bone_csv.read(written(tmp_path, text))
     assert message in str(caught.value)
     assert "RHand.csv" in str(caught.value)
 
 
 @pytest.mark.skipif(not FOLDER.exists(), reason="the shared recordings are not at hand")
 def test_real_bones_hang_together():
-    takes = [bone_csv.read_bone_csv(FOLDER / f"giver_{bone}_pose_saved.csv", 120.0) for bone in ("RUArm", "RFArm")]
+    takes = [at(FOLDER / f"giver_{bone}_pose_saved.csv") for bone in ("RUArm", "RFArm")]
     upper, fore = (next(iter(take.points.values())) for take in takes)
     lengths = np.linalg.norm(fore - upper, axis=1)
     assert lengths.mean() == pytest.approx(0.252, abs=0.001)

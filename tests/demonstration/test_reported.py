@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from takes import read_as, steps
 
-from armdesign.demonstration import read_recording, read_recordings
+from armdesign.demonstration import Hints, read_recording, read_recordings
 from armdesign.demonstration.files.foreign import FOREIGN, foreign_format
-from armdesign.demonstration.files.formats import FORMATS, mvnx, vicon_csv
+from armdesign.demonstration.files.formats import FORMATS, listed_formats, mvnx, vicon_csv
 from armdesign.demonstration.files.quaternions import rotation_vector_quaternions
 from armdesign.demonstration.points.time_sanity import time_steps
 from armdesign.demonstration.points.units_and_up import find_up
 from armdesign.demonstration.recording import Recording, Take
 from armdesign.demonstration.summary import summarise
-from armdesign.errors import RecordingError
+from armdesign.errors import RecordingError, SettingsError
 
 REPORTED = Path(__file__).resolve().parents[3] / "shared" / "recordings" / "reported"
 reported = pytest.mark.skipif(not REPORTED.is_dir(), reason="the reported files are not at hand")
@@ -25,13 +25,14 @@ BEGINNINGS = {  # of files that are known and not read
     "kineticstoolkit": "Time,Hand[0],Hand[1],Hand[2]\n0,1,2,3\n",
     "Tracking Tools": "comment,all\nrighthanded\ninfo,framecount,3\n",
     "XML": '<?xml version="1.0"?><opensim/>',
+    "settings": "# mine\n[task]\nfile_rate = 100\n",
     "FBX": "; FBX 7.4.0 project file\n",
 }
 
 
 def test_the_readme_names_every_format():
     readme = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
-    assert all(f"**{form.name}**" in readme for form in FORMATS)
+    assert listed_formats() in " ".join(readme.split())
 
 
 def of(time, points=None):
@@ -68,6 +69,22 @@ def test_times_that_no_unit_explains_are_doubted_and_usual_ones_are_not():
     assert time_steps(of(np.arange(60) / 100.0)) == ()
     assert time_steps(of(np.arange(60) / 5.0)) == ()
     assert len(time_steps(of(np.arange(50_000) / 10.0))) == 1  # more than an hour
+
+
+def test_the_unit_of_time_and_the_rate_of_a_file_without_times_are_said(tmp_path):
+    path = tmp_path / "take.csv"
+    path.write_text("time,a_x,a_y,a_z\n" + "".join(f"{10 * i},{i},0,1\n" for i in range(9)))
+    recording = read_recording(path, hints=Hints(time_unit="ms"))
+    np.testing.assert_allclose(recording.time, np.arange(9) / 100.0)
+    assert {step.name for step in recording.about.steps} == {"time-unit"}
+    path.write_text("a_x,a_y,a_z\n0,0,1\n,,\n2,0,1\n")
+    with pytest.raises(RecordingError, match=r"take\.csv .*no times.*--rate"):
+        read_recording(path)
+    recording = read_recording(path, hints=Hints(rate=50.0))
+    np.testing.assert_allclose(recording.time, [0.0, 0.02, 0.04])  # an empty line is a frame, too
+    for wrong in ({"rate": 0.0}, {"time_unit": "h"}, {"quaternions": "zyxw"}, {"confidence": 1.5}):
+        with pytest.raises(SettingsError, match=str(next(iter(wrong.values())))):
+            Hints(**wrong)
 
 
 @pytest.mark.parametrize("up", ["y", "x"])

@@ -58,7 +58,7 @@ OPTIONS = [
 ]  # fmt: skip
 
 
-ELSEWHERE = ("scenario", "up", "demonstrations", "obstacle_units")
+ELSEWHERE = ("scenario", "up", "time_unit", "quaternions", "demonstrations", "obstacle_units")
 """Choices that other tests go through."""
 
 
@@ -73,6 +73,7 @@ def test_every_parameter_is_tried():
     tried = {(title, name) for _, changes in OPTIONS for title, table in changes.items() for name in table}
     elsewhere = {
         *(("task", name) for name in ("recording", "files", "file_rate", "units", "up", "mirror", "cut")),
+        *(("task", name) for name in ("time_unit", "quaternions", "confidence")),
         ("task", "more_recordings"), ("task", "holdouts"), ("fitness", "demonstrations"),
         ("design", "auto_dof"), ("search", "first"),
         ("design", "dof"), ("fitness", "scenario"), ("search", "particles"),

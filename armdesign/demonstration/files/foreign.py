@@ -56,6 +56,7 @@ FOREIGN = (
         _begins(r"comment,|righthanded|lefthanded|info,"),
         "Open the take in Motive and export it as CSV 1.2x or C3D",
     ),
+    Foreign("a file of settings", _begins(r"(?:#[^\n]*\n\s*)*\[task\]"), "Give it with --config"),
     Foreign("FBX", _begins(r"Kaydara FBX|; FBX"), "Export the skeleton as BVH"),
 )
 """Asked in this order."""

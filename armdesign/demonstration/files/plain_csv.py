@@ -2,8 +2,9 @@
 
     time,elbow_x,elbow_y,elbow_z,hand_x,hand_y,hand_z,hand_qx,hand_qy,hand_qz,hand_qw
 
-Times in seconds, positions in metres, quaternions scalar last. An empty cell (or ``nan``) means "not seen".
-Lines without any value are skipped. The columns may stand in any order; the points keep the order of the header.
+Times in seconds, positions in metres, quaternions scalar last. An empty cell (or ``nan``) means "not seen". Lines
+without any value are skipped; without times every line is a frame, and the frame rate has to be given. The columns may
+stand in any order; the points keep the order of the header.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ Layout = dict[str, dict[str, int]]  # point name -> component -> column
 
 
 def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
-    """Read a plain CSV recording.
+    """Read a plain CSV recording that has times.
 
     Returns:
         The recording as in the file: nothing filled, filtered or turned.
@@ -46,7 +47,20 @@ def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
     Raises:
         RecordingError: The file cannot be read or a line, column or value is wrong; the message says which.
     """
-    source = Path(path)
+    take = read(Path(path))
+    if not take.timed:
+        fix = "Add a column 'time' in seconds"
+        raise RecordingError(f"{take.source} holds no times, it has no column 'time'", allowed=_ALLOWED, fix=fix)
+    return Recording(take.time, take.points, take.orientations, take.source)
+
+
+def matches(head: bytes) -> bool:
+    """Whether a file beginning with these bytes can be plain CSV: any text, so that reading says what is wrong."""
+    return is_text(head)
+
+
+def read(source: Path) -> Take:
+    """Read a plain CSV recording as a take, which is in metres with z up and finished."""
     head = read_head(source)
     if not is_text(head):
         raise RecordingError(f"{source} is not a text file", value=str(source), fix=describe_binary(head))
@@ -54,7 +68,8 @@ def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
         with source.open(encoding="utf-8-sig", errors="replace") as stream:
             names, line = _read_header(stream, source)
             layout = _layout(names, Place(source, line))
-            rows = read_rows(stream, names, Place(source, line + 1), Dialect())
+            dialect = Dialect(keep_empty="time" not in names)  # without times each line counts
+            rows = read_rows(stream, names, Place(source, line + 1), dialect)
     except OSError as error:
         raise unreadable(source, error) from error
     points, turns = (
@@ -65,26 +80,17 @@ def read_plain_csv(path: str | os.PathLike[str]) -> Recording:
         }
         for components in (_POSITION, _QUATERNION)
     )
-    return Recording(rows.times(names.index("time")), points, turns, str(source))
-
-
-def matches(head: bytes) -> bool:
-    """Whether a file beginning with these bytes can be plain CSV: any text, so that reading says what is wrong."""
-    return is_text(head)
-
-
-def read(path: Path) -> Take:
-    """Read a plain CSV recording as a take, which is in metres with z up and finished."""
-    plain = read_plain_csv(path)
+    timed = "time" in names
     return Take(
-        time=plain.time,
-        points=plain.points,
-        orientations=plain.orientations,
-        source=str(path),
+        time=rows.times(names.index("time")) if timed else np.arange(float(len(rows.values))),
+        points=points,
+        orientations=turns,
+        source=str(source),
         format="plain CSV",
         units="m",
         up="z",
         captured=False,
+        timed=timed,
     )
 
 
@@ -140,9 +146,14 @@ def _check_header(names: list[str], text: str, place: Place) -> None:
     if "\N{REPLACEMENT CHARACTER}" in text:
         raise RecordingError(f"{place}: the header is not UTF-8 text ('{line}')", fix="Save the file as UTF-8")
     check_names(names, len(names), place)
-    if "time" not in map(str.lower, names):
+    if "time" not in map(str.lower, names) and not all(_is_component(name) for name in names):
         message = f"{place}: this is no header of a plain CSV recording, it has no column 'time' ('{line}')"
         raise RecordingError(message, value=names, allowed=_ALLOWED)
+
+
+def _is_component(name: str) -> bool:
+    """Whether a column may belong to a point."""
+    return name.rpartition("_")[2].lower() in _POSITION + _QUATERNION and "_" in name
 
 
 def _layout(names: list[str], place: Place) -> Layout:

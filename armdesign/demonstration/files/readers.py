@@ -16,8 +16,7 @@ import numpy as np
 
 from armdesign.demonstration.files import formats
 from armdesign.demonstration.files.foreign import foreign_format
-from armdesign.demonstration.files.formats.bone_csv import matches as bone_csv_matches
-from armdesign.demonstration.files.formats.bone_csv import read_bone_csv
+from armdesign.demonstration.files.hints import Hints, completed
 from armdesign.demonstration.files.text_files import describe_binary, read_head
 from armdesign.demonstration.points.standard import to_recording
 from armdesign.demonstration.points.unseen import hide_unseen
@@ -31,6 +30,7 @@ _KEPT_AT_END = 400  # which says what to do
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
 _SAME_TIME = 1e-3  # [s] times of several files may differ by rounding
+NO_HINTS = Hints()
 
 
 def legible(function: Callable[_Arguments, _Result]) -> Callable[_Arguments, _Result]:
@@ -58,8 +58,12 @@ def legible_text(text: str) -> str:
 
 
 @legible
-def read_take(path: str | os.PathLike[str]) -> Take:
+def read_take(path: str | os.PathLike[str], hints: Hints = NO_HINTS) -> Take:
     """Read a file in its own units and axes, whatever the ending of its name.
+
+    Args:
+        path: The file.
+        hints: What the file does not say.
 
     Raises:
         RecordingError: The file cannot be read, has none of the known formats, or something in it is wrong.
@@ -74,14 +78,19 @@ def read_take(path: str | os.PathLike[str]) -> Take:
             message = f"{source} looks like {other.name}, which is not read"
             raise RecordingError(message, value=other.name, allowed=known, fix=other.way)
     if form is not None:
-        return hide_unseen(form.read(source))
+        return hide_unseen(completed(form.read(source), hints), hints.confidence)
     message = f"{source} is not a recording of a known format"
     raise RecordingError(message, value=str(source), allowed=known, fix=describe_binary(head))
 
 
 @legible
 def read_recording(
-    path: str | os.PathLike[str], *, units: str | None = None, up: str | None = None, mirror: bool = False
+    path: str | os.PathLike[str],
+    *,
+    units: str | None = None,
+    up: str | None = None,
+    mirror: bool = False,
+    hints: Hints = NO_HINTS,
 ) -> Recording:
     """Read a recording into metres with z up, whatever the ending of its name.
 
@@ -90,6 +99,7 @@ def read_recording(
         units: Unit of length, ``m``, ``cm``, ``mm``, ``in`` or metres per unit; None for what the file says.
         up: Axis that points up, ``x``, ``y`` or ``z``; None for what the file says.
         mirror: Whether to exchange left and right.
+        hints: What the file does not say: its frame rate, its unit of time, the order of its quaternions.
 
     Returns:
         The recording; what was found and done is in its ``about.steps``. Nothing is filled or filtered.
@@ -98,7 +108,7 @@ def read_recording(
         RecordingError: The file cannot be read, has none of the known formats, or something in it is wrong.
         SettingsError: ``units`` or ``up`` is none of the values allowed.
     """
-    return to_recording(read_take(path), units=units, up=up, mirror=mirror)
+    return to_recording(read_take(path, hints), units=units, up=up, mirror=mirror)
 
 
 @legible
@@ -109,6 +119,7 @@ def read_recordings(
     units: str | None = None,
     up: str | None = None,
     mirror: bool = False,
+    hints: Hints = NO_HINTS,
 ) -> Recording:
     """Read several files with one body or point each as one recording.
 
@@ -118,6 +129,7 @@ def read_recordings(
         units: Unit of length of all files, ``m``, ``cm``, ``mm``, ``in`` or metres per unit; None for what they say.
         up: Axis that points up in all files, ``x``, ``y`` or ``z``; None for what they say.
         mirror: Whether to exchange left and right.
+        hints: What else the files do not say.
 
     Raises:
         RecordingError: A file cannot be read or does not hold exactly one body, or the files differ in their length,
@@ -126,11 +138,8 @@ def read_recordings(
     """
     if not files:
         raise RecordingError("no file is named", fix="Name one file for each point")
-    takes = {}
-    for name, file in files.items():
-        path = Path(file)  # one of a bone may need the rate
-        take = read_bone_csv(path, rate) if bone_csv_matches(read_head(path)) else read_take(path)
-        takes[name] = _one_point(take, name)
+    known = hints if rate is None else replace(hints, rate=rate)
+    takes = {name: _one_point(read_take(file, known), name) for name, file in files.items()}
     return to_recording(hide_unseen(_joined(takes)), units=units, up=up, mirror=mirror)
 
 

@@ -17,10 +17,15 @@ class _Unit(NamedTuple):
     """A unit of time that files are written in."""
 
     name: str
+    flag: str
     factor: float  # seconds per unit
 
 
-_UNITS = (_Unit("milliseconds", 1e-3), _Unit("microseconds", 1e-6), _Unit("nanoseconds", 1e-9))
+_UNITS = (
+    _Unit("milliseconds", "ms", 1e-3),
+    _Unit("microseconds", "us", 1e-6),
+    _Unit("nanoseconds", "ns", 1e-9),
+)
 
 
 def time_steps(take: Take) -> tuple[Step, ...]:
@@ -41,8 +46,8 @@ def time_steps(take: Take) -> tuple[Step, ...]:
         return (Step("time", f"{sentence} Check the times.", {"rate": rate, "duration": duration}),)
     found = f"{1.0 / (step * unit.factor):.4g} frames/s over {seconds(duration * unit.factor)}"
     sentence = (
-        f"{what}: the times look like {unit.name}, not seconds, which makes {found}; multiply them by "
-        f"{unit.factor:g} in the file."
+        f"{what}: the times look like {unit.name}, not seconds, which makes {found}: say --time-unit {unit.flag} "
+        f"(a factor of {unit.factor:g})."
     )
     details = {"rate": rate, "duration": duration, "unit": unit.name, "factor": unit.factor}
     return (Step("time", sentence, details),)

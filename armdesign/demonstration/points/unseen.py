@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import in_words, seconds
+from armdesign.demonstration.files.hints import LEAST_CONFIDENCE
 from armdesign.demonstration.recording import Step, Take
 
 Mask = NDArray[np.bool_]
@@ -20,17 +21,28 @@ _OTHERS = 0.5  # of the other points move meanwhile
 _JUMP = 2.0  # a point that was held goes on with a step this many times its longest elsewhere
 
 
-def hide_unseen(take: Take) -> Take:
+def hide_unseen(take: Take, least: float = LEAST_CONFIDENCE) -> Take:
     """Make "not seen" of numbers that stand for it, in any format, with a step for each kind that says how often.
 
+    - A point whose confidence or visibility is below a threshold.
     - ``0 0 0`` of a marker, as many programs write it. Where places follow from a pose they may well be at 0, and what
       is finished or all relative to a base is left alone, too.
     - Three equal numbers far from everything else, such as ``-9999 -9999 -9999``.
     - A marker that holds its place to the last bit while most others move, and then jumps to where it is by then.
       Without the jump it may lie still, and the step only says so.
+
+    Args:
+        take: With times.
+        least: Confidence, from 0 to 1, below which a point counts as not seen.
     """
     points, steps = dict(take.points), []
+
+    def doubtful(take: Take, points: Mapping[str, Array]) -> dict[str, Mask]:
+        known = [name for name in take.confidence if name in points]
+        return {name: (take.confidence[name] < least) & ~np.isnan(points[name][:, 0]) for name in known}
+
     for kind, find, what in (
+        ("confidence", doubtful, f"positions with a confidence below {least:g} (--confidence)"),
         ("zeros", _zeros, "positions at exactly 0 0 0, which stand for a marker that was not seen"),
         ("sentinels", _sentinels, "positions of three equal numbers far from all else, which stand for 'not seen'"),
         ("held", _held, "positions that are held to the last bit while other points move"),

@@ -21,22 +21,29 @@ class Format(NamedTuple):
         name: What the format is called in messages.
         matches: Whether a file beginning with these bytes (``HEAD_SIZE`` of them at most) has the format.
         read: Reads such a file; what is wrong in it is a RecordingError that says what and where.
+        holds: Which versions or contents are read, in words; empty where the name says it.
     """
 
     name: str
     matches: Callable[[bytes], bool]
     read: Callable[[Path], Take]
+    holds: str = ""
 
 
 FORMATS: tuple[Format, ...] = (
     Format("C3D", c3d.matches, c3d.read),
-    Format("OptiTrack Motive CSV", motive_csv.matches, motive_csv.read),
+    Format("OptiTrack Motive CSV", motive_csv.matches, motive_csv.read, "1.21 to 1.25"),
     Format("BVH", bvh.matches, bvh.read),
     Format("Xsens MVNX", mvnx.matches, mvnx.read),
     Format("TRC", trc.matches, trc.read),
-    Format("Vicon", vicon_csv.matches, vicon_csv.read),
-    Format("Qualisys TSV", qualisys_tsv.matches, qualisys_tsv.read),
-    Format("bone CSV", bone_csv.matches, bone_csv.read),
+    Format("Vicon CSV", vicon_csv.matches, vicon_csv.read, "trajectories and segments of Nexus, objects of Tracker"),
+    Format("Qualisys TSV", qualisys_tsv.matches, qualisys_tsv.read, "3D, 6D"),
+    Format("bone CSV", bone_csv.matches, bone_csv.read, "a file per bone"),
     Format("plain CSV", plain_csv.matches, plain_csv.read),
 )
 """Asked in this order; one entry a line."""
+
+
+def listed_formats() -> str:
+    """All formats as the README lists them."""
+    return ", ".join(f"**{form.name}**{f' ({form.holds})' if form.holds else ''}" for form in FORMATS)

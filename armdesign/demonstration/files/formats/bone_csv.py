@@ -9,17 +9,16 @@ rate has to be given.
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
 
 from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_cells, read_rows
-from armdesign.demonstration.files.formats.frame_clock import MAX_RATE, check_frames
+from armdesign.demonstration.files.formats.frame_clock import check_frames
 from armdesign.demonstration.files.formats.marker_tables import row_steps
 from armdesign.demonstration.files.text_files import LinesAhead, open_text, shown, text_head
 from armdesign.demonstration.recording import Step, Take
-from armdesign.errors import RecordingError, SettingsError
+from armdesign.errors import RecordingError
 
 _POSITION = ("x", "y", "z")
 _QUATERNIONS = (("qx", "qy", "qz", "qw"), ("q0", "q1", "q2", "q3"))
@@ -34,16 +33,10 @@ def matches(head: bytes) -> bool:
 
 
 def read(path: Path) -> Take:
-    """Read a bone's file that has times."""
-    return read_bone_csv(path)
-
-
-def read_bone_csv(path: Path, rate: float | None = None) -> Take:
     """Read a bone's file.
 
     Args:
         path: The file; the bone is called by its name without the ending.
-        rate: Frames per second [1/s]; None to take the times in the file.
 
     Returns:
         One point with its orientation.
@@ -51,21 +44,23 @@ def read_bone_csv(path: Path, rate: float | None = None) -> Take:
     with open_text(path) as stream:
         lines = LinesAhead(stream, path)
         names = _header(lines)
-        _check_rate(names, rate, path)
-        dialect = Dialect(",", MISSING, may_be_cut=True, keep_empty=True)  # without times, each line counts
+        dialect = Dialect(
+            ",", MISSING, may_be_cut=True, keep_empty=_TIME not in names
+        )  # without times each line counts
         rows = read_rows(lines, names, lines.place, dialect)
     check_frames(rows)
     quaternion = _quaternion(names) or ()
     sentence = "The columns q0, q1, q2, q3 were taken as x, y, z, w (scalar last)."
     scalar_last = [Step("quaternions", sentence)] if "q0" in quaternion else []
     body = "".join(letter for letter in path.stem if ord(letter) >= 32).strip() or "bone"
+    timed = _TIME in names
     return Take(
-        time=rows.times(names.index(_TIME)) if rate is None else np.arange(len(rows.values)) / rate,
+        time=rows.times(names.index(_TIME)) if timed else np.arange(float(len(rows.values))),
         points={body: rows.values[:, [names.index(name) for name in _POSITION]]},
         orientations={body: rows.values[:, [names.index(name) for name in quaternion]]},
         source=str(path),
         format="bone CSV",
-        rate=rate,
+        timed=timed,
         steps=(*row_steps(rows), *scalar_last),
     )
 
@@ -95,17 +90,3 @@ def _header(lines: LinesAhead) -> list[str]:
         raise RecordingError(message, allowed=_ALLOWED)
     lines.readline()
     return names
-
-
-def _check_rate(names: list[str], rate: float | None, path: Path) -> None:
-    """There have to be times or a rate, one of both, and the rate has to make sense."""
-    if rate is None:
-        if _TIME not in names:
-            message = f"{path} holds one bone and no times, so its frame rate is unknown"
-            fix = "Name the bones' files as 'files' and their rate as 'file_rate' under [task] in a configuration file"
-            raise RecordingError(message, value=None, allowed="a column 'time', or a frame rate given with it", fix=fix)
-    elif _TIME in names:
-        message = f"{path} has times of its own, but a frame rate of {rate:g} is given"
-        raise SettingsError(message, value=rate, fix="Leave the rate away, or remove the column 'time'")
-    elif not (math.isfinite(rate) and 0 < rate <= MAX_RATE):
-        raise SettingsError(f"the frame rate of {path} is {rate:g}", value=rate, allowed=f"above 0, up to {MAX_RATE:g}")

@@ -1,0 +1,106 @@
+"""What a file does not say and a user may: its frame rate, its unit of time, the order of its quaternions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from armdesign.demonstration.files.formats.frame_clock import MAX_RATE
+from armdesign.demonstration.recording import Step, Take
+from armdesign.errors import RecordingError, SettingsError
+
+TIME_UNITS: Mapping[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Seconds per unit."""
+ORDERS = ("xyzw", "wxyz")
+LEAST_CONFIDENCE = 0.5
+"""Confidence or visibility below which a point counts as not seen, where nothing else is asked for."""
+
+
+@dataclass(frozen=True)
+class Hints:
+    """What to know about a file that it does not say itself.
+
+    Attributes:
+        rate: Frames per second of a file without times [1/s]; others keep theirs.
+        time_unit: Unit of its times, ``s``, ``ms``, ``us`` or ``ns``; None for what the file says, or seconds.
+        quaternions: Order of quaternions whose columns do not say it, ``xyzw`` or ``wxyz``.
+        confidence: Confidence or visibility, from 0 to 1, below which a point counts as not seen.
+    """
+
+    rate: float | None = None
+    time_unit: str | None = None
+    quaternions: str | None = None
+    confidence: float = LEAST_CONFIDENCE
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            SettingsError: One is not allowed.
+        """
+        if self.rate is not None and not (math.isfinite(self.rate) and 0 < self.rate <= MAX_RATE):
+            message = f"the frame rate is {self.rate:g}"
+            raise SettingsError(message, value=self.rate, allowed=f"above 0, up to {MAX_RATE:g}")
+        for what, value, known in (
+            ("time_unit", self.time_unit, tuple(TIME_UNITS)), ("quaternions", self.quaternions, ORDERS)
+        ):  # fmt: skip
+            if value is not None and value not in known:
+                raise SettingsError(f"{what} is '{value}'", value=value, allowed=", ".join(known))
+        if not 0 <= self.confidence <= 1:
+            raise SettingsError(f"confidence is {self.confidence}", value=self.confidence, allowed="0 to 1")
+
+
+def completed(take: Take, hints: Hints) -> Take:
+    """A take with times in seconds and quaternions x, y, z, w, by what was said of it.
+
+    Args:
+        take: As the reader gives it.
+        hints: What was said.
+
+    Raises:
+        RecordingError: The file holds no times, and no rate was given.
+    """
+    return _with_quaternions(_with_times(take, hints), hints)
+
+
+def _with_times(take: Take, hints: Hints) -> Take:
+    """Frame numbers divided by the rate, or times in seconds."""
+    if not take.timed:
+        if hints.rate is None:
+            message = f"{take.source} ({take.format}) holds no times, so its frame rate is unknown"
+            fix = "Say it with --rate, such as --rate 100, or add a column 'time' in seconds"
+            raise RecordingError(message, value=None, allowed=f"a rate up to {MAX_RATE:g} frames per second", fix=fix)
+        sentence = f"The file holds no times: frames follow at {hints.rate:g} frames/s, as asked for."
+        step = Step("rate", sentence, {"rate": hints.rate})
+        return replace(take, time=take.time / hints.rate, rate=hints.rate, timed=True, steps=(*take.steps, step))
+    factor = 1.0 if hints.time_unit is None else TIME_UNITS[hints.time_unit] / TIME_UNITS[take.time_unit]
+    if factor == 1.0:
+        return take
+    sentence = f"Times are in {hints.time_unit}, as asked for; multiplied by {factor:g}."
+    rate = None if take.rate is None else take.rate / factor
+    step = Step("time-unit", sentence, {"unit": hints.time_unit, "factor": factor})
+    return replace(take, time=take.time * factor, rate=rate, steps=(*take.steps, step))
+
+
+def _with_quaternions(take: Take, hints: Hints) -> Take:
+    """Quaternions whose order was not said put in order; left out where that is still unknown."""
+    unknown = [name for name in take.orientations if name in take.unordered]
+    if not unknown:
+        return take
+    turns = dict(take.orientations)
+    if hints.quaternions is None:
+        for name in unknown:
+            del turns[name]
+        sentence = (
+            "Orientations were left out, as the columns do not tell the order of their four numbers: say "
+            "--quaternions xyzw or --quaternions wxyz."
+        )
+    else:
+        order = [hints.quaternions.index(letter) for letter in "xyzw"]
+        turns |= {name: np.asarray(turns[name])[:, order] for name in unknown}
+        sentence = f"Quaternions were taken as {', '.join(hints.quaternions)}, as asked for."
+    step = Step("quaternions", sentence, {"names": unknown, "order": hints.quaternions})
+    return replace(take, orientations=turns, unordered=frozenset(), steps=(*take.steps, step))
