@@ -83,7 +83,8 @@ def evaluate(
         raise SettingsError(f"{config or design}: {error}", value=error.value) from error
     if recordings:
         settings = settings.replace({"task": {"holdouts": None}})
-    settings = with_flags(settings, {**given, "design": {"dof": table.dof}})
+    kinds = table.joints if any(table.prismatic) or settings.design.joints else None
+    settings = with_flags(settings, {**given, "design": {"dof": table.dof, "joints": kinds}})
     if not recordings:
         source = config or design
         settings = from_run_folder(settings, source if source.is_dir() else source.parent)

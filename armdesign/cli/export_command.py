@@ -69,10 +69,10 @@ def export(
         ),
     ] = False,
     max_velocity: Annotated[
-        float | None, option("--max-velocity", "X", "Speed limit of every joint [rad/s].", TRAJECTORY)
+        float | None, option("--max-velocity", "X", "Speed limit of joints that turn [rad/s].", TRAJECTORY)
     ] = None,
     max_acceleration: Annotated[
-        float | None, option("--max-acceleration", "X", "Acceleration limit of every joint [rad/s^2].", TRAJECTORY)
+        float | None, option("--max-acceleration", "X", "Acceleration limit of joints that turn [rad/s^2].", TRAJECTORY)
     ] = None,
     cutoff: Annotated[
         float | None,

@@ -22,10 +22,12 @@ def show_design(table: DHTable) -> None:
             f"{np.rad2deg(table.alpha[i]):.3f}",
             f"{table.a[i] * 1e3:.2f}",
             f"{table.d[i] * 1e3:.2f}",
+            *(["slides" if kind == "P" else "turns" if kind == "R" else ""] if any(table.prismatic) else []),
         )
-        for i in range(table.dof + 1)
+        for i, kind in enumerate(f"{table.joints} ")
     ]
-    show_table(("row", "alpha [deg]", "a [mm]", "d [mm]"), rows)
+    columns = ("row", "alpha [deg]", "a [mm]", "d [mm]", *(["joint"] if any(table.prismatic) else []))
+    show_table(columns, rows)
     if table.base_yaw != 0.0:
         typer.echo(f"base yaw {np.rad2deg(table.base_yaw):.3f} deg")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import coal
 import pinocchio as pin
 
@@ -19,17 +21,26 @@ MOST_FRAMES = 2000
 def touching_links(arm: ArmBody, q: Array) -> dict[Pair, int]:
     """How many frames of a motion each pair of links touches in, by their collision shapes; pairs that do at all.
 
+    A carriage rides on its rail, which does not count.
+
     Args:
         arm: The arm and its solids.
         q: Joint angles, shape (T, n) [rad; m of prismatic joints].
     """
     model, shapes = arm_model(arm.table), pin.GeometryModel()
+    carriages: set[int] = set()
     for link, body in enumerate(arm.links):
         for k, part in enumerate(body.collision):
             shape = coal.Cylinder(part.radius, part.length)
             shapes.addGeometryObject(pin.GeometryObject(f"{link}_{k}", link, pin.SE3(part.pose), shape))
-    shapes.addAllCollisionPairs()
-    data, room, parts = model.createData(), pin.GeometryData(shapes), shapes.geometryObjects
+            if part.material == "joint" and link and arm.table.prismatic[link - 1]:
+                carriages.add(len(shapes.geometryObjects) - 1)
+    parts = shapes.geometryObjects
+    for k, j in combinations(range(len(parts)), 2):
+        links = parts[k].parentJoint, parts[j].parentJoint
+        if links[0] != links[1] and not (j in carriages and links[1] == links[0] + 1):
+            shapes.addCollisionPair(pin.CollisionPair(k, j))
+    data, room = model.createData(), pin.GeometryData(shapes)
     both = [sorted((parts[pair.first].parentJoint, parts[pair.second].parentJoint)) for pair in shapes.collisionPairs]
     counts: dict[Pair, int] = {}
     for angles in q:

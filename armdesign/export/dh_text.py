@@ -65,6 +65,8 @@ def dh_csv(table: DHTable, convention: str = "modified") -> str:
     head = [f"# {FORMULAS[convention]} [rad, m]", f"# convention: {convention}"]
     if convention == "modified":
         head.append(f"# base_yaw: {number(table.base_yaw)}")
+    if any(table.prismatic):
+        head.append(f"# joints: {table.joints}")
     lines = [",".join([label, *(number(value) for value in row)]) for label, row in rows]
     return "\n".join([*head, ",".join(["row", *COLUMNS]), *lines]) + "\n"
 
@@ -77,6 +79,8 @@ def dh_toml(table: DHTable, convention: str = "modified") -> str:
     """
     rows = dict(dh_rows(table, convention))
     lines = [f"# {FORMULAS[convention]} [rad, m]", f'convention = "{convention}"']
+    if any(table.prismatic):
+        lines.append(f'joints = "{table.joints}"')
     if convention == "modified":
         lines.append(f"base_yaw = {number(table.base_yaw)}")
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +11,12 @@ from numpy.typing import ArrayLike
 from armdesign._types import Array
 from armdesign.errors import DesignError
 
-DEFAULT_RANGE = float(np.pi)
-"""Joints without limits turn this far either way [rad]."""
-DEFAULT_VELOCITY = float(np.pi)
-"""Speed limit of joints without one [rad/s]."""
+DEFAULT_RANGE = (float(np.pi), 1.0)
+"""Joints without limits go this far either way: those that turn [rad], those that slide [m]."""
+DEFAULT_VELOCITY = (float(np.pi), 0.5)
+"""Speed limit of joints without one [rad/s; m/s]."""
 DEFAULT_EFFORT = 100.0
-"""Torque limit of joints without one [N m]."""
+"""Torque limit of joints without one [N m; N]."""
 
 
 @dataclass(frozen=True)
@@ -59,23 +60,25 @@ class JointLimits:
 
 
 def joint_limits(
-    dof: int,
+    prismatic: Sequence[bool],
     position: ArrayLike | None = None,
     velocity: ArrayLike | None = None,
     effort: ArrayLike | None = None,
 ) -> JointLimits:
-    """Limits of n joints; what is not given is +-pi rad, pi rad/s and 100 N m.
+    """Limits of n joints; what is not given is +-pi rad, pi rad/s and 100 N m, or +-1 m, 0.5 m/s and 100 N.
 
     Args:
-        dof: Number of joints n.
-        position: Shape (n, 2) [rad].
-        velocity: Shape (n,) [rad/s].
-        effort: Shape (n,) [N m].
+        prismatic: Which joints slide, n of them.
+        position: Shape (n, 2) [rad; m].
+        velocity: Shape (n,) [rad/s; m/s].
+        effort: Shape (n,) [N m; N].
 
     Raises:
         DesignError: As ``JointLimits``, or the shape does not fit n joints.
     """
-    defaults = (np.tile([-DEFAULT_RANGE, DEFAULT_RANGE], (dof, 1)), DEFAULT_VELOCITY, DEFAULT_EFFORT)
+    dof, kinds = len(prismatic), np.array(prismatic, dtype=np.intp)
+    ends = np.array(DEFAULT_RANGE)[kinds]
+    defaults = (np.stack([-ends, ends], axis=1), np.array(DEFAULT_VELOCITY)[kinds], DEFAULT_EFFORT)
     arrays = []
     for name, given, default in zip(
         ("joint", "velocity", "effort"), (position, velocity, effort), defaults, strict=True
@@ -90,18 +93,18 @@ def joint_limits(
     return JointLimits(*arrays)
 
 
-def narrowed(position: Array, q: ArrayLike, margin: float) -> Array:
+def narrowed(position: Array, q: ArrayLike, margin: ArrayLike) -> Array:
     """Ranges cut to what a motion uses and a margin on both sides; they go on holding 0, as readers insist.
 
     Args:
-        position: Ranges that hold the motion, shape (n, 2) [rad].
-        q: The motion, shape (T, n) [rad].
-        margin: Angle left beyond the motion [rad].
+        position: Ranges that hold the motion, shape (n, 2) [rad; m].
+        q: The motion, shape (T, n) [rad; m].
+        margin: What is left beyond the motion, one or by joint, shape (n,) [rad; m].
 
     Returns:
         Shape (n, 2) [rad]; never wider than before.
     """
-    angles = np.asarray(q, dtype=float)
-    lower = np.minimum(np.maximum(angles.min(axis=0) - margin, position[:, 0]), 0.0)
-    upper = np.maximum(np.minimum(angles.max(axis=0) + margin, position[:, 1]), 0.0)
+    angles, beyond = np.asarray(q, dtype=float), np.asarray(margin, dtype=float)
+    lower = np.minimum(np.maximum(angles.min(axis=0) - beyond, position[:, 0]), 0.0)
+    upper = np.maximum(np.minimum(angles.max(axis=0) + beyond, position[:, 1]), 0.0)
     return np.stack([lower, upper], axis=1)

@@ -46,11 +46,12 @@ def exported_limits(result: Result, arm: ArmBody, options: LimitOptions) -> tupl
     position, notes = result.limits, []
     if options.narrow_limits is not None:
         q = np.concatenate([angles for _, angles in moved])
-        position = narrowed(position, q, np.deg2rad(options.narrow_limits))
+        margin = options.narrow_limits * np.where(needs.prismatic, 1e-3, np.deg2rad(1.0))
+        position = narrowed(position, q, margin)
         notes += widened_notes(position, q)
     if options.margin is None:
         notes += excess_notes(arm, moved, JointNeeds(needs.prismatic, velocity, None, effort), payload, base)
-    return joint_limits(arm.table.dof, position, velocity, effort), tuple(notes)
+    return joint_limits(arm.table.prismatic, position, velocity, effort), tuple(notes)
 
 
 def actuator_limits(needs: JointNeeds, options: LimitOptions) -> tuple[Array, Array]:

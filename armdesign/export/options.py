@@ -65,8 +65,8 @@ class LimitOptions(Section):
     )  # fmt: skip
     narrow_limits: float | None = parameter(
         None, Number(0.0, 360.0, "deg", above=True),
-        "Narrow the joints' ranges to what the motion uses and this angle on both sides [deg]; they go on holding 0. "
-        "Not set: as searched.",
+        "Narrow the joints' ranges to what the motion uses and this angle on both sides [deg; as many mm of joints "
+        "that slide]; they go on holding 0. Not set: as searched.",
         optional=True,
     )  # fmt: skip
 

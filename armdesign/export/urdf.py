@@ -43,9 +43,9 @@ def urdf_text(
     Args:
         table: The arm, n joints.
         name: Robot name; made safe by ``safe_name``.
-        limits: Joint ranges, shape (n, 2) [rad], each holding 0; +-pi by default.
-        velocity: Speed limits, shape (n,) [rad/s]; pi by default.
-        effort: Torque limits, shape (n,) [N m]; 100 by default.
+        limits: Joint ranges, shape (n, 2) [rad; m of joints that slide], each holding 0; +-pi or +-1 m by default.
+        velocity: Speed limits, shape (n,) [rad/s; m/s]; pi or 0.5 by default.
+        effort: Torque limits, shape (n,) [N m; N]; 100 by default.
         body: What the arm is built of.
         world: Put a link ``world`` and a fixed joint before base_link, for readers that let any other root float.
 
@@ -56,7 +56,7 @@ def urdf_text(
         DesignError: Limits do not fit the arm, or are none that a joint can have.
     """
     options = RobotOptions(body=body, tags=TagOptions(world=world))
-    robot = make_robot(table, joint_limits(table.dof, limits, velocity, effort), options)
+    robot = make_robot(table, joint_limits(table.prismatic, limits, velocity, effort), options)
     return robot_urdf(replace(robot, name=safe_name(name)))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,15 +56,17 @@ class PoseSolver(BlockEvaluator):
         *,
         starts: int = 64,
         block: int | None = None,
+        prismatic: Sequence[bool] = (),
     ) -> None:
         """Allocate a block in which the descents run side by side.
 
         Args:
-            limits: Joint limits, shape (n, 2) [rad].
+            limits: Joint limits, shape (n, 2) [rad; m of joints that slide].
             fitness: Settings of the fitness with one weight per point (see resolve_weights).
             solver: Settings of the solver; its ``starts`` and ``descents`` are not used.
             starts: Number of descents K.
             block: Descents side by side; any value gives the same pose.
+            prismatic: Which joints slide, n of them; none by default.
 
         Raises:
             SettingsError: There is no start, or the settings hold no weights.
@@ -80,7 +83,7 @@ class PoseSolver(BlockEvaluator):
         problem.record["start_free"] = problem.record["free"]
         problem.record["mount"] = MOUNT_IDENTITY
         problem.record["reach"] = np.inf
-        super().__init__(problem, block)
+        super().__init__(problem.with_joints(prismatic or (False,) * problem.dof), block)
 
     def solve(self, table: DHTable, points: ArrayLike, rotation: ArrayLike | None = None) -> Pose:
         """Find the best pose of one arm for one frame.
@@ -91,11 +94,13 @@ class PoseSolver(BlockEvaluator):
             rotation: R_hand, shape (3, 3); needed where the orientation has a weight.
 
         Raises:
-            DesignError: The arm has another number of joints than the limits.
+            DesignError: The arm has another number of joints than the limits, or others of them slide.
             TaskError: The points or the rotation are not what the settings ask for.
         """
         if table.dof != self.problem.dof:
             raise DesignError(f"the arm has {table.dof} joints, there are limits for {self.problem.dof}")
+        if table.prismatic != self.problem.prismatic:
+            raise DesignError(f"the arm's joints are {table.joints}, others slide here", value=table.joints)
         self.problem = with_frame(self.problem, points, rotation)
         rows, yaw = as_rows([table])
         count = len(self.problem.starts)

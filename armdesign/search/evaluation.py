@@ -93,17 +93,20 @@ def evaluate_design(table: DHTable, problem: DesignProblem) -> Evaluation:
     All demonstrations but the first, and those held out, are followed with the tool as it is mounted for the first.
 
     Args:
-        table: The arm; its number of joints must be that of the settings.
+        table: The arm; its joints must be those of the settings.
         problem: The demonstrations.
 
     Raises:
-        DesignError: The arm has another number of joints, or no length.
+        DesignError: The arm has other joints, or no length.
         SearchError: The arm does not reach the first frame.
     """
     check_design(table)
     dof = problem.settings.design.dof
     if table.dof != dof:
         raise DesignError(f"the arm has {counted(table.dof, 'joint')}, the settings are for {dof}", allowed=dof)
+    if table.prismatic != problem.settings.design.prismatic:
+        allowed = problem.settings.design.joints or "R" * dof
+        raise DesignError(f"the joints of the arm are {table.joints}", value=table.joints, allowed=allowed)
     first = evaluate_on(table, problem.path_problem)
     # with one tool in all: an arm that does not reach a demonstration is an error, on a holdout it is a finding
     others = [evaluate_on(table, each.path_problem, first.path, each.name) for each in problem.demonstrations[1:]]

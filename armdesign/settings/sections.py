@@ -156,18 +156,6 @@ class Task(Section):
     )  # fmt: skip
 
 
-def means_dof(section: type[S]) -> type[S]:
-    """Make a section of the arm with as many joints as their kinds say, where no number is given."""
-    made = section.__init__
-
-    @functools.wraps(made)
-    def initialise(self: S, *values: Any, **entries: Any) -> None:  # noqa: ANN401 (whatever the section takes)
-        made(self, *values, **(entries if values else with_dof(entries)))
-
-    section.__init__ = initialise  # type: ignore[assignment]
-    return section
-
-
 def with_dof(entries: Mapping[str, Any]) -> dict[str, Any]:
     """Entries of the arm with the number of joints that their kinds mean, where they name none.
 
@@ -180,7 +168,6 @@ def with_dof(entries: Mapping[str, Any]) -> dict[str, Any]:
     return dict(entries)
 
 
-@means_dof
 @dataclass(frozen=True, repr=False)
 class Design(Section):
     """Freedom and limits of the arm (method sections 2 and 6)."""

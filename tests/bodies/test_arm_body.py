@@ -245,6 +245,30 @@ def test_all_modules_count_against_each_other():
     assert {(1, 2), (2, 3), (3, 4), (1, 3), (2, 4), (1, 4)} <= numbers
 
 
+def test_a_joint_that_slides_has_its_carriage_on_a_rail():
+    table = DHTable.from_rows([(0.0, 0.0, 0.2), (np.pi / 2.0, 0.3, 0.1), (0.0, 0.0, 0.05)], joints="RP")
+    limits = [[-1.0, 1.0], [-0.4, 0.25]]
+    body = arm_body(table, OPTIONS, [0.2, 0.7], limits, side=None)  # a carriage has no slide of its own
+    parts = {part.name: part for part in body.parts}
+    assert list(parts) == [
+        "tube of base_link", "module of joint_1", "tube of link_1", "rail of joint_2", "module of joint_2",
+        "tube of link_2",
+    ]  # fmt: skip
+    rail, tube = parts["rail of joint_2"], parts["tube of link_1"]
+    assert (rail.link, rail.fixed, body.slides[1]) == (1, True, 0.1)
+    np.testing.assert_allclose(tube.solid.ends, [[0, 0, 0], [0.3, 0, 0]], atol=1e-15)
+    np.testing.assert_allclose(rail.solid.ends, [[0.3, 0.3, 0], [0.3, -0.35, 0]], atol=1e-15)  # z of joint 2 is -y
+    for q in (-0.4, 0.25):  # at both ends of its travel the carriage is on the rail
+        place = table.frames([0.0, q])[1] @ parts["module of joint_2"].solid.pose
+        joint = table.frames([0.0, q])[0]
+        local = np.linalg.solve(joint, place)[:3, 3]
+        np.testing.assert_allclose(local, [0.3, -0.1 - q, 0.0], atol=1e-15)
+    assert all(link.collision for link in body.links)
+    names = {frozenset((body.shapes[i].name, body.shapes[j].name)) for i, j in body.pairs.tolist()}
+    assert frozenset(("rail of joint_2", "module of joint_2")) not in names  # it rides on it
+    assert frozenset(("tube of base_link", "rail of joint_2")) in names
+
+
 @pytest.mark.parametrize("slides", [[0.1], [0.1, np.nan, 0.1], np.zeros((3, 1))])
 def test_slides_that_do_not_fit_are_refused(slides):
     with pytest.raises(DesignError, match="slides"):

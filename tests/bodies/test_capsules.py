@@ -10,6 +10,7 @@ from armdesign.bodies.capsules import capsule_sizes
 from armdesign.bodies.kernels.capsules import BODY, WITNESS, build_body, place_capsule, segment_segment
 from armdesign.kinematics.compilation import entry
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.models import default_limits
 from armdesign.settings import Body
 
 
@@ -37,7 +38,7 @@ def built(table, body, slides, *, placed=True):
     rows = np.zeros((1, table.dof + 1, 4))
     rows[0, :, 0], rows[0, :, 1], rows[0, :, 2] = table.alpha, table.a, table.d
     bodies = np.zeros(1, dtype=BODY)
-    sizes = capsule_sizes(body, np.tile([-np.pi, np.pi], (table.dof, 1)), placed=placed)
+    sizes = capsule_sizes(body, default_limits(table), table.prismatic, placed=placed)
     build_all(bodies, sizes, rows, np.asarray(slides, dtype=float)[None])
     return bodies[0]
 
@@ -48,8 +49,10 @@ def random_arm(rng, n):
         rng.uniform(-3.0, 3.0, n + 1) * (rng.random(n + 1) < 0.8),
         rng.uniform(-0.1, 0.4, n + 1) * (rng.random(n + 1) < 0.7),
         rng.uniform(-0.1, 0.4, n + 1) * (rng.random(n + 1) < 0.7),
+        joints="".join(rng.choice(["R", "R", "R", "P"], n)),
     )
-    return table, np.where(rng.random(n) < 0.3, table.d[:-1], table.d[:-1] + rng.uniform(-0.1, 0.1, n))
+    still = (rng.random(n) < 0.3) | np.array(table.prismatic)
+    return table, np.where(still, table.d[:-1], table.d[:-1] + rng.uniform(-0.1, 0.1, n))
 
 
 @pytest.mark.parametrize("placed", [True, False])
@@ -102,12 +105,15 @@ def test_levers_bound_the_distance_from_every_axis_in_any_pose():
         record = built(table, Body(), slides)
         base = np.r_[np.eye(3).ravel(), np.zeros(3)][None]
         for _ in range(10):
-            frames = table.frames(rng.uniform(-3.0, 3.0, n))
+            frames = table.frames(rng.uniform(*default_limits(table).T))
             poses = np.stack([np.r_[f[:3, :3].T.ravel(), f[:3, 3]] for f in frames[:n]])
             ends = np.full((record["capsules"], 6), np.nan)
             place_all(ends, np.array([record]), np.concatenate([base, poses]))
             for k in range(record["capsules"]):
                 for j in range(int(record["link"][k])):
+                    if table.prismatic[j]:
+                        assert record["lever"][k, j] == 1.0
+                        continue
                     axis, origin = poses[j, 6:9], poses[j, 9:]
                     away = np.linalg.norm(np.cross(ends[k].reshape(2, 3) - origin, axis), axis=1).max()
                     assert away <= record["lever"][k, j] + 1e-9

@@ -23,9 +23,10 @@ def random_arm(rng):
     """An arm with modules somewhere on their axes, and a motion of few, wide steps."""
     n = int(rng.integers(2, 7))
     rows = rng.uniform(-1, 1, (n + 1, 4)) * (np.pi / 2, 0.5, 0.5, 1.0) * (rng.random((n + 1, 4)) > 0.2)
-    table = DHTable.from_rows(rows, base_yaw=rng.uniform(-3, 3))
-    arm = arm_body(table, BODY, table.d[:-1] + rng.uniform(-0.1, 0.1, n), placed=bool(rng.integers(2)))
-    return arm, np.cumsum(rng.normal(size=(8, n)) * 0.3, axis=0)
+    table = DHTable.from_rows(rows, rng.uniform(-3, 3), "".join(rng.choice(["R", "R", "R", "P"], n)))
+    slides, limits = table.d[:-1] + rng.uniform(-0.1, 0.1, n), np.tile([-0.1, 0.2], (n, 1))
+    arm = arm_body(table, BODY, slides, limits, placed=bool(rng.integers(2)))
+    return arm, np.cumsum(rng.normal(size=(8, n)) * np.where(table.prismatic, 0.02, 0.3), axis=0)
 
 
 def random_obstacles(rng, count=3):
@@ -260,7 +261,7 @@ def test_no_point_moves_further_than_its_bound(seed):
     arm, q = random_arm(rng)
     n, links = arm.table.dof, np.array([part.link for part in arm.parts])
     ends = np.stack([part.solid.ends for part in arm.parts])
-    turning = np.ones(n, dtype=bool)
+    turning = ~np.array(arm.table.prismatic)
     poses = np.stack([[np.eye(4), *arm.table.frames(angles)] for angles in q])
     steps = np.abs(np.diff(q, axis=0))
     radii = joint_radii(poses, ends, links, steps, turning)

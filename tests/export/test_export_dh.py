@@ -15,11 +15,12 @@ COLUMNS = ("alpha", "a", "d", "theta")
 
 
 def random_table(n, seed):
-    """Zeros, right angles, negative lengths, offsets and a base yaw."""
+    """Zeros, right angles, negative lengths; of every second seed offsets, a base yaw and joints that slide."""
     rng = np.random.default_rng([n, seed])
     alpha = rng.choice([0.0, np.pi / 2, -np.pi / 2, rng.uniform(-np.pi, np.pi)], n + 1)
     a, d = rng.uniform(-0.4, 0.5, (2, n + 1)) * (rng.random((2, n + 1)) > 0.35)
-    return DHTable(alpha, a, d, rng.uniform(-3, 3, n + 1) * (seed % 2), base_yaw=rng.uniform(-3, 3) * (seed % 2))
+    theta, yaw = rng.uniform(-3, 3, n + 1) * (seed % 2), rng.uniform(-3, 3) * (seed % 2)
+    return DHTable(alpha, a, d, theta, yaw, "".join(rng.choice(["R", "P"], n)) if seed % 2 else "")
 
 
 @pytest.mark.parametrize("convention", ["modified", "classic"])
@@ -33,15 +34,19 @@ def test_a_table_is_read_back_to_the_last_bit(n, name, convention, tmp_path):
         for column in COLUMNS:
             np.testing.assert_array_equal(getattr(found, column), getattr(table, column))
         assert found.base_yaw == table.base_yaw
+        assert found.joints == table.joints
 
 
 @pytest.mark.parametrize("n", range(1, 9))
 def test_the_classic_rows_multiply_to_the_arm(n):
     table, q = random_table(n, 1), np.random.default_rng(n).uniform(-3, 3, n)
     pose = np.eye(4)
-    for (_, (alpha, a, d, theta)), angle in zip(dh_rows(table, "classic"), [0.0, *q, 0.0], strict=True):
-        pose = pose @ rot_z(theta + angle) @ translation(0, 0, d) @ translation(a, 0, 0) @ rot_x(alpha)
+    rows = zip(dh_rows(table, "classic"), [0.0, *q, 0.0], f"R{table.joints}R", strict=True)
+    for (_, (alpha, a, d, theta)), motion, kind in rows:
+        turn, way = (0.0, motion) if kind == "P" else (motion, 0.0)
+        pose = pose @ rot_z(theta + turn) @ translation(0, 0, d + way) @ translation(a, 0, 0) @ rot_x(alpha)
     np.testing.assert_allclose(pose, table.frames(q)[-1], atol=1e-13)
+    np.testing.assert_allclose(table.to_classic().pose(q), pose, atol=1e-13)
 
 
 @pytest.mark.parametrize("convention", ["modified", "classic"])

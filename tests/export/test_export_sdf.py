@@ -49,6 +49,11 @@ def frames_of(model, q):
                 turn = np.eye(4)
                 turn[:3, :3] = Rotation.from_euler("z", angles[joint.get("name")]).as_matrix()
                 before = before @ turn
+            if joint.get("type") == "prismatic":
+                assert joint.find("axis/xyz").text == "0 0 1"
+                way = np.eye(4)
+                way[2, 3] = angles[joint.get("name")]
+                before = before @ way
         found[link.get("name")] = before @ pose(link.find("pose"))
     return found
 
@@ -87,7 +92,7 @@ def test_joints_have_their_limits_and_losses():
     options = RobotOptions(simulation=SimulationOptions(joint_damping=0.4, joint_friction=0.3))
     robot, _ = random_robot(4, 1, options)
     joints = model_of(robot).findall("joint")
-    moving = [joint for joint in joints if joint.get("type") == "revolute"]
+    moving = [joint for joint in joints if joint.get("type") in ("revolute", "prismatic")]
     assert [joint.get("name") for joint in moving] == [f"joint_{i + 1}" for i in range(4)]
     for i, joint in enumerate(moving):
         limit = {entry.tag: float(entry.text) for entry in joint.find("axis/limit")}

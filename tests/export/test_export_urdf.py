@@ -83,7 +83,7 @@ def test_mujoco_reads_back_the_table(n, seed, world):
     tool = data.body("tool0")
     np.testing.assert_allclose(tool.xpos, table.frames(q)[-1][:3, 3], atol=1e-12)
     np.testing.assert_allclose(tool.xmat.reshape(3, 3), table.frames(q)[-1][:3, :3], atol=1e-12)
-    links = sum(body.inertial.mass for body in arm_body(table, Body()).links) + Body().tool_mass
+    links = sum(body.inertial.mass for body in arm_body(table, Body(), None, limits).links) + Body().tool_mass
     assert model.body_mass.sum() == pytest.approx(links, rel=1e-12)
 
 
@@ -126,7 +126,8 @@ def test_the_file_is_what_readers_insist_on(n, seed, world):
 def test_every_joint_is_complete(n, seed):
     table, limits, _ = random_design(n, seed)
     joints = parsed(urdf_text(table, limits=limits)).findall("joint")
-    assert [joint.get("type") for joint in joints] == ["revolute"] * n + ["fixed"]
+    kinds = ["prismatic" if slides else "revolute" for slides in table.prismatic]
+    assert [joint.get("type") for joint in joints] == [*kinds, "fixed"]
     for joint, placement in zip(joints, table.placements(), strict=True):
         origin = joint.find("origin")
         np.testing.assert_array_equal(floats(origin.get("xyz")), placement[:3, 3])
@@ -155,7 +156,7 @@ def test_every_link_has_a_body_that_can_exist(n, seed):
 
 def test_the_masses_are_those_of_the_solids():
     links = parsed(urdf_text(ARM, limits=LIMITS)).findall("link")[:-1]
-    for link, body in zip(links, arm_body(ARM, Body()).links, strict=True):
+    for link, body in zip(links, arm_body(ARM, Body(), None, LIMITS).links, strict=True):
         assert float(link.find("inertial/mass").get("value")) == pytest.approx(sum(p.mass for p in body.visual))
         np.testing.assert_array_equal(floats(link.find("inertial/origin").get("xyz")), body.inertial.com)
         np.testing.assert_array_equal(inertia_of(link), body.inertial.inertia)
@@ -250,7 +251,7 @@ def test_a_range_without_zero_or_without_width_is_refused(bad):
     with pytest.raises(DesignError):
         urdf_text(ARM, limits=limits)
     with pytest.raises(DesignError, match="joint_4" if np.isfinite(bad).all() else "finite"):
-        joint_limits(5, limits)
+        joint_limits(5 * [False], limits)
 
 
 @pytest.mark.parametrize("kind", ["velocity", "effort"])

@@ -162,7 +162,7 @@ def open_design(path: Path, settings: Settings) -> DesignArm:
     table = read_design(path)
     check_design(table)
     own = carried_settings(path, ("design",)) or settings
-    limits = joint_limits(replace(own.design, dof=table.dof))
+    limits = joint_limits(replace(own.design, dof=table.dof, joints=table.joints))
     name = path.resolve().name if path.name != "result.json" else path.resolve().parent.name
     return DesignArm(name, str(path), table, limits, read_base_pose(path))
 

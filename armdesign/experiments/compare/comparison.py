@@ -158,6 +158,7 @@ def score_design(design: DesignArm, problem: DesignProblem, payload: float = 0.0
         whole = whole.placed(design.base)
     task = whole.task
     path_problem = make_problem(task.P, task.R, task.dt, design.limits, problem.settings.fitness, solver)
+    path_problem = path_problem.with_joints(design.table.prismatic)
     scores, path = BlockEvaluator(path_problem, block=1).follow(design.table)
     row = ArmScore(design, scores, path, moving_mass=moving_mass(design_model(design.table)))
     model = design_model(design.table, payload)
@@ -215,9 +216,9 @@ def some_problem(problem: DesignProblem) -> Problem:
 
 
 def with_joints(settings: Settings, dof: int) -> Settings:
-    """The settings for another number of joints: the effort for the start grows with it unless it was set."""
+    """Settings for so many joints that all turn; the effort for the start grows with them unless it was set."""
     solver = settings.solver
     settled = (solver.starts, solver.descents, solver.finalists)
     if settled == tuple(start_effort(Solver(), settings.design.dof)):
         solver = replace(solver, starts=None, descents=None, finalists=None)
-    return replace(settings, design=replace(settings.design, dof=dof), solver=solver)
+    return replace(settings, design=replace(settings.design, dof=dof, joints=None), solver=solver)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armdesign._types import Array
 from armdesign.errors import RunFolderError, SettingsError, counted
 from armdesign.export.trajectory.ros2_bag import write_bag
 from armdesign.export.trajectory.scaling import (
     MAX_ACCELERATION,
+    MAX_SLIDE_ACCELERATION,
+    MAX_SLIDE_VELOCITY,
     MAX_VELOCITY,
     RAMP,
     SPEED_RANGE,
@@ -45,8 +48,9 @@ class TrajectoryOptions:
         rate: Samples per second [1/s]; None for the demonstration's frame rate.
         speed: Factor on the demonstrated speed.
         fit_limits: Slow down as far as the two limits below ask for, never speed up.
-        max_velocity: Joint velocity limits, one or shape (n,) [rad/s].
-        max_acceleration: Joint acceleration limits, one or shape (n,) [rad/s^2].
+        max_velocity: Velocity limits, shape (n,) [rad/s; m/s], or one of all joints that turn; by default pi, and 0.5
+            of joints that slide.
+        max_acceleration: Acceleration limits, likewise [rad/s^2; m/s^2]; by default 10, and 5 of joints that slide.
         cutoff: Frequency of the motion that smoothing keeps by half [Hz].
         ramp: Length of the ramps from and to rest [s of the demonstration]; 0 for none.
     """
@@ -107,12 +111,12 @@ def make_trajectory(run: Result, options: TrajectoryOptions | None = None) -> Tr
     path = fit_path(task.time, q, run.limits, cutoff=chosen.cutoff)
     timing = timing_of(path, speed=chosen.speed, ramp=chosen.ramp)
     deviation = tool_deviation(run.table, q, path)
-    notes = smoothing_notes(path, deviation)
+    notes = smoothing_notes(path, deviation, run.table.prismatic)
     if chosen.fit_limits:
-        timing, note = slowed(path, timing, chosen)
+        timing, note = slowed(path, timing, chosen, run.table.prismatic)
         notes.append(note)
     motion = sample(path, timing, 1.0 / task.dt if chosen.rate is None else chosen.rate)
-    return Trajectory(path, timing, motion, deviation, (*notes, *timing_notes(timing, motion)))
+    return Trajectory(path, timing, motion, deviation, (*notes, *timing_notes(timing, motion, run.table.prismatic)))
 
 
 def export_trajectory(
@@ -176,12 +180,19 @@ def place_for(kind: str, given: Path, *, overwrite: bool = False) -> Path:
     return place
 
 
-def smoothing_notes(path: SmoothPath, deviation: ToolDeviation) -> list[str]:
-    """What the fit changed."""
+def smoothing_notes(path: SmoothPath, deviation: ToolDeviation, prismatic: Sequence[bool]) -> list[str]:
+    """What the fit changed.
+
+    Args:
+        path: The path.
+        deviation: How far smoothing moved the end-effector.
+        prismatic: Which joints slide, n of them.
+    """
     distance = deviation.distance * 1e3
+    changes = largest(path.deviation, prismatic, ("{:.2f} deg", "{:.2f} mm"), (np.degrees(1.0), 1e3))
     notes = [
-        f"Smoothed at a cutoff of {path.cutoff:g} Hz: joint angles change by up to "
-        f"{np.degrees(path.deviation.max()):.2f} deg, the end-effector by up to {distance.max():.2f} mm "
+        f"Smoothed at a cutoff of {path.cutoff:g} Hz: {'joints' if any(prismatic) else 'joint angles'} change by up to "
+        f"{changes}, the end-effector by up to {distance.max():.2f} mm "
         f"(mean {distance.mean():.2f} mm) and {np.degrees(deviation.angle.max()):.2f} deg."
     ]
     if path.bounded:
@@ -190,30 +201,60 @@ def smoothing_notes(path: SmoothPath, deviation: ToolDeviation) -> list[str]:
     return notes
 
 
-def timing_notes(timing: Timing, motion: Motion) -> list[str]:
-    """How long the motion takes, and how fast the joints go."""
+def largest(values: Array, prismatic: Sequence[bool], words: tuple[str, str], units: tuple[float, float]) -> str:
+    """The largest of the joints' values, of those that turn and of those that slide, in words.
+
+    Args:
+        values: Shape (n,), none negative.
+        prismatic: Which joints slide, n of them.
+        words: Format of a value of joints that turn, and of joints that slide.
+        units: What each is multiplied by before.
+    """
+    slides = np.array(prismatic, dtype=bool)
+    kinds = [(values[~slides] * units[0], words[0]), (values[slides] * units[1], words[1])]
+    return " and ".join(form.format(float(found.max())) for found, form in kinds if len(found))
+
+
+def timing_notes(timing: Timing, motion: Motion, prismatic: Sequence[bool]) -> list[str]:
+    """How long the motion takes, and how fast the joints go.
+
+    Args:
+        timing: When the arm is where on the path.
+        motion: The motion.
+        prismatic: Which joints slide, n of them.
+    """
     ramps = f", at rest at both ends by ramps of {timing.ramp / timing.speed:.3g} s" if timing.ramp > 0.0 else ""
+    v, a = np.abs(motion.v).max(axis=0), np.abs(motion.a).max(axis=0)
+    speed = largest(v, prismatic, ("{:.0f} deg/s", "{:.2f} m/s"), (np.degrees(1.0), 1.0))
+    acceleration = largest(a, prismatic, ("{:.1f} rad/s^2", "{:.1f} m/s^2"), (1.0, 1.0))
     duration = f"{timing.total:.3f} s for {timing.duration:.3f} s of demonstration"
     return [
         f"{counted(len(motion.time), 'sample')}: {duration} at {timing.speed:.4g} times the speed{ramps}.",
-        f"Peaks: {np.degrees(np.abs(motion.v).max()):.0f} deg/s and {np.abs(motion.a).max():.1f} rad/s^2.",
+        f"Peaks: {speed} and {acceleration}.",
     ]
 
 
-def slowed(path: SmoothPath, timing: Timing, options: TrajectoryOptions) -> tuple[Timing, str]:
+def slowed(
+    path: SmoothPath, timing: Timing, options: TrajectoryOptions, prismatic: Sequence[bool]
+) -> tuple[Timing, str]:
     """The timing slowed down as far as the joints' limits ask for, and a sentence on what that took.
 
     Args:
         path: The path.
         timing: When the arm is where on it, as asked for.
         options: The limits.
+        prismatic: Which joints slide, n of them.
 
     Raises:
         SettingsError: The limits would need a speed below the lowest.
     """
-    most, what = fastest_speed(
-        path, ramp=timing.ramp, velocity=options.max_velocity, acceleration=options.max_acceleration
-    )
+    velocity, acceleration = (
+        np.where(prismatic, sliding, given) if np.ndim(given) == 0 and any(prismatic) else given
+        for given, sliding in (
+            (options.max_velocity, MAX_SLIDE_VELOCITY), (options.max_acceleration, MAX_SLIDE_ACCELERATION)
+        )
+    )  # fmt: skip
+    most, what = fastest_speed(path, ramp=timing.ramp, velocity=velocity, acceleration=acceleration)
     if most >= timing.speed:
         return timing, "The velocity and acceleration limits hold without slowing down."
     if most < SPEED_RANGE[0]:

@@ -28,10 +28,10 @@ SPEED_RANGE = (0.01, 10.0)
 RATE_RANGE = (1.0, 10_000.0)
 """Samples per second [1/s]."""
 MOST_SAMPLES = 10_000_000
-MAX_VELOCITY = float(np.pi)
-"""Default joint speed limit [rad/s]: 180 deg/s, that of many collaborative arms."""
-MAX_ACCELERATION = 10.0
-"""Default joint acceleration limit [rad/s^2], in the range of lightweight arms."""
+MAX_VELOCITY, MAX_SLIDE_VELOCITY = float(np.pi), 0.5
+"""Default joint speed limits: 180 deg/s, that of many collaborative arms [rad/s]; of joints that slide [m/s]."""
+MAX_ACCELERATION, MAX_SLIDE_ACCELERATION = 10.0, 5.0
+"""Default joint acceleration limits, in the range of lightweight arms [rad/s^2]; of joints that slide [m/s^2]."""
 _SLACK = 1e-3  # peaks are looked up at samples; between two they may be that much higher
 
 
@@ -167,8 +167,8 @@ def fastest_speed(
     Args:
         path: The path.
         ramp: Length of the ramps [s of the demonstration].
-        velocity: Velocity limits, one or shape (n,) [rad/s].
-        acceleration: Acceleration limits, one or shape (n,) [rad/s^2].
+        velocity: Velocity limits, one or shape (n,) [rad/s; m/s].
+        acceleration: Acceleration limits, one or shape (n,) [rad/s^2; m/s^2].
 
     Returns:
         The speed, not held within ``SPEED_RANGE``, and what decides it, as ``the velocity of joint_2``.

@@ -69,9 +69,10 @@ class JointLoads:
     Attributes:
         time: Even times of the smoothed motion, shape (T,) [s].
         motion: The smoothed motion.
-        torque: Torques that hold and move the arm, shape (T, n) [N m].
+        torque: Torques that hold and move the arm, shape (T, n) [N m; N of joints that slide].
         limits: Limits of the joints, as in the URDF.
         masses: Of base_link, link_1, ..., link_n, shape (n + 1,) [kg].
+        prismatic: Which joints slide, n of them.
     """
 
     time: Array
@@ -79,6 +80,7 @@ class JointLoads:
     torque: Array
     limits: JointLimits
     masses: Array
+    prismatic: tuple[bool, ...]
 
 
 def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
@@ -98,4 +100,5 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
         torque=joint_torques(arm, motion, limits.payload or 0.0, base_gravity(run.base_pose)),
         limits=exported_limits(run, arm, limits)[0],
         masses=np.array([each.inertial.mass for each in arm.links]),
+        prismatic=run.table.prismatic,
     )

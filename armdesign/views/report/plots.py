@@ -192,13 +192,20 @@ def histogram_picture(run: Result) -> Picture:
     return picture("histogram", build, "Histogram of the error of each point over all frames.")
 
 
+UNITS = (("deg", "cm"), ("deg/s", "cm/s"), ("N m", "N"))
+"""Units of angles, speeds and torques of joints that turn, and of the same of joints that slide."""
+
+
 def joint_pictures(loads: JointLoads) -> list[Picture]:
     """Angles, speeds and torques of all joints over time, and how much of their limits each uses."""
-    speed, effort = loads.limits.velocity, loads.limits.effort
+    scale = np.where(loads.prismatic, 100.0, np.rad2deg(1.0))
+    speed, effort = loads.limits.velocity * scale, loads.limits.effort
+    sliding = " and ".join(str(i + 1) for i in np.flatnonzero(loads.prismatic))
+    units = [f"{turns}; {slides} of {sliding}" if sliding else turns for turns, slides in UNITS]
     both = (
-        ("angles", "angle", "deg", np.rad2deg(loads.motion.q), np.rad2deg(loads.limits.position)),
-        ("speeds", "speed", "deg/s", np.rad2deg(loads.motion.v), np.rad2deg(np.stack([-speed, speed], axis=1))),
-        ("torques", "torque", "N m", loads.torque, np.stack([-effort, effort], axis=1)),
+        ("angles", "angle", units[0], loads.motion.q * scale, loads.limits.position * scale[:, None]),
+        ("speeds", "speed", units[1], loads.motion.v * scale, np.stack([-speed, speed], axis=1)),
+        ("torques", "torque", units[2], loads.torque, np.stack([-effort, effort], axis=1)),
     )
     pictures = []
     for key, what, unit, values, limits in both:

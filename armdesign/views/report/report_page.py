@@ -129,6 +129,7 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
     path, name = run.evaluation.path, run.problem.task.points[-1]
     hand = path.distance[:, -1]
     peak = np.abs(loads.torque).max(axis=0)
+    pulls = bool(loads.prismatic[int(peak.argmax())])
     count = len(run.evaluation.demonstrations)
     of_several = f", {run.problem.settings.fitness.demonstrations} of {count}" if count > 1 else ""
     figures = [
@@ -142,7 +143,10 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
     return [
         *figures,
         ("Error at the start", f"{number(1e3 * start_error(run), 3)} mm"),
-        (f"Peak torque, joint {int(peak.argmax()) + 1}", f"{number(peak.max(), 2)} N m"),
+        (
+            f"Peak {'force' if pulls else 'torque'}, joint {int(peak.argmax()) + 1}",
+            f"{number(peak.max(), 2)} {'N' if pulls else 'N m'}",
+        ),
         ("Moving mass, assumed", f"{number(loads.masses[1:].sum() + payload, 2)} kg"),
         (f"r{of_several}: {MEANINGS['r']}", f"{number(run.evaluation.fitness, 4)} m"),
     ]
@@ -215,6 +219,7 @@ def modified_rows(table: DHTable, marks: np.ndarray[Any, Any]) -> list[dict[str,
         {
             "label": "tool" if i == table.dof else str(i),
             "joint": None if i == table.dof else i + 1,
+            "slides": i < table.dof and table.prismatic[i],
             "alpha": float(table.alpha[i]),
             "a": float(table.a[i]),
             "d": float(table.d[i]),
@@ -230,6 +235,7 @@ def joint_rows(loads: JointLoads) -> list[dict[str, Any]]:
     q, v, torque = loads.motion.q, np.abs(loads.motion.v), np.abs(loads.torque)
     return [
         {
+            "slides": loads.prismatic[i],
             "low": float(q[:, i].min()),
             "high": float(q[:, i].max()),
             "lower": float(loads.limits.position[i, 0]),

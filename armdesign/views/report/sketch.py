@@ -134,7 +134,7 @@ def node_labels(table: DHTable, nodes: Array) -> list[Label]:
     """
     labels: list[Label] = []
     for i, node in enumerate(nodes):
-        name = "tool" if i == table.dof else f"J{i + 1}"
+        name = "tool" if i == table.dof else f"J{i + 1}{' slides' if table.prismatic[i] else ''}"
         degrees = round(float(np.rad2deg(table.alpha[i])), 1) + 0.0
         twist = f"{'α' if i == table.dof else named('α', i, table)} = {degrees:.1f}°".replace("-", "−")
         corner = node + np.array([-HOUSING[0] / 2 - 0.04, 0.06])

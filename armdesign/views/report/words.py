@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from armdesign._types import Array
 from armdesign.bodies.loads import GRAVITY
 from armdesign.export.formats import FORMATS
 from armdesign.export.options import RobotOptions
 from armdesign.export.options import assumptions as assumed
 from armdesign.export.trajectory.exporting import FILES
+from armdesign.fitness.constraints import joint_limits
 from armdesign.fitness.problem import start_effort
 from armdesign.search.result import Result, SearchFacts
 from armdesign.settings.kinds import toml_value
@@ -111,13 +116,19 @@ def freedom(design: Design) -> list[str]:
             else ", ".join(f"{pair(limits)} (J{i})" for i, limits in enumerate(design.joint_limits, start=1)) + " deg."
         ),
     ]
+    if any(design.prismatic):
+        limits = joint_limits(design)
+        slides = [f"{pair(limits[i])} m (J{i + 1})" for i in np.flatnonzero(design.prismatic)]
+        turns = [f"{pair(np.rad2deg(limits[i]))} deg (J{i + 1})" for i in np.flatnonzero(~np.array(design.prismatic))]
+        said = [f"Joints turn within {', '.join(turns)}." if turns else "", f"Joints slide within {', '.join(slides)}."]
+        sentences[-1] = " ".join(said).strip()
     if design.bounds:
         entries = ", ".join(f"{name} within {pair(bounds)}" for name, bounds in design.bounds.items())
         sentences.append(f"Bounds of single entries [deg, m]: {entries}.")
     return sentences
 
 
-def pair(ends: tuple[float, float]) -> str:
+def pair(ends: Sequence[float] | Array) -> str:
     """Two bounds."""
     return f"{ends[0]:g} to {ends[1]:g}".replace("-", "−")
 
