@@ -19,8 +19,7 @@ from armdesign.errors import RecordingError, SettingsError
 REPORTED = Path(__file__).resolve().parents[3] / "shared" / "recordings" / "reported"
 reported = pytest.mark.skipif(not REPORTED.is_dir(), reason="the reported files are not at hand")
 BEGINNINGS = {  # of files that are known and not read
-    "OpenSim": "Coordinates\nversion=1\ninDegrees=yes\nendheader\ntime\tarm_flex_r\n0\t1\n",
-    "JSON": '{"version": 1.3, "people": []}',
+    "JSON": '{"version": 1.3, "content": []}',
     "DeepLabCut": "scorer,DLC,DLC\nbodyparts,hand,hand\n",
     "kineticstoolkit": "Time,Hand[0],Hand[1],Hand[2]\n0,1,2,3\n",
     "Tracking Tools": "comment,all\nrighthanded\ninfo,framecount,3\n",

@@ -28,11 +28,6 @@ def _begins(pattern: str) -> re.Pattern[str]:
 
 
 FOREIGN = (
-    Foreign(
-        "OpenSim STO or MOT (states or joint angles of a model)",
-        _begins(r"(?:[^\n]*\n){0,12}?\s*endheader\b"),
-        "Give the .trc file that it was computed from, or export positions of points (PointKinematics) as plain CSV",
-    ),
     Foreign("Xsens MVN (binary)", _begins(r"XMVN|MVNB"), "Export it from MVN Analyze as MVNX or C3D"),
     Foreign("XML", _begins(r"<\?xml|<[a-z]"), "Export the recording as C3D, TRC, BVH or plain CSV"),
     Foreign(

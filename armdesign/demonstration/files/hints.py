@@ -14,6 +14,7 @@ from armdesign.errors import RecordingError, SettingsError
 
 TIME_UNITS: Mapping[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Seconds per unit."""
+_LONG_AGO = 1e8  # [s] times that count from 1970
 ORDERS = ("xyzw", "wxyz")
 LEAST_CONFIDENCE = 0.5
 """Confidence or visibility below which a point counts as not seen, where nothing else is asked for."""
@@ -76,13 +77,19 @@ def _with_times(take: Take, hints: Hints) -> Take:
         sentence = f"The file holds no times: frames follow at {hints.rate:g} frames/s, as asked for."
         step = Step("rate", sentence, {"rate": hints.rate})
         return replace(take, time=take.time / hints.rate, rate=hints.rate, timed=True, steps=(*take.steps, step))
-    factor = 1.0 if hints.time_unit is None else TIME_UNITS[hints.time_unit] / TIME_UNITS[take.time_unit]
-    if factor == 1.0:
+    unit = hints.time_unit or take.time_unit
+    factor, steps = TIME_UNITS[unit], list(take.steps)
+    time, rate = take.time, take.rate
+    if factor != 1.0:
+        why = "as the file says" if hints.time_unit is None else "as asked for"
+        steps.append(Step("time-unit", f"Times are in {unit}, {why}; multiplied by {factor:g}.", {"unit": unit}))
+        rate = None if rate is None else rate / factor
+    if take.captured and len(time) and abs(time[0]) * factor > _LONG_AGO:
+        steps.append(Step("start", f"Times count from the first frame, at {time[0] * factor:.6f} s in the file."))
+        time = time - time[0]
+    if time is take.time and factor == 1.0:
         return take
-    sentence = f"Times are in {hints.time_unit}, as asked for; multiplied by {factor:g}."
-    rate = None if take.rate is None else take.rate / factor
-    step = Step("time-unit", sentence, {"unit": hints.time_unit, "factor": factor})
-    return replace(take, time=take.time * factor, rate=rate, steps=(*take.steps, step))
+    return replace(take, time=time * factor if factor != 1.0 else time, rate=rate, steps=tuple(steps))
 
 
 def _with_quaternions(take: Take, hints: Hints) -> Take:

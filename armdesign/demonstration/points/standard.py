@@ -20,7 +20,7 @@ UNITS: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Metres per unit."""
 _NAMED = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "in": "inches"}
 AXES = ("x", "y", "z")
-_Y_UP = ("TRC", "Motive", "BVH")  # formats whose files mostly have y up
+_Y_UP = ("TRC", "Motive", "BVH", "OpenSim", "Rokoko")  # formats whose files mostly have y up
 _FARTHEST = 1e9  # in any unit; damaged files hold larger numbers, and the square of these is far from overflow
 _HALF = math.sqrt(0.5)
 _ORDER = {"x": (1, 2, 0), "y": (0, 2, 1), "z": (0, 1, 2)}  # columns that become x, y, z

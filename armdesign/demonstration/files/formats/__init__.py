@@ -10,7 +10,27 @@ from pathlib import Path
 from typing import NamedTuple
 
 from armdesign.demonstration.files import plain_csv
-from armdesign.demonstration.files.formats import bone_csv, bvh, c3d, motive_csv, mvnx, qualisys_tsv, trc, vicon_csv
+from armdesign.demonstration.files.formats import (
+    body_json,
+    bone_csv,
+    bvh,
+    c3d,
+    coco_json,
+    freemocap,
+    long_csv,
+    mediapipe,
+    motive_csv,
+    mvnx,
+    npz,
+    openpose,
+    opensim_storage,
+    qualisys_skeleton,
+    qualisys_tsv,
+    rokoko,
+    tracker_csv,
+    trc,
+    vicon_csv,
+)
 from armdesign.demonstration.recording import Take
 
 
@@ -35,10 +55,21 @@ FORMATS: tuple[Format, ...] = (
     Format("OptiTrack Motive CSV", motive_csv.matches, motive_csv.read, "1.21 to 1.25"),
     Format("BVH", bvh.matches, bvh.read),
     Format("Xsens MVNX", mvnx.matches, mvnx.read),
-    Format("TRC", trc.matches, trc.read),
-    Format("Vicon CSV", vicon_csv.matches, vicon_csv.read, "trajectories and segments of Nexus, objects of Tracker"),
+    Format("TRC", trc.matches, trc.read, "OpenSim, Cortex, Pose2Sim, Sports2D"),
+    Format("Vicon", vicon_csv.matches, vicon_csv.read, "CSV: trajectories and segments of Nexus, objects of Tracker"),
+    Format("Qualisys skeleton TSV", qualisys_skeleton.matches, qualisys_skeleton.read),
     Format("Qualisys TSV", qualisys_tsv.matches, qualisys_tsv.read, "3D, 6D"),
+    Format("OpenSim storage", opensim_storage.matches, opensim_storage.read, "STO, MOT of places"),
+    Format("NumPy NPZ", npz.matches, npz.read, "positions (T, J, 3), NPY"),
+    Format("MediaPipe landmarks", mediapipe.matches, mediapipe.read, "CSV, JSON; in metres"),
+    Format("OpenPose JSON", openpose.matches, openpose.read, "3D, a file a frame"),
+    Format("body tracking JSON", body_json.matches, body_json.read, "ZED, Azure Kinect"),
+    Format("COCO keypoints JSON", coco_json.matches, coco_json.read, "Halpe, MMPose; 3D"),
+    Format("FreeMoCap CSV", freemocap.matches, freemocap.read),
+    Format("Rokoko CSV", rokoko.matches, rokoko.read),
     Format("bone CSV", bone_csv.matches, bone_csv.read, "a file per bone"),
+    Format("long CSV", long_csv.matches, long_csv.read, "a line per frame and point"),
+    Format("tracker CSV", tracker_csv.matches, tracker_csv.read, "Vive, Unity, Nuitrack: a column per number"),
     Format("plain CSV", plain_csv.matches, plain_csv.read),
 )
 """Asked in this order; one entry a line."""
