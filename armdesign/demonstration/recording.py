@@ -197,7 +197,8 @@ class Take:
         source: The file, for messages.
         format: Format and version, such as ``OptiTrack Motive CSV 1.23``.
         units: ``m``, ``cm``, ``mm`` or ``in``; None where the file does not say and the format does not settle it.
-        up: Axis that points up, ``x``, ``y`` or ``z``; None where the file does not say.
+        up: Axis that points up, ``x``, ``y`` or ``z``, with a minus one that points down; None where the file does not
+            say.
         rate: Frames per second that the file declares [1/s]; None where it does not.
         bodies: Rigid bodies to the names of the markers on them, where the file says so.
         captured: Whether the numbers come straight from a capture system and need cleaning; False for plain CSV, which

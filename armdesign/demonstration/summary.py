@@ -174,10 +174,13 @@ def _series_text(what: str, series: tuple[Coverage, ...]) -> str:
     if not series:
         return ""
     whole = [each.name for each in series if each.gaps == 0]
-    broken = [each for each in series if each.gaps]
+    never = [each.name for each in series if not each.share]
+    broken = [each for each in series if each.gaps and each.share]
     lines = [f"{len(series)} {what}{'s' if len(series) > 1 else ''}, {len(whole)} of them always seen"]
     if whole:
         lines.append(_wrapped(", ".join(whole), "  "))
+    if never:
+        lines.append(_wrapped(f"never seen: {', '.join(never)}", "  ", "    "))
     if broken:
         width = max(len("with gaps"), *(len(each.name) for each in broken))
         lines.append(f"  {'with gaps':<{width}}       seen   gaps  longest [s]  from [s]")

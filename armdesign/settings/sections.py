@@ -77,7 +77,8 @@ class Task(Section):
         "Unit of length of the recording; not set: what its file says.", optional=True, panel=RECORDING,
     )  # fmt: skip
     up: str | None = parameter(
-        None, Choice(("x", "y", "z")), "Axis of the recording that points up; not set: what its file says.",
+        None, Choice(("x", "y", "z", "-x", "-y", "-z")),
+        "Axis of the recording that points up, with a minus one that points down; not set: what its file says.",
         optional=True, panel=RECORDING,
     )  # fmt: skip
     mirror: bool = parameter(

@@ -12,13 +12,13 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.files.body_names import BY_COUNT, COCO, HUMAN36M, SMPL_X
 from armdesign.demonstration.files.formats.marker_tables import clean_name, once_each
-from armdesign.demonstration.files.quaternions import product
 from armdesign.demonstration.recording import Step, Take, first_bad_step, median_seen
 from armdesign.errors import RecordingError
 
 _MIDDLE = 0.05  # of the hips' width; a point that is the middle of the hips
 _CENTRED = 0.02  # [m] from the middle of the hips to the origin
-_HALF_TURN = (1.0, 0.0, 0.0, 0.0)  # about x, as a quaternion
+CAMERA_UP = "-y"
+"""Up in a camera's axes: x right, y down, z ahead."""
 
 
 class Frame(NamedTuple):
@@ -98,19 +98,6 @@ def take_of_frames(
         confidence={} if shown is None else {name: shown[:, i] for i, name in enumerate(chosen)},
         steps=tuple(steps),
         **said,  # type: ignore[arg-type]
-    )
-
-
-def from_camera(take: Take) -> Take:
-    """A take in a camera's axes (x right, y down, z ahead) turned by half about x, so that y points up."""
-    half = np.array(_HALF_TURN)
-    step = Step("camera", "A camera's axes, y down, were turned by half about x: y points up.")
-    return replace(
-        take,
-        points={name: values * [1.0, -1.0, -1.0] for name, values in take.points.items()},
-        orientations={name: product(half, values) for name, values in take.orientations.items()},
-        up="y",
-        steps=(*take.steps, step),
     )
 
 

@@ -34,6 +34,7 @@ class Scheme:
     # part of the arm to the ways of naming it, the best first, each of one or more points
     roles: Mapping[str, tuple[tuple[str, ...], ...]]
     behind: bool = False  # whether the side may also follow the name
+    whole: bool = False  # whether the hand is needed, too
     oriented: str = "hand"  # the part whose orientation is the hand's
     names: Mapping[str, str] | None = None  # name of each part in the task; the parts' own where not given
 
@@ -107,6 +108,12 @@ _ISB = {
         ("mh3",),
     ),
 }
+_LANDMARKS = {
+    "shoulder": (("{s}shoulder",),),
+    "elbow": (("{s}elbow",),),
+    "wrist": (("{s}wrist",),),
+    "hand": (("{s}index", "{s}pinky"),),
+}
 _BANDS = {"shoulder": (("shoulder",),), "elbow": (("upperarm",),), "wrist": (("forearm",),), "hand": (("hand",),)}
 _ANY_SIDE = _LETTERS | {"": ""}
 
@@ -118,6 +125,7 @@ SCHEMES = (
     Scheme("Theia segments", _LETTERS, _THEIA, oriented="wrist"),
     Scheme("Plug-in Gait joint centres", _LETTERS, _CENTRES),
     Scheme("Plug-in Gait", _LETTERS, _PLUG_IN),
+    Scheme("MediaPipe landmarks", _WORDS, _LANDMARKS, whole=True),
     Scheme("ISB markers", _ANY_SIDE, _ISB, behind=True),
     Scheme(
         "bands on shoulder, upper arm, forearm and hand",
@@ -278,7 +286,7 @@ def _roles(scheme: Scheme, letter: str, local: Mapping[str, str], positions: Map
             if len(known) == len(way) and not (role == "hand" and _lies_on_wrist(known, roles, positions)):
                 roles[role] = known
                 break
-    needed = ROLES if scheme.names else _NEEDED
+    needed = ROLES if scheme.names or scheme.whole else _NEEDED
     return roles if all(role in roles for role in needed) else None
 
 

@@ -19,17 +19,26 @@ from armdesign.errors import RecordingError, SettingsError
 UNITS: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Metres per unit."""
 _NAMED = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "in": "inches"}
-AXES = ("x", "y", "z")
+AXES = ("x", "y", "z", "-x", "-y", "-z")
+"""Axes that may point up; those that point down have a minus, as of cameras, whose y points down."""
 _Y_UP = ("TRC", "Motive", "BVH", "OpenSim", "Rokoko")  # formats whose files mostly have y up
 _FARTHEST = 1e9  # in any unit; damaged files hold larger numbers, and the square of these is far from overflow
 _HALF = math.sqrt(0.5)
 _ORDER = {"x": (1, 2, 0), "y": (0, 2, 1), "z": (0, 1, 2)}  # columns that become x, y, z
-_SIGN = {"x": (1.0, 1.0, 1.0), "y": (1.0, -1.0, 1.0), "z": (1.0, 1.0, 1.0)}
-_TURN = {"x": (-0.5, -0.5, -0.5, 0.5), "y": (_HALF, 0.0, 0.0, _HALF), "z": (0.0, 0.0, 0.0, 1.0)}
+_SIGN = {
+    "x": (1.0, 1.0, 1.0), "y": (1.0, -1.0, 1.0), "z": (1.0, 1.0, 1.0),
+    "-x": (-1.0, 1.0, -1.0), "-y": (1.0, 1.0, -1.0), "-z": (1.0, -1.0, -1.0),
+}  # fmt: skip
+_TURN = {
+    "x": (-0.5, -0.5, -0.5, 0.5), "y": (_HALF, 0.0, 0.0, _HALF), "z": (0.0, 0.0, 0.0, 1.0),
+    "-x": (-0.5, 0.5, 0.5, 0.5), "-y": (-_HALF, 0.0, 0.0, _HALF), "-z": (1.0, 0.0, 0.0, 0.0),
+}  # fmt: skip
 
 
 def to_recording(take: Take, *, units: str | None = None, up: str | None = None, mirror: bool = False) -> Recording:
     """Put a take into metres with z up: (x, y, z) of a y-up take becomes (x, -z, y), of an x-up take (y, z, x).
+
+    Where an axis points down (``-y``), that is a turn the other way: (x, z, -y).
 
     Quaternions are turned along, q' = q_T q; each body keeps its own axes. Every thing done is a step in ``about``.
 
@@ -37,8 +46,8 @@ def to_recording(take: Take, *, units: str | None = None, up: str | None = None,
         take: The content of a file.
         units: ``m``, ``cm``, ``mm``, ``in`` or metres per unit as a number; None for what the file says, or what
             makes human lengths of the numbers.
-        up: The axis that points up, ``x``, ``y`` or ``z``; None for what the file says, or what is usual for its
-            format unless the data say otherwise.
+        up: The axis that points up, ``x``, ``y``, ``z`` or, of those that point down, ``-x``, ``-y``, ``-z``; None
+            for what the file says, or what is usual for its format unless the data say otherwise.
         mirror: Whether to mirror left and right, y -> -y, to make a right arm of a left one.
 
     Raises:
@@ -137,7 +146,7 @@ def _up(take: Take, up: str | None, factor: float) -> tuple[str, list[Step]]:
         steps = [_up_step(take.up, "as the file says")]
         if found.axis not in {None, take.up}:
             sentence = (
-                f"The file says that {take.up} points up, but {found.why}, as if {found.axis} did: check it, or use "
+                f"The file says that {take.up} is up, but {found.why}, as if {found.axis} were: check it, or use "
                 f"--up {found.axis}."
             )
             steps.append(Step("up-doubt", sentence, {"said": take.up, "seems": found.axis}))
@@ -154,15 +163,19 @@ def _up_step(axis: str, why: str) -> Step:
         "x": "turned so that z points up, (x, y, z) to (y, z, x)",
         "y": "turned so that z points up, (x, y, z) to (x, -z, y)",
         "z": "axes left as they are",
+        "-x": "turned so that z points up, (x, y, z) to (-y, z, -x)",
+        "-y": "turned so that z points up, (x, y, z) to (x, z, -y)",
+        "-z": "turned by half about x, (x, y, z) to (x, -y, -z)",
     }
-    return Step("up", f"{axis} points up, {why}: {done[axis]}.", {"axis": axis, "from": why})
+    points = f"{axis[1:]} points down" if axis.startswith("-") else f"{axis} points up"
+    return Step("up", f"{points}, {why}: {done[axis]}.", {"axis": axis, "from": why})
 
 
 def _upright(values: Array, axis: str, factor: float) -> Array:
     """Positions of shape (T, 3) in metres with z up; where nothing is to be done, the numbers stay to the last bit."""
     turned = np.asarray(values, dtype=float)
     if axis != "z":
-        turned = turned[:, _ORDER[axis]] * np.array(_SIGN[axis])
+        turned = turned[:, _ORDER[axis[-1]]] * np.array(_SIGN[axis])
     return turned if factor == 1.0 else turned * factor
 
 

@@ -31,7 +31,7 @@ _TRUNK = (
 _HIGH = ("head", "fhd", "bhd", *_TRUNK)
 _PELVIS = ("asis", "asi", "psis", "psi", "pelvis", "hips", "hip", "sacrum", "sacr")
 _LOW = ("ankle", "ank", "heel", "hee", "toe", "foot", "calc", "cal", "mt5", "mt1", "lmal", "mmal")
-_SIDE = re.compile(r"^(?:right|left|r|l)?(.*?)(?:right|left|r|l)?$")
+_SIDES = ("right", "left", "r", "l")
 _UPRIGHT = 0.85  # cosine; a trunk that leans by less than 30 degrees
 _MOSTLY = 0.9  # of the frames, as somebody may bend down for a moment
 _LEAST_RISE, _CLEARLY = 0.1, 0.6  # [m], and part of both level lengths and height
@@ -109,7 +109,7 @@ def _extent(points: Mapping[str, Array]) -> float:
 class Up(NamedTuple):
     """What the data say, and why."""
 
-    axis: str | None  # x, y or z
+    axis: str | None  # x, y or z, with a minus where it points down
     why: str
 
 
@@ -133,8 +133,8 @@ def find_up(take: Take, factor: float, usual: str) -> Up:
         warnings.simplefilter("ignore", RuntimeWarning)  # points that were never seen
         found = _by_names(points, _HIGH, _LOW, _LEAST_BODY)
         found = found if found.axis is not None else _by_names(points, _TRUNK, _PELVIS, _LEAST_TRUNK)
-        found = found if found.axis is not None else _by_floor(points, usual)
-        return found if found.axis is not None else _by_sides(points, usual)
+        found = found if found.axis is not None else _by_floor(points, usual[-1])
+        return found if found.axis is not None else _by_sides(points, usual[-1])
 
 
 def _by_names(points: Mapping[str, Array], above: Iterable[str], below: Iterable[str], least: float) -> Up:
@@ -147,11 +147,15 @@ def _by_names(points: Mapping[str, Array], above: Iterable[str], below: Iterable
     rises = rises[np.isfinite(rises).all(axis=1)]
     if not len(rises):
         return Up(None, "")
-    axis = int(np.median(rises, axis=0).argmax())
-    upright = rises[:, axis] >= np.maximum(_UPRIGHT * np.linalg.norm(rises, axis=1), least)
+    middle = np.median(rises, axis=0)
+    axis = int(np.abs(middle).argmax())
+    sign = -1.0 if middle[axis] < 0 else 1.0  # cameras have an axis that points down
+    upright = sign * rises[:, axis] >= np.maximum(_UPRIGHT * np.linalg.norm(rises, axis=1), least)
     if upright.mean() < _MOSTLY:
         return Up(None, "")
-    rise = float(np.median(rises[:, axis]))
+    rise = sign * float(middle[axis])
+    if sign < 0:
+        return Up(f"-{'xyz'[axis]}", f"points such as '{high[0]}' are {rise:.2f} m above ones such as '{low[0]}' then")
     return Up("xyz"[axis], f"points such as '{high[0]}' are {rise:.2f} m above ones such as '{low[0]}' along it")
 
 
@@ -208,8 +212,8 @@ def _sided(name: str) -> tuple[str, str]:
 def _is_of(name: str, words: Iterable[str]) -> bool:
     """Whether a name is one of the words, with or without a side and a subject."""
     local = re.sub(r"[ ._\-]", "", name.rpartition(":")[2].lower())
-    match = _SIDE.match(local)
-    return local in words or (match is not None and match[1] in words) or local[1:] in words or local[:-1] in words
+    before = {local.removeprefix(side) for side in _SIDES}
+    return not before.isdisjoint(words) or not {local.removesuffix(side) for side in _SIDES}.isdisjoint(words)
 
 
 def _by_floor(points: Mapping[str, Array], usual: str) -> Up:

@@ -21,7 +21,7 @@ import numpy as np
 
 from armdesign.demonstration.files.body_names import AZURE_KINECT, BODY_18, ZED_34, ZED_38
 from armdesign.demonstration.files.json_text import json_head, number, numbers, objects_with, read_json
-from armdesign.demonstration.files.keypoints import Frame, from_camera, take_of_frames
+from armdesign.demonstration.files.keypoints import CAMERA_UP, Frame, take_of_frames
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 
@@ -89,7 +89,7 @@ def read(path: Path) -> Take:
         if largest > 1.0:  # other versions write 0 to 1
             take = replace(take, confidence={name: c / layout.most for name, c in take.confidence.items()})
     else:
-        take = from_camera(replace(take, units="mm"))
+        take = replace(take, units="mm", up=CAMERA_UP)
     if len(seen) == 1:
         return take
     listed = f"body {chosen} was taken, which is in {seen[chosen]} of {len(frames)} frames"

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ import numpy as np
 from armdesign.demonstration.files.body_names import MEDIAPIPE
 from armdesign.demonstration.files.formats import long_csv
 from armdesign.demonstration.files.json_text import json_head, number, numbers, objects_with, read_json
-from armdesign.demonstration.files.keypoints import Frame, from_camera, take_of_frames, world_landmarks
+from armdesign.demonstration.files.keypoints import CAMERA_UP, Frame, take_of_frames, world_landmarks
 from armdesign.demonstration.files.named_columns import Columns, header_of, read_columns
 from armdesign.demonstration.recording import Take
 from armdesign.errors import RecordingError
@@ -53,7 +54,7 @@ def read(path: Path) -> Take:
     else:
         first = min((int(m[1]) for name in header_of(head).points if (m := _NUMBER.fullmatch(name))), default=0)
         take = read_columns(path, _FORM, lambda name: _name(name, first))
-    return from_camera(world_landmarks(take))
+    return replace(world_landmarks(take), up=CAMERA_UP)
 
 
 def _is_wide(columns: Columns) -> bool:
