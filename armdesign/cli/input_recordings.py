@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from glob import glob
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from armdesign.cli.command_options import with_weights
 from armdesign.cli.screen import say
-from armdesign.demonstration import Recording
+from armdesign.demonstration import Recording, resolve
+from armdesign.demonstration.cleaning.cleaning import crop
+from armdesign.demonstration.cycles import find_cycles
+from armdesign.demonstration.files.stretch import file_exists, part_name, part_of
 from armdesign.demonstration.points.selection import ORIGIN
-from armdesign.errors import SettingsError
+from armdesign.errors import SettingsError, counted
 from armdesign.runs.folder import DEMONSTRATIONS, HOLDOUTS, TASK, TASK_JSON, inner_folders, old_name_note
 from armdesign.search.design_arm import recording_of
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.prepare import for_one, prepare
 from armdesign.settings.kinds import is_unicode
 from armdesign.settings.sections import Settings
+
+ENDINGS = (
+    *(".c3d", ".trc", ".csv", ".tsv", ".txt", ".bvh", ".mvnx", ".sto", ".mot", ".npz", ".npy", ".json"),
+    *(".bag", ".mcap", ".db3"),
+)
+"""Of the files in a folder that are taken for recordings, in small letters."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +53,20 @@ class Demonstrations:
         return prepare(self.seen, settings, holdouts=self.unseen, longest=longest)
 
 
+class Split(NamedTuple):
+    """How recordings become demonstrations."""
+
+    cycles: str | None = None  # all or best; None to take each recording as one
+    holdout_every: int | None = None  # every so many of them are held out; None for none
+
+
 def open_demonstrations(
     recordings: Sequence[Path] | None,
     settings: Settings,
     scenario: str | None,
     weights: list[float] | None,
     command: str = "search",
+    split: Split | None = None,
 ) -> Demonstrations:
     """Read all demonstrations, and settle the settings that depend on the first's points.
 
@@ -57,7 +76,11 @@ def open_demonstrations(
         scenario: What --scenario says.
         weights: What --weights says.
         command: How to write the command.
+        split: What --cycles and --holdout-every say.
     """
+    recordings = every_recording(recordings) if recordings else None
+    if split is not None and split != Split():
+        recordings, settings = split_recordings(recordings, settings, split, command)
     first = recordings[0] if recordings else None
     others = [str(path) for path in recordings[1:]] if recordings else list(settings.task.more_recordings or ())
     unseen = list(settings.task.holdouts or ())
@@ -75,7 +98,78 @@ def open_demonstrations(
     held = tuple(map(read, unseen))
     paths = {"more_recordings": resolved(others), "holdouts": resolved(unseen)}
     counted_how = {"demonstrations": settings.fitness.demonstrations}
+    source = Path(part_of(source).file)
     return Demonstrations(source, seen, held, single.replace({"task": paths, "fitness": counted_how}))
+
+
+def every_recording(named: Sequence[Path]) -> list[Path]:
+    """The recordings that are named, those in a folder and those of a pattern such as ``takes/*.bvh`` in their order.
+
+    Raises:
+        SettingsError: A pattern or a folder holds none.
+    """
+    found: list[Path] = []
+    for path in named:
+        if os.path.isdir(path):  # False for names too long, too
+            files = [each for each in sorted(path.iterdir()) if each.suffix.lower() in ENDINGS and each.is_file()]
+        elif not file_exists(str(path)) and set(str(path)) & set("*?["):
+            files = [Path(name) for name in sorted(glob(str(path), recursive=True)) if Path(name).is_file()]
+        else:
+            files = [path]
+        if not files:
+            raise SettingsError(f"{path} holds no recording", value=str(path), fix="Name the recordings' files")
+        found += files
+    return found
+
+
+def split_recordings(
+    recordings: Sequence[Path] | None, settings: Settings, split: Split, command: str
+) -> tuple[list[Path], Settings]:
+    """Recordings in their cycles, and every so many of them held out.
+
+    Args:
+        recordings: Those on the command line; None for those in the settings.
+        settings: The settings.
+        split: What is asked for.
+        command: How to write the command.
+
+    Returns:
+        Those that the search sees, and the settings with those that it does not.
+
+    Raises:
+        SettingsError: Too few of them are there, or files of one point each are to be split.
+        RecordingError: One has no cycles.
+    """
+    task, every = settings.task, split.holdout_every
+    if split.cycles not in (None, "all", "best"):
+        raise SettingsError(f"--cycles is '{split.cycles}'", value=split.cycles, allowed=("all", "best"))
+    if every is not None and every < 2:
+        raise SettingsError(f"--holdout-every is {every}", value=every, allowed="a whole number of at least 2")
+    if task.files and not recordings:
+        raise SettingsError("files of one point each cannot be split", fix="Leave out --cycles and --holdout-every")
+    in_settings = () if recordings else (named_source(settings, command), *map(Path, task.more_recordings or ()))
+    named = [*(recordings or ()), *in_settings]
+    if split.cycles is not None:
+        named = [part for path in named for part in cycles_in(path, settings, split.cycles)]
+    if every is None:
+        return named, settings
+    seen = [path for i, path in enumerate(named) if (i + 1) % every]
+    unseen = [path for i, path in enumerate(named) if not (i + 1) % every]
+    if not unseen:
+        message = f"--holdout-every is {every}, but there are {counted(len(named), 'demonstration')}"
+        raise SettingsError(message, value=every, fix="Name more recordings, or a smaller number")
+    held = [*(task.holdouts or ()), *(str(path.resolve()) for path in unseen)]
+    return seen, settings.replace({"task": {"holdouts": held}})
+
+
+def cycles_in(path: Path, settings: Settings, which: str) -> list[Path]:
+    """The parts of a recording in which the job is done, or the most typical of them."""
+    task = settings.task
+    recording = recording_of(settings.replace({"task": {"recording": str(path), "files": {}}}))
+    recording, _ = crop(recording, task.start, task.stop)
+    found = find_cycles(resolve(recording, task.base, task.points, None))
+    chosen = found.every if which == "all" else (found.every[found.typical],)
+    return [Path(part_name(path, cycle.start, cycle.stop)) for cycle in chosen]
 
 
 def from_run_folder(settings: Settings, folder: Path) -> Settings:
@@ -90,7 +184,7 @@ def from_run_folder(settings: Settings, folder: Path) -> Settings:
     task = settings.task
     first: list[str | None] = [*task.files.values()] or [task.recording]
     named = [path for path in (*first, *(task.more_recordings or ()), *(task.holdouts or ())) if path is not None]
-    gone = next((path for path in named if not Path(path).exists()), None)
+    gone = next((path for path in named if not file_exists(path)), None)
     if gone is None or not all((folder / name).is_file() for name in (TASK, TASK_JSON)):
         return settings
     others = [str(place / TASK) for place in inner_folders(folder, DEMONSTRATIONS)]

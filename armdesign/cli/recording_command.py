@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -14,11 +15,14 @@ from armdesign.cli.command_options import ConfigOption, option, settings_from_fl
 from armdesign.cli.input_recordings import named_source
 from armdesign.cli.screen import say
 from armdesign.cli.setting_flags import Given, takes_settings
+from armdesign.demonstration import resolve
+from armdesign.demonstration.cleaning.cleaning import crop
 from armdesign.demonstration.convert import convert as converted
 from armdesign.demonstration.convert import task_json_beside, write_conversion
+from armdesign.demonstration.cycles import find_cycles
 from armdesign.demonstration.picture import check_kind, draw_recording
 from armdesign.demonstration.summary import summarise, summary_text
-from armdesign.errors import SettingsError
+from armdesign.errors import SettingsError, counted
 from armdesign.files import write_whole
 from armdesign.search.design_arm import recording_of
 from armdesign.settings.sections import Settings, Task
@@ -114,6 +118,38 @@ def convert(
         for note in conversion.notes:
             say(note)
         typer.echo("Written: " + ", ".join(map(str, written)))
+
+
+@app.command(cls=PanelCommand)
+@one_sentence_errors
+@takes_settings(Task, only=(*READING, "base", "points", "start", "stop"))
+def cycles(
+    file: FileArgument = None,
+    config: ConfigOption = None,
+    *,
+    given: Given,
+    as_json: Annotated[bool, option("--json", None, "Print the same as JSON.")] = False,
+) -> None:
+    """Find the times that the same job is done in one recording.
+
+    They begin and end in the same pose. How far each is from the others is the mean distance of their paths.
+    """
+    settings = settings_of(file, config, given)
+    source = named_source(settings, "recording cycles")
+    recording, _ = crop(recording_of(settings), settings.task.start, settings.task.stop)
+    found = find_cycles(resolve(recording, settings.task.base, settings.task.points, None))
+    if as_json:
+        every = [cycle._asdict() for cycle in found.every]
+        typer.echo(json.dumps({"cycles": every, "typical": found.typical, "pose": found.pose}, indent=2))
+        return
+    typer.echo(f"{counted(len(found.every), 'cycle')}, each from the pose at {found.pose:.2f} s and back to it")
+    typer.echo("       from [s]    to [s]  length [s]  from the others [mm]")
+    for i, cycle in enumerate(found.every):
+        mark, length = "*" if i == found.typical else " ", cycle.stop - cycle.start
+        typer.echo(f"{mark} {i + 1:3d} {cycle.start:9.2f} {cycle.stop:9.2f} {length:11.2f} {1e3 * cycle.apart:21.1f}")
+    typer.echo("* is the most typical. To follow all of them, or that one:")
+    typer.echo(f"  armdesign search {shlex.quote(str(source))} --cycles all --holdout-every 4")
+    typer.echo(f"  armdesign search {shlex.quote(str(source))} --cycles best")
 
 
 def in_and_out(paths: list[Path]) -> tuple[Path | None, Path]:

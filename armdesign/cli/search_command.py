@@ -27,7 +27,7 @@ from armdesign.cli.command_options import (
     settings_from_flags,
     with_weights,
 )
-from armdesign.cli.input_recordings import Demonstrations, from_run_folder, open_demonstrations
+from armdesign.cli.input_recordings import Demonstrations, Split, from_run_folder, open_demonstrations
 from armdesign.cli.screen import SearchBar, clock, compiling, say, say_in_handler, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.tables import show_arm
@@ -96,6 +96,19 @@ def search(
             "Another demonstration, on which the arm that was found is scored. Repeatable.",
             RECORDING,
         ),
+    ] = None,
+    cycles: Annotated[
+        str | None,
+        option(
+            "--cycles",
+            "all|best",
+            "Where a recording holds the job several times (see 'recording cycles'): all times, or the most typical.",
+            RECORDING,
+        ),
+    ] = None,
+    holdout_every: Annotated[
+        int | None,
+        option("--holdout-every", "N", "Hold out every N-th demonstration, and score the arm on it.", RECORDING),
     ] = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
@@ -166,7 +179,8 @@ def search(
         return
     if config is not None and not recordings:
         settings = from_run_folder(settings, config.parent)
-    opened = open_demonstrations(recordings, settings, scenario, weights)
+    split = Split(cycles, holdout_every)
+    opened = open_demonstrations(recordings, settings, scenario, weights, split=split)
     if given["fitness"].get("demonstrations") is not None and len(opened.seen) == 1:
         raise SettingsError(
             "--demonstrations is given, but there is one demonstration", value=given["fitness"]["demonstrations"],

@@ -15,6 +15,7 @@ import numpy as np
 from armdesign._version import __version__
 from armdesign.demonstration import Selection, Step
 from armdesign.demonstration.cleaning.cleaning import CLEANING_ENTRIES
+from armdesign.demonstration.files.stretch import part_of
 from armdesign.errors import RunFolderError
 from armdesign.settings.sections import Task as TaskSettings
 
@@ -76,7 +77,7 @@ def fingerprint(path: str | None) -> str | None:
         return None
     try:
         digest = hashlib.sha256()
-        with Path(path).open("rb") as stream:
+        with Path(part_of(path).file).open("rb") as stream:
             while block := stream.read(1 << 20):
                 digest.update(block)
         return digest.hexdigest()

@@ -9,6 +9,7 @@ from typing import Any
 
 from armdesign.cell.obstacle_file import read_obstacles
 from armdesign.demonstration import Recording, Step
+from armdesign.demonstration.files.stretch import part_of
 from armdesign.demonstration.findings import warning
 from armdesign.errors import ArmDesignError, TaskError, counted, short_names
 from armdesign.feasibility.needs import check_needs
@@ -88,7 +89,9 @@ def with_obstacles(problem: DesignProblem) -> DesignProblem:
 def file_of(recording: Recording) -> str | None:
     """The file that a recording was read from; None for one that was not."""
     path = Path(recording.source)
-    return str(path.resolve()) if path.is_file() else None  # settings have to hold from any working directory
+    return (
+        str(path.resolve()) if Path(part_of(path).file).is_file() else None
+    )  # settings have to hold from any working directory
 
 
 def known(paths: Sequence[str | None]) -> list[str] | None:

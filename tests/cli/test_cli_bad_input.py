@@ -58,7 +58,7 @@ CASES = [
     # the recording
     ("search", "no recording", "armdesign search RECORDING"),
     ("search nothing.csv", "nothing.csv", "does not exist"),
-    ("search {place}", "is a folder"),
+    ("recording info {place}", "is a folder"),
     ("search binary.csv", "binary.csv", "known format", "C3D"),
     ("search {long}", "name too long"),
     ("search empty.csv", "empty.csv", "is empty"),

@@ -14,9 +14,11 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
+from armdesign.demonstration.cleaning.cleaning import crop
 from armdesign.demonstration.files import formats
 from armdesign.demonstration.files.foreign import foreign_format
 from armdesign.demonstration.files.hints import Hints, completed
+from armdesign.demonstration.files.stretch import part_of
 from armdesign.demonstration.files.text_files import describe_binary, read_head
 from armdesign.demonstration.points.standard import to_recording
 from armdesign.demonstration.points.unseen import hide_unseen
@@ -95,7 +97,7 @@ def read_recording(
     """Read a recording into metres with z up, whatever the ending of its name.
 
     Args:
-        path: The file.
+        path: The file; with ``@1.2:3.4`` behind it the part between these times [s].
         units: Unit of length, ``m``, ``cm``, ``mm``, ``in`` or metres per unit; None for what the file says.
         up: Axis that points up, ``x``, ``y`` or ``z``; None for what the file says.
         mirror: Whether to exchange left and right.
@@ -108,7 +110,12 @@ def read_recording(
         RecordingError: The file cannot be read, has none of the known formats, or something in it is wrong.
         SettingsError: ``units`` or ``up`` is none of the values allowed.
     """
-    return to_recording(read_take(path, hints), units=units, up=up, mirror=mirror)
+    part = part_of(path)
+    recording = to_recording(read_take(part.file, hints), units=units, up=up, mirror=mirror)
+    if part.start is None and part.stop is None:
+        return recording
+    cropped, steps = crop(replace(recording, source=os.fspath(path)), part.start, part.stop)
+    return replace(cropped, about=replace(cropped.about, steps=(*cropped.about.steps, *steps)))
 
 
 @legible
