@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -190,14 +191,17 @@ def show_choice(choice: DofChoice, result: Result, more: tuple[str, ...]) -> Non
     names = [name for name in (*TASK_FILES, *RESULT_FILES) if name not in more]
     files = [name for name in names if (choice.folder / name).exists()]
     rows = []
+    unseen = any(math.isfinite(found.held_out) for found in choice.results)
     for found in choice.results:
         mark = "*" if choice.verdict is not None and found.dof == choice.verdict.dof else ""
         lengths = (found.hand_error, found.hand_p95, found.hand_max, found.path_fitness, found.area)
         figures = [f"{1e3 * value:.2f}" for value in lengths]
         figures.insert(3, "yes" if found.feasible else "no")
         shown = [*figures, f"{found.fitness:.4f}", clock(found.wall_time)]
-        rows.append((mark, str(found.dof), *(shown if found.valid else ["no arm", *["-"] * 7])))
-    headings = ("", "joints", "hand [mm]", "95 %", "largest", "feasible", "f [mm]", "E [mm]", "r [m]", "time")
+        held_out = [f"{1e3 * found.held_out:.2f}" if math.isfinite(found.held_out) else "-"] * unseen
+        rows.append((mark, str(found.dof), *(shown if found.valid else ["no arm", *["-"] * 7]), *held_out))
+    last = ["held out f [mm]"] * unseen
+    headings = ("", "joints", "hand [mm]", "95 %", "largest", "feasible", "f [mm]", "E [mm]", "r [m]", "time", *last)
     show_text(choice.explanation)
     show_table(headings, rows)
     show_arm(result)

@@ -40,6 +40,7 @@ class DofResult:
         hand_max: Its largest [m].
         feasible: Whether the arm is feasible, by its verdict.
         passed: Whether it meets the stated tolerance, too, where one is stated.
+        held_out: Its mean f on the demonstrations that the search did not see [m]; infinite where there are none.
     """
 
     dof: int
@@ -56,6 +57,7 @@ class DofResult:
     hand_max: float = math.inf
     feasible: bool = False
     passed: bool = False
+    held_out: float = math.inf
 
     @property
     def valid(self) -> bool:
@@ -118,11 +120,13 @@ def read_dof_result(place: Path) -> DofResult:
         entries = {name: content[name] for name in names}
         verdict = content.get("verdict") or {"hand_error": hand | {"p95": math.inf}}  # an older run has none
         error, feasible = verdict["hand_error"], bool(verdict.get("feasible"))
+        unseen = [float(entry["path_fitness"] or math.inf) for entry in content.get("holdout", [])]
         return DofResult(
             content["dof"], **entries, hand_error=error["mean"], begun_from=len(first), hand_p95=error["p95"],
             hand_max=error["max"], feasible=feasible, passed=feasible and verdict.get("tolerance_met") is not False,
+            held_out=sum(unseen) / len(unseen) if unseen else math.inf,
         )  # fmt: skip
-    except (KeyError, TypeError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         path = place / "result.json"
         raise RunFolderError(f"{path} is damaged: {error!r}", value=str(path), fix=f"Remove {place}") from error
 
