@@ -14,6 +14,7 @@ from armdesign.cli.screen import say
 from armdesign.demonstration import Recording, resolve
 from armdesign.demonstration.cleaning.cleaning import crop
 from armdesign.demonstration.cycles import find_cycles
+from armdesign.demonstration.files.formats.ros_bag import is_bag_folder
 from armdesign.demonstration.files.stretch import file_exists, part_name, part_of
 from armdesign.demonstration.points.selection import ORIGIN
 from armdesign.errors import SettingsError, counted
@@ -110,7 +111,7 @@ def every_recording(named: Sequence[Path]) -> list[Path]:
     """
     found: list[Path] = []
     for path in named:
-        if os.path.isdir(path):  # False for names too long, too
+        if os.path.isdir(path) and not is_bag_folder(path):  # False for names too long, too
             files = [each for each in sorted(path.iterdir()) if each.suffix.lower() in ENDINGS and each.is_file()]
         elif not file_exists(str(path)) and set(str(path)) & set("*?["):
             files = [Path(name) for name in sorted(glob(str(path), recursive=True)) if Path(name).is_file()]

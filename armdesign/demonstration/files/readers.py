@@ -17,6 +17,8 @@ import numpy as np
 from armdesign.demonstration.cleaning.cleaning import crop
 from armdesign.demonstration.files import formats
 from armdesign.demonstration.files.foreign import foreign_format
+from armdesign.demonstration.files.formats.ros_bag import is_bag_folder
+from armdesign.demonstration.files.formats.ros_bag import read as read_bag
 from armdesign.demonstration.files.hints import Hints, completed
 from armdesign.demonstration.files.stretch import part_of
 from armdesign.demonstration.files.text_files import describe_binary, read_head
@@ -71,6 +73,8 @@ def read_take(path: str | os.PathLike[str], hints: Hints = NO_HINTS) -> Take:
         RecordingError: The file cannot be read, has none of the known formats, or something in it is wrong.
     """
     source = Path(path)
+    if is_bag_folder(source):
+        return hide_unseen(completed(read_bag(source), hints), hints.confidence)
     head = read_head(source)
     form = next((form for form in formats.FORMATS if form.matches(head)), None)
     known = [form.name for form in formats.FORMATS]
