@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 import coal
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from armdesign._types import Array
@@ -261,6 +262,10 @@ class Obstacles:
             replace(one, pose=carriers[one.carried_by] @ one.pose) if one.carried_by else one for one in self.each
         )
         return Obstacles(tuple(moving))
+
+    def thinned(self, frames: NDArray[np.intp]) -> Obstacles:
+        """The same obstacles on some of the demonstration's frames, by their numbers."""
+        return Obstacles(tuple(replace(one, pose=one.pose[frames]) if one.pose.ndim == 3 else one for one in self.each))
 
     def moved(self, pose: Array) -> Obstacles:
         """The room turned and moved with everything in it, by a pose of shape (4, 4)."""

@@ -48,6 +48,7 @@ OTHER_KINDS = {"auto.json": "a search for the number of joints", "sweep.toml": "
 STOPPED = {
     "iterations": "",
     "budget": "",
+    "agreement": ", stopped since independent beginnings agree",
     "patience": ", stopped for want of gain",
     "target": ", stopped at the target",
     "time_limit": ", stopped at the time limit",
@@ -347,5 +348,7 @@ def show_result(result: Result, files: Sequence[Path]) -> None:
     if facts is not None:
         count = counted(facts.evaluations, "candidate")
         typer.echo(f"Best of {count} in {clock(facts.wall_time)}{STOPPED[facts.stopped_by]}:")
+        if facts.found:
+            typer.echo(facts.found)
     show_arm(result)
     typer.echo(written_text(files))

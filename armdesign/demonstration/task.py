@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.cleaning import clean, crop
@@ -123,6 +123,17 @@ class Task:
     def dt(self) -> float:
         """Median time from frame to frame [s]."""
         return median_step(self.time)
+
+    def thinned(self, frames: NDArray[np.intp]) -> Task:
+        """The same task on some of its frames, by their numbers."""
+        R, quaternions, shoulder = (
+            None if rows is None else rows[frames] for rows in (self.R, self.quaternions, self.shoulder)
+        )
+        bodies = {name: poses[frames] for name, poses in self.bodies.items()}
+        return replace(
+            self, time=self.time[frames], P=self.P[frames], R=R, quaternions=quaternions, shoulder=shoulder,
+            bodies=bodies,
+        )  # fmt: skip
 
     def _freeze(self, name: str, values: Array, shape: tuple[int, ...]) -> None:
         """Store a read-only copy of shape (T, *shape) without missing values."""

@@ -54,6 +54,7 @@ class Generation(NamedTuple):
         mounts: Hand frames in the end-effector's frame, shape (N, 3, 3), that hold instead of the one the settings ask
             for; NaN or None where there is none.
         slopes: Whether the gradients of r are wanted, too.
+        coarse: Frames that each demonstration is followed on; 0 for all.
     """
 
     Phi: ArrayLike
@@ -61,12 +62,13 @@ class Generation(NamedTuple):
     poses: Array | None = None
     mounts: Array | None = None
     slopes: bool = False
+    coarse: int = 0
 
     def part(self, chosen: slice) -> Generation:
         """Some of the candidates."""
         known = (self.cutoff, self.poses, self.mounts)
         cutoff, poses, mounts = (None if values is None else values[chosen] for values in known)
-        return Generation(np.asarray(self.Phi)[chosen], cutoff, poses, mounts, self.slopes)
+        return Generation(np.asarray(self.Phi)[chosen], cutoff, poses, mounts, self.slopes, self.coarse)
 
 
 @dataclass(frozen=True)

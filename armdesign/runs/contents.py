@@ -126,6 +126,7 @@ def result_content(result: Result) -> dict[str, Any]:
             "rejected": dict(facts.rejected),
             "stopped_by": facts.stopped_by,
             "wall_time": facts.wall_time,
+            "agreement": None if facts.agreement is None else facts.agreement._asdict(),
         }
     return content
 

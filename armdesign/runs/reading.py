@@ -41,6 +41,7 @@ from armdesign.search.evaluation import Evaluation, PathEvaluation
 from armdesign.search.result import Result, SearchFacts
 from armdesign.settings import read_settings
 from armdesign.swarm import History
+from armdesign.swarm.agreement import Agreement
 
 
 def read_result(folder: str | Path) -> Result:
@@ -198,11 +199,18 @@ def read_facts(content: dict[str, Any], place: Path) -> SearchFacts:
             if not isinstance(value, kinds[entry.name]):
                 raise damaged(place, entry.name, content)
             values[entry.name] = value
-        else:
+        elif entry.name != "agreement":
             values[entry.name] = number(content, entry.name, place)
     for name in ("seed", "evaluations", "converged_at"):
         values[name] = int(values[name])
     values["rejected"] = {str(name): count for name, count in values["rejected"].items() if isinstance(count, int)}
+    found = content.get("agreement")  # None in one that was written before there was any
+    if found is not None:
+        if not isinstance(found, dict):
+            raise damaged(place, "agreement", content)
+        counts = (int(number(found, name, place)) for name in ("agreeing", "beginnings", "descents", "once"))
+        agreeing, beginnings, *others = counts
+        values["agreement"] = Agreement(agreeing, beginnings, number(found, "chance", place), *others)
     return SearchFacts(**values)
 
 

@@ -31,7 +31,7 @@ from armdesign.swarm import ALGORITHMS
 
 FAILED = "failed_candidate.json"
 """The design that has brought worker processes down."""
-EXTENSIBLE = ("budget", "iterations", "patience", "target", "time_limit")
+EXTENSIBLE = ("budget", "effort", "iterations", "patience", "target", "time_limit")
 """Settings of the search that may change from one part of it to the next."""
 
 

@@ -20,12 +20,17 @@ from armdesign.errors import counted
 from armdesign.feasibility.penalty import ArmPenalty, Requirements, Shown, make_penalty
 from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
 from armdesign.fitness.objective import Demonstrations, Objective
-from armdesign.fitness.problem import Problem, make_problem
+from armdesign.fitness.problem import Problem, StartEffort, make_problem
 from armdesign.fitness.robot import RobotFitness
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.line_drawing import drawing, shown
 from armdesign.settings import Settings
 from armdesign.settings.place import sites
+
+COARSE_START = StartEffort(starts=128, descents=32, finalists=3)
+"""How hard a coarse evaluation tries to find a start pose, at most."""
+LARGEST_STEP = 3600.0
+"""Largest eps that a setting takes [deg]."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,6 +95,28 @@ class Demonstration:
         """This demonstration under other settings, see DesignProblem.with_settings."""
         room = None if self.room is None else self.room.with_settings(changes)
         return replace(self, settings=self.settings.replace(changes), room=room)
+
+    def coarse(self, frames: int) -> Demonstration:
+        """This demonstration on some of its frames, evenly spread from the first to the last, with a lighter start.
+
+        Args:
+            frames: How many; a shorter demonstration keeps all.
+        """
+        room = None if self.room is None else self.room.coarse(frames)
+        settings, task, whole = self.settings, self.task, len(self.task.time)
+        chosen = np.unique(np.linspace(0, whole - 1, min(frames, whole)).round().astype(np.intp))
+        fitness, solver = settings.fitness, settings.solver
+        stride = float(np.diff(chosen).max())
+        # the same largest speed: eps of eq. 4 by how far apart the frames are now
+        wider = min(fitness.continuity * stride, LARGEST_STEP)
+        effort = {
+            name: min(most, getattr(solver, name) or most) for name, most in COARSE_START._asdict().items()
+        }  # fmt: skip
+        changes = {"fitness": {"continuity": wider}, "solver": {**effort, "start_paths": 1}}
+        return replace(
+            self, settings=settings.replace(changes), task=task.thinned(chosen), room=room,
+            obstacles=self.obstacles.thinned(chosen),
+        )  # fmt: skip
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -201,6 +228,15 @@ class DesignProblem:
         self.space.check_not_empty()
         for each in self.demonstrations:
             each.path_problem  # noqa: B018 (made once, on first use)
+
+    def coarse(self, frames: int) -> DesignProblem:
+        """The same demonstrations on some of their frames, to look at designs in a fraction of the time.
+
+        Args:
+            frames: How many of each.
+        """
+        seen, unseen = (tuple(each.coarse(frames) for each in part) for part in (self.demonstrations, self.holdouts))
+        return DesignProblem(seen[0].settings, seen, unseen)
 
     def objective(self, block: int | None = None) -> Objective:
         """The objective of the search; of several demonstrations their mean or worst.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,6 +28,7 @@ from armdesign.kinematics.line_drawing import Line, drawing, shown
 from armdesign.search.design_problem import Demonstration, DesignProblem
 from armdesign.search.evaluation import Evaluation, PathEvaluation, at_given_place, evaluate_design
 from armdesign.swarm import ALGORITHMS, History
+from armdesign.swarm.agreement import LEVELS, Agreement
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,9 @@ class SearchFacts:
         converged_at: Iteration whose best is within 1 % of the last (method section 7).
         computational_effort: CE, valid candidates up to there (method section 7).
         mean_valid: Mean number of valid candidates in an iteration up to there.
-        stopped_by: Why it ended: iterations, budget, patience, target, time_limit or interrupted.
+        stopped_by: Why it ended: iterations, budget, agreement, patience, target, time_limit or interrupted.
         wall_time: How long it took, earlier parts of a resumed search included [s].
+        agreement: What independent beginnings say of the best arm; None of an algorithm without any.
     """
 
     algorithm: str
@@ -54,11 +57,34 @@ class SearchFacts:
     mean_valid: float
     stopped_by: str
     wall_time: float
+    agreement: Agreement | None = None
+
+    @property
+    def found(self) -> str:
+        """How sure the search is of the best arm, in a sentence; empty where it has nothing to say."""
+        if self.agreement is None or not self.agreement.beginnings:
+            return ""
+        agreeing, beginnings, chance, *_ = self.agreement
+        words = f"Found from {agreeing} of {counted(beginnings, 'beginning')}"
+        if agreeing < 2:
+            return f"{words}: a better arm is likely, and a larger budget may find it."
+        return f"{words}; another arm better by 1 % is {likely(chance)} (p < {rounded_up(chance):g})."
 
     @property
     def interrupted(self) -> bool:
         """Whether somebody ended it before its time."""
         return self.stopped_by == "interrupted"
+
+
+def likely(chance: float) -> str:
+    """A chance in words."""
+    return "unlikely" if chance <= LEVELS["quick"] else "quite possible"
+
+
+def rounded_up(chance: float) -> float:
+    """A chance rounded up to one digit, so that it may be said to be smaller."""
+    digit = 10.0 ** math.floor(math.log10(chance))
+    return min(1.0, digit * (math.floor(chance / digit) + 1))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

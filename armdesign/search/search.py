@@ -109,12 +109,13 @@ class Search:
         cutoff = swarm.cutoff if self.settings.prune else np.full(len(X), np.inf)
         hints = swarm.hints
         sloped = swarm.wants_slopes
-        scores, removed = self.backend.evaluate(X, cutoff, hints, slopes=sloped)
+        scores, removed = self.backend.evaluate(X, cutoff, hints, slopes=sloped, coarse=swarm.coarse)
         slopes = scores.slopes if sloped and scores.slopes.shape[1] else None
+        if not swarm.coarse:
+            self.leader = better(self.leader, scores, hints)
         swarm.tell(scores.fitness, scores.valid, scores.q0, slopes)
         self.rejections += removed
         self.nearest = min(self.nearest, float(scores.start_error.min()))
-        self.leader = better(self.leader, scores, hints)
         valid = int(scores.valid.sum())
         return Progress(*swarm.progress, *self.leader, valid, len(X), self.elapsed, unit=swarm.unit)
 
@@ -122,7 +123,7 @@ class Search:
         """The stop rule that holds now, by the name of its setting; None to go on."""
         settings, best = self.settings, self.swarm.history.best
         if self.swarm.done:
-            return self.swarm.length
+            return self.swarm.ending
         if settings.target is not None and self.swarm.best_fitness <= settings.target:
             return "target"
         if settings.patience is not None and stalled(best[self.steps()], settings.patience):
@@ -167,6 +168,7 @@ class Search:
             mean_valid=effort.mean_valid,
             stopped_by=stopped_by,
             wall_time=self.elapsed,
+            agreement=self.swarm.agreement,
         )
         return Result(problem, best, history, facts, self.swarm.basins)
 
@@ -192,7 +194,8 @@ class Search:
         search = dict(state["search"])
         swarm = {name: value for name, value in state.items() if name != "search"}
         length = getattr(self.settings, self.swarm.length)
-        self.swarm = algorithm_from_state(swarm, search_space(self.settings, self.space), length)
+        space = search_space(self.settings, self.space)
+        self.swarm = algorithm_from_state(swarm, space, length, asdict(self.settings))
         self.rejections = Rejections(**search["rejections"])
         r, f, E = search["leader"]
         self.leader = float(r), float(f), float(E)

@@ -491,7 +491,7 @@ SWARM = ("particles", "iterations", "inertia", "c1", "c2")
 ALGORITHM_SETTINGS: Mapping[str, tuple[str, ...]] = {
     "rapso": (*SWARM, "c_range", "range", "angle_interval"),
     "pso": SWARM,
-    "multibasin": ("budget",),
+    "multibasin": ("budget", "effort", "coarse"),
 }
 """The search algorithms, and the settings that only some of them have."""
 SIZES = {"budget": ("up to ", "candidate"), "particles": ("", "particle"), "iterations": ("", "iteration")}
@@ -540,6 +540,17 @@ class Search(Section):
     budget: int = parameter(
         25000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most.", panel=SEARCH
     )
+    effort: str = parameter(
+        "normal", Choice(("quick", "normal", "thorough", "budget")),
+        "How sure multibasin has to be of the best arm to stop before its budget is spent, by beginnings that\n"
+        "know nothing of each other agree: quick p < 0.1, normal 0.05, thorough 0.01 for a better one; budget: never.",
+        panel=SEARCH,
+    )  # fmt: skip
+    coarse: int = parameter(
+        60, Number(0, 10**6, integer=True),
+        "Frames of each demonstration on which multibasin looks at candidates that only lead the way; what counts is\n"
+        "the fitness on all frames. 0: all frames.",
+    )  # fmt: skip
     particles: int = parameter(
         400, Number(1, 10**6, integer=True), "N, number of particles.", panel=SEARCH,
         short="Number of particles N of a swarm; where given and no algorithm is, that is rapso.",

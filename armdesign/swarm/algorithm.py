@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from armdesign._types import Array
 from armdesign.errors import SearchError, SettingsError
 from armdesign.swarm import checks
+from armdesign.swarm.agreement import Agreement
 from armdesign.swarm.checks import Mask, SavedState
 from armdesign.swarm.space import SearchSpace
 
@@ -86,6 +87,7 @@ class Algorithm(ABC):
         name: The algorithm's name in the registry and in the settings.
         unit: What its length is counted in, in the singular.
         length: The parameter that says how long it goes on; also the word for why it has ended.
+        changeable: Parameters beside the length that a search may go on with when it is taken up again.
         takes_slopes: Whether it may ask for gradients of the fitness, see `wants_slopes`.
         Parameters: Dataclass of its parameters, named as in the settings of a search.
         space: Where it searches.
@@ -95,6 +97,7 @@ class Algorithm(ABC):
     name: ClassVar[str]
     unit: ClassVar[str]
     length: ClassVar[str]
+    changeable: ClassVar[tuple[str, ...]] = ()
     takes_slopes: ClassVar[bool] = False
     Parameters: ClassVar[type[Any]]
     parameters: Any
@@ -192,6 +195,15 @@ class Algorithm(ABC):
         return False
 
     @property
+    def coarse(self) -> int:
+        """How coarsely the positions last asked for may be evaluated, 0 for not at all.
+
+        What a number stands for is the caller's matter, who may also evaluate in full. The same one always gives the
+        same fitness.
+        """
+        return 0
+
+    @property
     def cutoff(self) -> Array:
         """Fitness beyond which a position last asked for need not be evaluated further, shape (N,).
 
@@ -205,6 +217,11 @@ class Algorithm(ABC):
     @abstractmethod
     def done(self) -> bool:
         """Whether the search is at its end."""
+
+    @property
+    def ending(self) -> str:
+        """What has ended it, where it is done: by default the parameter that is its length."""
+        return self.length
 
     @classmethod
     def units_done(cls, evaluations: int, settings: Mapping[str, Any]) -> int:
@@ -250,6 +267,11 @@ class Algorithm(ABC):
         """The best fitness, +inf while there is none."""
 
     @property
+    def agreement(self) -> Agreement | None:
+        """What beginnings that know nothing of one another say of the best basin; None of a search without any."""
+        return None
+
+    @property
     @abstractmethod
     def basins(self) -> tuple[Array, Array]:
         """Good positions that differ, best first: positions (A, D) and fitness (A,), all of it finite."""
@@ -283,7 +305,13 @@ class Algorithm(ABC):
         }
 
     @classmethod
-    def from_state(cls: type[A], state: Mapping[str, Any], space: SearchSpace, length: int | None = None) -> A:
+    def from_state(
+        cls: type[A],
+        state: Mapping[str, Any],
+        space: SearchSpace,
+        length: int | None = None,
+        settings: Mapping[str, Any] | None = None,
+    ) -> A:
         """The search that :meth:`state` described.
 
         Args:
@@ -291,6 +319,7 @@ class Algorithm(ABC):
             space: The search space that it ran in.
             length: How long it shall go on, in its unit; by default as long as before. A search that is made longer on
                 the way, or at its end, is another run than one of that length from the start.
+            settings: Parameters by name, of which those that are changeable count; by default they stay, too.
 
         Raises:
             SearchError: The state is that of another algorithm or space, or an entry is missing or does not fit.
@@ -302,8 +331,10 @@ class Algorithm(ABC):
                 f"the saved search used '{algorithm}', not '{cls.name}'", value=algorithm, allowed=cls.name
             )
         parameters = saved.parameters(cls.Parameters)
+        changes = {} if settings is None else {name: settings[name] for name in cls.changeable}
         if length is not None:
-            parameters = replace(parameters, **{cls.length: length})
+            changes[cls.length] = length
+        parameters = replace(parameters, **changes)
         search = cls(space, saved.generator(), parameters)
         drawn = saved.array("positions", (None, space.box.dimension))
         search._X = space.box.checked(drawn, len(drawn))

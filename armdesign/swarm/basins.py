@@ -22,6 +22,8 @@ NOISE = 0.02
 """Standard deviation of the noise on children that are made otherwise, so that no child repeats a parent."""
 MARGIN = 0.005
 """How far inside the slab children lie, so that descents can begin from them."""
+COLUMNS = ("U", "value", "hint", "look", "hits")
+"""Columns of an archive, a row for each basin."""
 
 
 class Archive:
@@ -32,12 +34,15 @@ class Archive:
         U: Unit coordinates, best first, shape (A, K).
         value: Fitness, shape (A,).
         hint: Hints, shape (A, H).
+        look: Fitness as the descents saw it that have ended there, perhaps a coarse one, shape (A,).
+        hits: How many places taken in have come to lie there, shape (A,).
     """
 
     def __init__(self, region: Region) -> None:
         """Begin empty."""
         self.region = region
         self.U, self.value, self.hint = np.zeros((0, region.dimension)), np.zeros(0), np.zeros((0, 0))
+        self.look, self.hits = np.zeros(0), np.zeros(0)
 
     def __len__(self) -> int:
         return len(self.value)
@@ -47,33 +52,46 @@ class Archive:
         """The best fitness, +inf where the archive is empty."""
         return float(self.value[0]) if len(self) else np.inf
 
-    def add(self, U: Array, value: Array, hint: Array) -> None:
+    def add(self, U: Array, value: Array, hint: Array, look: Array | None = None, hits: Array | None = None) -> None:
         """Take in places with a finite fitness; of those that lie together the best stays.
 
         Args:
             U: Unit coordinates, shape (N, K).
             value: Fitness, shape (N,).
             hint: Hints, shape (N, H).
+            look: Fitness as the descents saw it, shape (N,); by default the fitness.
+            hits: How often each counts among those that have met its basin, shape (N,); by default once.
         """
         new = np.isfinite(value)
         known = self.hint if len(self) else np.zeros((0, hint.shape[1]))
-        U, value, hint = np.vstack([self.U, U[new]]), np.r_[self.value, value[new]], np.vstack([known, hint[new]])
+        U, hint = np.vstack([self.U, U[new]]), np.vstack([known, hint[new]])
+        look = np.r_[self.look, (value if look is None else look)[new]]
+        hits = np.r_[self.hits, (np.ones(len(new)) if hits is None else hits)[new]]
+        value = np.r_[self.value, value[new]]
         order = np.argsort(value, kind="stable")
         # best first, so that each basin is represented by its best place
-        kept = [int(order[k]) for k in apart(self.region.canonical(U[order]), RADIUS, ROOM)]
-        self.U, self.value, self.hint = U[kept], value[kept], hint[kept]
+        places = self.region.canonical(U[order])
+        kept = apart(places, RADIUS, ROOM)
+        nearest = np.linalg.norm(places[:, None] - places[kept], axis=2)
+        owner = np.argmin(nearest, axis=1)
+        owned = nearest[np.arange(len(places)), owner] <= RADIUS
+        met = np.bincount(owner[owned], hits[order][owned], len(kept))
+        first = order[np.array(kept, dtype=int)]
+        self.U, self.value, self.hint, self.look = U[first], value[first], hint[first], look[first]
+        self.hits = np.asarray(met, dtype=float)
 
     def merged(self, other: Archive) -> Archive:
         """A new archive of all that this one and another hold."""
         both = Archive(self.region)
-        both.U, both.value, both.hint = self.U, self.value, self.hint
+        for name in COLUMNS:
+            setattr(both, name, getattr(self, name))
         if len(other):
-            both.add(other.U, other.value, other.hint)
+            both.add(other.U, other.value, other.hint, other.look, other.hits)
         return both
 
     def state(self, prefix: str) -> dict[str, Any]:
         """Arrays to carry on from, their names beginning with the prefix."""
-        return {f"{prefix}_{name}": getattr(self, name).copy() for name in ("U", "value", "hint")}
+        return {f"{prefix}_{name}": getattr(self, name).copy() for name in COLUMNS}
 
     def restore(self, saved: SavedState, prefix: str) -> None:
         """Set what :meth:`state` described.
@@ -85,6 +103,8 @@ class Archive:
         self.U = saved.array(f"{prefix}_U", (None, self.U.shape[1]))
         self.value = saved.array(f"{prefix}_value", (len(self.U),))
         self.hint = saved.array(f"{prefix}_hint", (len(self.U), None), unknown=True)
+        self.look = saved.array(f"{prefix}_look", (len(self.U),))
+        self.hits = saved.array(f"{prefix}_hits", (len(self.U),))
 
 
 def apart(places: Array, radius: float, most: int) -> list[int]:

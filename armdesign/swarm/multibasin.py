@@ -4,14 +4,16 @@ Its stages, what each asks for, what it makes of the answers, and which one come
 
     SAMPLE   candidates of the first sample; descents begin at the best ones that lie apart
     DESCEND  steps of every descent, with gradients or probes around it (`descents.py` has the phases)
-    CHECK    where the descents have ended, evaluated afresh, goes into the archive of basins
+    CHECK    where the best descents have ended, evaluated afresh and in full, goes into the archive of basins
     SCREEN   children of the best basins; of every few the best begins a descent, and so on from DESCEND
-             where the best of them has not gained for long, all begins anew, from SAMPLE with an empty archive; when
-             the budget does not allow that any more, the archives are put together
-    EVOLVE   CMA-ES around the best basins, where kinks stop the gradients, with the last share of the budget
+             where the best of them has not gained for long, the best few descend once more, in full, and the beginning
+             has ended: all begins anew, from SAMPLE with an empty archive, until enough beginnings have ended alike;
+             when the budget does not allow another one, the archives are put together
+    EVOLVE   CMA-ES around the best basins, where kinks stop the gradients
 
-Probes and steps carry a hint, whatever the evaluation gave for the place they come from (of an arm, its start pose).
-A fitness that came by a hint never counts as the best one.
+Sample, children and descents may be evaluated coarsely, as the caller can. Probes and steps carry a hint, whatever the
+evaluation gave for the place they come from (of an arm, its start pose). A fitness that is coarse or came by a hint
+never counts as the best one.
 """
 
 from __future__ import annotations
@@ -21,8 +23,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.errors import SearchError
+from armdesign.errors import SearchError, SettingsError
 from armdesign.swarm import checks
+from armdesign.swarm.agreement import LEVELS, Agreement, agreement
 from armdesign.swarm.algorithm import Algorithm, State
 from armdesign.swarm.basins import Archive, apart, children
 from armdesign.swarm.checks import Mask, SavedState
@@ -33,6 +36,11 @@ from armdesign.swarm.space import Region, SearchSpace
 SAMPLE, DESCEND, CHECK, SCREEN, EVOLVE, OVER = "sample", "descend", "check", "screen", "evolve", "over"
 CHUNK, LEAST = 400, 100
 """Most candidates of the sample in one batch, and the smallest sample."""
+FIRST = 40
+"""Candidates of the first batch of all, in full, so that there is a best one from then on."""
+COUNTS, FLAGS = ("extra", "leg_end", "mark_at", "end", "descended", "once"), ("sloped", "fine", "closing")
+POLISH_REACH, POLISH_ROUNDS = 0.02, 25
+"""Length of the first step of descents in full from where coarse ones have ended, and their most rounds."""
 GAIN = 5e-3
 """By how much the best basin has to become better, relative, for the search not to stall."""
 AHEAD = 1e-3
@@ -45,8 +53,11 @@ class MultiBasinParameters:
 
     Attributes:
         budget: Largest number of candidates.
-        sample: Share of the budget for the first sample.
-        candidates_per_start: One first descent for so many candidates of the budget.
+        effort: How sure the search has to be to end before: quick, normal, thorough, or budget for never.
+        coarse: How coarsely candidates are looked at that only lead the way, whatever that means to the caller; 0: not.
+        scale: Candidates per free entry by which a beginning is measured, where the budget is not less than that.
+        sample: Share of the scale for the first sample of a beginning.
+        candidates_per_start: One first descent for so many candidates of the scale.
         spread: Smallest distance of two first descents in unit coordinates.
         first_reach: Length of the first step from the sample.
         reach: Length of the first step from a child.
@@ -54,13 +65,19 @@ class MultiBasinParameters:
         screened: Children evaluated for each of them.
         parents: How many of the best basins have children.
         bar: Rank of the basin that a descent has to compare with in order not to be given up early.
-        stall: Share of the budget without a gain after which the search begins anew, its basins kept aside.
-        finish: Share of the budget for the evolution.
+        stall: Share of the scale without a gain after which a beginning ends, its basins kept aside.
+        checked: Share of the descents whose ends are evaluated in full, the best.
+        polished: Basins that descend in full where descents were coarse, the best.
+        together: Share of the budget kept for the basins of all beginnings together, where these do not agree.
+        finish: Share of the budget for the evolution; of the scale where beginnings agree.
         sigma: Step size of the evolution of the best basins.
         last_sigma: Step size of the evolution of the winner.
     """
 
     budget: int = 25000
+    effort: str = "normal"
+    coarse: int = 60
+    scale: int = 2000
     sample: float = 0.06
     candidates_per_start: int = 400
     spread: float = 0.3
@@ -70,18 +87,24 @@ class MultiBasinParameters:
     screened: int = 6
     parents: int = 8
     bar: int = 3
-    stall: float = 0.2
-    finish: float = 0.06
+    stall: float = 0.1
+    checked: float = 0.5
+    polished: int = 4
+    together: float = 0.2
+    finish: float = 0.02
     sigma: float = 0.03
     last_sigma: float = 0.005
 
     def __post_init__(self) -> None:
-        """Check the budget.
+        """Check what a caller sets.
 
         Raises:
-            SettingsError: It is not a whole number or too small.
+            SettingsError: The budget or the coarseness is no whole number or too small, or the effort is unknown.
         """
         checks.whole("budget", self.budget)
+        checks.number("coarse", self.coarse, 0.0)
+        if self.effort not in LEVELS:
+            raise SettingsError(f"there is no effort {self.effort!r}", value=self.effort, allowed=list(LEVELS))
 
 
 class MultiBasin(Algorithm):
@@ -92,6 +115,7 @@ class MultiBasin(Algorithm):
     """
 
     name, unit, length, takes_slopes = "multibasin", "candidate", "budget", True
+    changeable = ("effort",)
     Parameters = MultiBasinParameters
     parameters: MultiBasinParameters
 
@@ -107,6 +131,12 @@ class MultiBasin(Algorithm):
         """
         super().__init__(space, rng, parameters)
         self.budget, self.region = self.parameters.budget, Region(space)
+        self._scale = min(self.budget, self.parameters.scale * self.region.dimension)
+        self._end = self.budget  # candidates evaluated when the search ends; less once beginnings agree
+        self._ends: list[float] = []  # the best basin of every beginning that has ended
+        self._descended = self._once = 0  # descents of beginnings that have ended, and basins that only one has met
+        self._fine = False  # whether the descents at hand are those in full
+        self._closing = False  # whether the last descents are due or have been
         self._stage = SAMPLE
         self._hints = np.zeros((0, 0))
         self._best, self._best_value = self.box.lower.copy(), np.inf
@@ -142,6 +172,13 @@ class MultiBasin(Algorithm):
         return self._sloped and self._phase in (SLOPE, STEP)
 
     @property
+    def coarse(self) -> int:
+        """See Algorithm.coarse."""
+        looking = self._stage == SCREEN or (self._stage == DESCEND and not self._fine)
+        looking |= self._stage == SAMPLE and bool(self._history)
+        return self.parameters.coarse if looking else 0
+
+    @property
     def cutoff(self) -> Array:
         """Where steps come without gradients, the fitness that each has to fall below; else +inf, shape (N,)."""
         limits = np.full(len(self._X), np.inf)
@@ -152,8 +189,22 @@ class MultiBasin(Algorithm):
 
     @property
     def done(self) -> bool:
-        """Whether the budget is spent."""
+        """Whether the budget is spent, or as many beginnings agree as the effort asks for."""
         return self._stage == OVER
+
+    @property
+    def ending(self) -> str:
+        """See Algorithm.ending."""
+        return "agreement" if self._end < self.budget else self.length
+
+    @property
+    def agreement(self) -> Agreement:
+        """See Algorithm.agreement.
+
+        Beginnings share nothing but the generator, so that a basin which most of them miss would have to be rare for
+        all.
+        """
+        return agreement(self._ends, self._descended, self._once)
 
     @property
     def best_position(self) -> Array:
@@ -183,7 +234,7 @@ class MultiBasin(Algorithm):
             if not self._history:
                 self._sample = self.space.draw(self._rng, self._sample_size)
             first = len(self._sample_value)
-            X = self._sample[first : first + CHUNK]
+            X = self._sample[first : first + (CHUNK if self._history or not self.parameters.coarse else FIRST)]
         else:
             if self._stage == SCREEN:
                 parents = self._archive.U[: self.parameters.parents]
@@ -192,7 +243,7 @@ class MultiBasin(Algorithm):
             elif self._stage == EVOLVE:
                 U = np.vstack([evolution.ask(self._rng) for evolution in self._evolutions])
             else:  # CHECK
-                U = self._running.U
+                U = self._running.U[self._checkable]
             X = self.region.positions(U)
         self._hints, self._extra = np.full((len(X), self._archive.hint.shape[1]), np.nan), 0
         return X
@@ -202,6 +253,8 @@ class MultiBasin(Algorithm):
         descents = self._running
         U, self._hints = descents.ask()
         X, self._extra = self.region.positions(U), 0
+        if self.coarse:
+            return X
         k = int(np.argmin(descents.value))
         ahead = descents.value[k] < self._best_value * (1.0 - AHEAD)
         soon = self._phase == PROBE or (self._phase == STEP and self._sloped)
@@ -217,6 +270,8 @@ class MultiBasin(Algorithm):
         """Keep the best, let the present stage learn, and go to the next one."""
         told = self.evaluations + len(values)
         pure = np.where(np.isnan(self._hints).all(axis=1), values, np.inf)  # a hint may flatter
+        if self.coarse:
+            pure[:] = np.inf
         k = int(np.argmin(pure))
         if pure[k] < self._best_value:
             self._best, self._best_value = self._X[k].copy(), float(pure[k])
@@ -230,9 +285,12 @@ class MultiBasin(Algorithm):
         """Pass the answers on to the present stage, which says what comes next."""
         count = len(values) - self._extra
         U = self.region.units(self._X)
-        if self._stage in (CHECK, EVOLVE) or self._extra:  # evaluated without a hint, near a minimum
+        if self._stage == CHECK:
+            met = np.full(len(U), 0.0 if self._fine else 1.0)
+            self._archive.add(U, values, hints, self._running.value[self._checkable], met)
+        elif self._stage == EVOLVE or self._extra:  # evaluated without a hint, near a minimum
             first = count if self._extra else 0
-            self._archive.add(U[first:], values[first:], hints[first:])
+            self._archive.add(U[first:], values[first:], hints[first:], hits=np.zeros(len(U) - first))
         if self._stage == DESCEND:
             descents = self._running
             known = None if slopes is None else self.region.unit_slopes(slopes[:count])
@@ -271,7 +329,7 @@ class MultiBasin(Algorithm):
             self._sample = self.space.draw(self._rng, CHUNK, first=False)
             return
         U = self.region.units(self._sample[order])
-        starts = max(1, self.budget // self.parameters.candidates_per_start)
+        starts = max(1, self._scale // self.parameters.candidates_per_start)
         chosen = apart(self.region.canonical(U), self.parameters.spread, starts)
         picked = order[chosen]
         self._archive.hint = np.zeros((0, hints.shape[1]))
@@ -291,54 +349,110 @@ class MultiBasin(Algorithm):
 
     def _begin(self, U: Array, values: Array, hints: Array, reach: float) -> None:
         """Begin descents."""
-        ranked = self._archive.value  # good enough is what is as good as the basin of that rank, or as the last one
+        ranked = np.sort(self._archive.look)  # good enough is what looks as good as the basin of that rank, or the last
         bar = float(ranked[min(self.parameters.bar, len(ranked) - 1)]) if len(ranked) else -np.inf
         self._descents = Descents(self.region, U, values, hints, Patience(reach, bar), sloped=self._sloped)
         self._stage = DESCEND
 
+    def _polish(self) -> None:
+        """Begin descents in full at the best basins."""
+        best, patience = self._archive, Patience(POLISH_REACH, np.inf, halve_at=-1, rounds=POLISH_ROUNDS)
+        chosen = slice(0, self.parameters.polished)
+        U = self.region.pulled_in(best.U[chosen], 1e-9)
+        self._descents = Descents(
+            self.region, U, best.value[chosen], best.hint[chosen], patience, sloped=self._sloped
+        )  # fmt: skip
+        self._fine, self._stage = True, DESCEND
+
+    @property
+    def _checkable(self) -> Array:
+        """Which of the descents have ended well enough to be evaluated in full: indices, in their order."""
+        value = self._running.value
+        count = len(value) if self._fine else max(1, round(self.parameters.checked * len(value)))
+        return np.sort(np.argsort(value, kind="stable")[:count])
+
     def _checked(self, told: int) -> None:
-        """Go on from the archive, which holds the ends of the descents now; begin anew if it has not gained for long.
+        """Go on from the archive, which holds the ends of the descents now; the beginning ends if it has not gained."""
+        self._descents, self._stage = None, SCREEN
+        fine, self._fine = self._fine, False
+        if self._closing:
+            self._stage = EVOLVE
+        elif fine:
+            self._ended(told)
+        elif self._archive.best < self._mark * (1.0 - GAIN):
+            self._mark, self._mark_at = self._archive.best, told
+        elif told - self._mark_at > self.parameters.stall * self._scale:
+            if self.parameters.coarse and len(self._archive):
+                self._polish()
+            else:
+                self._ended(told)
+
+    def _ended(self, told: int) -> None:
+        """End a beginning: with it the search where enough have ended alike, else begin anew.
 
         Where the budget does not allow another beginning, the basins of all beginnings are put together instead.
         """
-        self._descents, self._stage = None, SCREEN
-        if self._archive.best < self._mark * (1.0 - GAIN):
-            self._mark, self._mark_at = self._archive.best, told
-        elif told - self._mark_at > self.parameters.stall * self.budget:
-            needed = (self.parameters.sample + self.parameters.stall + self.parameters.finish) * self.budget
-            self._aside = self._aside.merged(self._archive)
-            if told + needed > self.budget:
-                self._archive, self._aside = self._aside, Archive(self.region)
-                self._mark_at = self.budget  # never again
-            else:
-                self._archive = Archive(self.region)
-                self._mark, self._mark_at = np.inf, told
-                self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
+        self._ends.append(self._archive.best)
+        self._descended += int(self._archive.hits.sum())
+        self._once += int(np.count_nonzero(self._archive.hits == 1.0))
+        if self.agreement.reaches(self.parameters.effort):
+            self._end = min(self.budget, told + round(self.parameters.finish * self._scale))
+            self._closing, self._stage = True, EVOLVE
+        else:
+            self._anew(told)
+
+    def _anew(self, told: int) -> None:
+        """Keep what was found aside and begin anew, or put all together where the budget does not allow that."""
+        self._aside = self._aside.merged(self._archive)
+        another = (self.parameters.sample + 2.0 * self.parameters.stall) * self._scale
+        if len(self._aside) and told + max(another, self.parameters.together * self.budget) > self._last:
+            self._archive, self._aside = self._aside, Archive(self.region)
+            self._mark_at, self._stage = self.budget, SCREEN  # never again
+        else:
+            self._archive = Archive(self.region)
+            self._mark, self._mark_at = np.inf, told
+            self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
 
     # ------------------------------------------------------------------ the budget
 
     @property
     def _sample_size(self) -> int:
         """Number of candidates of a sample."""
-        return min(self.budget, max(LEAST, round(self.parameters.sample * self.budget)))
+        return min(self.budget, max(LEAST, round(self.parameters.sample * self._scale)))
+
+    @property
+    def _last(self) -> int:
+        """Candidates evaluated when what closes the search is due: descents in full, and the evolution."""
+        polish = self.parameters.polished * (POLISH_ROUNDS + 2) if self.parameters.coarse else 0
+        return self.budget - round(self.parameters.finish * self.budget) - min(polish, self.budget // 10)
 
     def _settle(self, told: int) -> None:
         """Leave a stage that the budget does not allow any more; `told` is the number of candidates evaluated."""
-        last = self.budget - round(self.parameters.finish * self.budget)
         screened = self.parameters.descents * self.parameters.screened
         size = screened if self._descents is None else self._descents.next_size
+        last = self.budget - len(self._checkable) if self._fine else self._last
         if self._stage in (DESCEND, SCREEN) and told + size > last:
-            self._stage = CHECK if self._descents is not None else EVOLVE
-        if self._stage == CHECK and self._descents is not None and told + len(self._descents.U) > self.budget:
+            if self._descents is not None:
+                self._stage = CHECK
+            else:
+                self._close(told)
+        if self._stage == CHECK and self._descents is not None and told + len(self._checkable) > self.budget:
             self._stage = OVER
         if self._stage == EVOLVE and (not self._evolutions or told >= self._leg_end):
             self._next_leg(told)
-        if self._stage == EVOLVE and told + sum(e.population for e in self._evolutions) > self.budget:
+        if self._stage == EVOLVE and told + sum(e.population for e in self._evolutions) > self._end:
             self._stage = OVER
         if self._stage == SAMPLE:
             self._sample = self._sample[: len(self._sample_value) + self.budget - told]
             if told >= self.budget:
                 self._stage = OVER
+
+    def _close(self, told: int) -> None:
+        """Bring the search to its end with the budget: the best basins of all descend in full, then evolve."""
+        self._archive, self._aside = self._archive.merged(self._aside), Archive(self.region)
+        self._closing, self._stage = True, EVOLVE
+        if self.parameters.coarse and len(self._archive) and told + 3 * self.parameters.polished <= self.budget:
+            self._polish()
 
     def _next_leg(self, told: int) -> None:
         """Begin the evolutions: of the two best basins with two thirds of what is left, then of the winner."""
@@ -347,10 +461,10 @@ class MultiBasin(Algorithm):
             self._stage = OVER
         elif not self._evolutions:
             self._evolutions = [Evolution(u, self.parameters.sigma) for u in self._archive.U[:2]]
-            self._leg_end = told + 2 * (self.budget - told) // 3
+            self._leg_end = told + 2 * (self._end - told) // 3
         else:
             self._evolutions = [Evolution(self._archive.U[0], self.parameters.last_sigma)]
-            self._leg_end = self.budget
+            self._leg_end = self._end
 
     # ------------------------------------------------------------------ the state
 
@@ -358,8 +472,10 @@ class MultiBasin(Algorithm):
         """The stage with all that it works on."""
         arrays = ("hints", "sample", "sample_value", "sample_hint", "best")
         content: State = {name: getattr(self, f"_{name}").copy() for name in arrays}
-        content |= {name: getattr(self, f"_{name}") for name in ("stage", "extra", "sloped", "leg_end", "mark_at")}
-        content |= {"best_value": np.array([self._best_value]), "mark": np.array([self._mark])}  # inf is no JSON
+        content |= {name: getattr(self, f"_{name}") for name in ("stage", *COUNTS, *FLAGS)}
+        # inf is no JSON
+        content |= {"best_value": np.array([self._best_value]), "mark": np.array([self._mark])}
+        content["ends"] = np.array(self._ends)
         content |= {"evolutions": len(self._evolutions), "descending": self._descents is not None}
         content |= self._archive.state("archive") | self._aside.state("aside")
         if self._descents is not None:
@@ -372,8 +488,11 @@ class MultiBasin(Algorithm):
         """Set what `_memory` described."""
         D = self.box.dimension
         self._stage = str(saved.entry("stage"))
-        self._extra, self._leg_end = int(saved.entry("extra")), int(saved.entry("leg_end"))
-        self._sloped = bool(saved.entry("sloped"))
+        for name in COUNTS:
+            setattr(self, f"_{name}", int(saved.entry(name)))
+        for name in FLAGS:
+            setattr(self, f"_{name}", bool(saved.entry(name)))
+        self._ends = saved.array("ends", (None,), infinite=True).tolist()
         self._hints = saved.array("hints", (len(self._X), None), unknown=True)
         self._sample = saved.array("sample", (None, D))
         self._sample_value = saved.array("sample_value", (None,), infinite=True)
@@ -383,15 +502,20 @@ class MultiBasin(Algorithm):
         self._archive.restore(saved, "archive")
         self._aside.restore(saved, "aside")
         self._mark = float(saved.array("mark", (1,), infinite=True)[0])
-        self._mark_at = int(saved.entry("mark_at"))
         count = int(saved.entry("evolutions"))
         self._evolutions = [Evolution.from_state(saved, f"evolution_{k}") for k in range(count)]
         if saved.entry("descending"):
             self._descents = Descents.from_state(saved, self.region, sloped=self._sloped)
-        if self.budget > int(saved.entry("parameters")["budget"]) and self._stage in (EVOLVE, OVER):
-            # with a larger budget, what was at its end is not any more: go on from the basins
+        planned = int(saved.entry("parameters")["budget"])
+        longer, surer = (
+            self.budget > planned,
+            self._end < planned and not self.agreement.reaches(self.parameters.effort),
+        )
+        if self._end == planned:
+            self._end = self.budget
+        if (longer or surer) and self._stage in (EVOLVE, OVER):
+            # what was at its end with a smaller budget or less effort is not any more
             self._asked, self._descents, self._evolutions = False, None, []
-            self._mark_at, self._stage = self.evaluations, SCREEN
-            if not len(self._archive):
-                self._sample, self._stage = self.space.draw(self._rng, self._sample_size, first=False), SAMPLE
+            self._end, self._fine, self._closing = self.budget, False, False
+            self._anew(self.evaluations)
             self._settle(self.evaluations)

@@ -39,19 +39,25 @@ def make_algorithm(
     return kind(space, rng, kind.Parameters(**given))
 
 
-def algorithm_from_state(state: Mapping[str, Any], space: SearchSpace, length: int | None = None) -> Algorithm:
+def algorithm_from_state(
+    state: Mapping[str, Any],
+    space: SearchSpace,
+    length: int | None = None,
+    settings: Mapping[str, Any] | None = None,
+) -> Algorithm:
     """The search, by whichever algorithm, that :meth:`Algorithm.state` described.
 
     Args:
         state: The state; arrays may come back as nested lists.
         space: The search space that it ran in.
         length: How long it shall go on, in its unit; by default as long as before.
+        settings: Parameters by name, of which those that are changeable count; by default they stay, too.
 
     Raises:
         SettingsError: The algorithm or a parameter is unknown or out of range.
         SearchError: An entry is missing or does not fit.
     """
-    return _kind(SavedState(state).entry("algorithm")).from_state(state, space, length)
+    return _kind(SavedState(state).entry("algorithm")).from_state(state, space, length, settings)
 
 
 def _kind(name: object) -> type[Algorithm]:

@@ -13,7 +13,8 @@ from armdesign.settings.sections import SECTIONS, Settings
 OPTIONS = [
     ("packaging", {"search": {"algorithm": "pso", "inertia": 0.6, "c1": 1.2, "c2": 0.9, "time_limit": 1000.0},
                    "fitness": {"tie_hand": False, "delta": 0.003}}),
-    ("packaging", {"search": {"algorithm": "multibasin", "budget": 150}, "solver": {"start_paths": 3}}),
+    ("packaging", {"search": {"algorithm": "multibasin", "budget": 150, "effort": "quick", "coarse": 20},
+                   "solver": {"start_paths": 3}}),
     ("packaging", {"search": {"algorithm": "rapso", "angle_interval": 1, "c_range": (-0.1, 1.0)},
                    "fitness": {"lambda_f": 1.0, "lambda_E": 0.0}}),
     ("packaging", {"search": {"angle_interval": 7, "range": "box", "seed": 2**63 - 1},
@@ -58,7 +59,7 @@ OPTIONS = [
 ]  # fmt: skip
 
 
-ELSEWHERE = ("scenario", "up", "time_unit", "quaternions", "demonstrations", "obstacle_units")
+ELSEWHERE = ("scenario", "effort", "up", "time_unit", "quaternions", "demonstrations", "obstacle_units")
 """Choices that other tests go through."""
 
 

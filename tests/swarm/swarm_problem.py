@@ -18,7 +18,7 @@ SPACE = SearchSpace(BOX, slab=SLAB)
 GOAL = np.array([0.9, 0.1, 0.3, -0.7, 0.0, 0.4])
 SMALL = {
     "particles": 12, "iterations": 40,
-    "budget": 500, "descents": 6, "parents": 8, "candidates_per_start": 150,
+    "budget": 500, "descents": 6, "parents": 8, "candidates_per_start": 150, "effort": "budget",
 }  # fmt: skip
 """Parameters of short searches, of every algorithm."""
 

@@ -18,13 +18,14 @@ class Backend(Protocol):
     """Evaluates candidates on the task it was made for."""
 
     def evaluate(
-        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
+        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False, coarse: int = 0
     ) -> tuple[Scores, Rejections]:
         """Scores of designs Phi (N, D) in their order; those past their cutoff (N,) may be dropped.
 
         Where a start pose is given, poses (N, n) [rad], or (N, K n) for K demonstrations, the first frame is solved
         from it alone; a row that is not finite stands for none. With ``slopes`` the scores have the gradients of r,
-        where the objective has any.
+        where the objective has any. With ``coarse`` frames the demonstrations are followed on so many of their frames
+        alone, see ``DesignProblem.coarse``: what comes of it is to look at, and no fitness.
         """
         ...
 
@@ -43,13 +44,16 @@ class InProcess(Closing):
             problem: Task and settings.
             block: Arms side by side; any value gives the same scores.
         """
-        self.fitness = problem.objective(block)
+        self.problem, self.block = problem, block
+        self.fitness = {0: problem.objective(block)}  # by the number of coarse frames, 0 for all; made when asked for
 
     def evaluate(
-        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
+        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False, coarse: int = 0
     ) -> tuple[Scores, Rejections]:
         """See Backend.evaluate."""
-        return self.fitness.evaluate(Phi, cutoff, poses, slopes=slopes)
+        if coarse not in self.fitness:
+            self.fitness[coarse] = self.problem.coarse(coarse).objective(self.block)
+        return self.fitness[coarse].evaluate(Phi, cutoff, poses, slopes=slopes)
 
 
 def join(parts: Sequence[Scores]) -> Scores:

@@ -63,7 +63,9 @@ def evaluator(problem: DesignProblem, block: int | None = None) -> Handler:
 
     def evaluate(part: Generation, context: JobContext) -> Answer:
         began = time.perf_counter()
-        scores, removed = backend.evaluate(part.Phi, part.cutoff, part.poses, slopes=part.slopes)  # type: ignore[arg-type]
+        scores, removed = backend.evaluate(
+            part.Phi, part.cutoff, part.poses, slopes=part.slopes, coarse=part.coarse  # type: ignore[arg-type]
+        )  # fmt: skip
         return Answer(scores, removed, time.perf_counter() - began)
 
     return evaluate
@@ -78,10 +80,11 @@ class ParallelBackend(Closing):
         Args:
             workers: Started with the setup ``evaluator``.
         """
-        self.workers, self.pace = workers, FIRST_PACE
+        self.workers = workers
+        self.paces: dict[int, float] = {}  # by the number of coarse frames
 
     def evaluate(
-        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
+        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False, coarse: int = 0
     ) -> tuple[Scores, Rejections]:
         """See Backend.evaluate.
 
@@ -90,8 +93,8 @@ class ParallelBackend(Closing):
             SearchError: Workers do not start, or the connection to them is lost.
         """
         self.workers.drop()  # of a generation that was broken off nobody wants the answers
-        generation = Generation(Phi, cutoff, poses, slopes=slopes)
-        parts = cut(len(Phi), self.workers.room(), self.pace)
+        generation = Generation(Phi, cutoff, poses, slopes=slopes, coarse=coarse)
+        parts = cut(len(Phi), self.workers.room(), self.paces.get(coarse, FIRST_PACE))
         ends = self._done([Job(generation.part(part), DEATHS_OF_A_PART) for part in parts])
         answers: list[Answer] = []
         for part, end in zip(parts, ends, strict=True):
@@ -99,7 +102,7 @@ class ParallelBackend(Closing):
                 answers += [self._alone(generation.part(slice(k, k + 1))) for k in range(part.start, part.stop)]
             else:
                 answers.append(end.content)
-        self.pace = max(sum(answer.seconds for answer in answers) / len(Phi), 1e-6)
+        self.paces[coarse] = max(sum(answer.seconds for answer in answers) / len(Phi), 1e-6)
         return join([answer.scores for answer in answers]), sum((a.removed for a in answers), Rejections())
 
     def close(self) -> None:

@@ -31,6 +31,7 @@ ELSEWHERE = {
 STOPPED = {
     "iterations": "all iterations were done",
     "budget": "the budget of candidates was spent",
+    "agreement": "as many independent beginnings as were asked for have ended in the same best fitness",
     "patience": "there was no gain of 0.1 % for as many iterations as were to be waited",
     "target": "the target was reached",
     "time_limit": "the time limit was reached",
@@ -177,6 +178,7 @@ def search_sentences(facts: SearchFacts, run: Result) -> list[str]:
         f"Algorithm {facts.algorithm}, {search.size}, seed {facts.seed}; {run.progress} done.",
         f"{facts.evaluations:,} candidate arms in {duration(facts.wall_time)}, {each} a second.",
         f"It ended since {STOPPED.get(facts.stopped_by, facts.stopped_by)}.",
+        *([facts.found] if facts.found else []),
         f"Iteration {facts.converged_at} was the first within 1 % of the last; computational effort up to there "
         f"{facts.computational_effort:,.0f} valid particles.",
     ]
