@@ -206,6 +206,23 @@ def storage() -> bytes:
     return _lines(rows, "\t", "\n")
 
 
+def mvnx() -> bytes:
+    """Xsens MVNX, in m with z up, after a pose for calibration."""
+    labels = ("RightUpperArm", "RightForeArm", "RightHand", "RightToe")
+    turned = HAND.as_quat()[:, [3, 0, 1, 2]]
+    head = f'<?xml version="1.0"?>\n<mvnx version="4"><subject frameRate="{RATE:g}" segmentCount="4"><segments>'
+    rows = [head + "".join(f'<segment label="{label}" id="{i + 1}"/>' for i, label in enumerate(labels))]
+    rows += ['</segments><frames><frame type="tpose"><position>' + "0 " * 12 + "</position></frame>"]
+    for i in range(FRAMES):
+        turns = " ".join(_cells([*np.tile([1.0, 0, 0, 0], 2), *turned[i], 1.0, 0, 0, 0], 8))
+        places = " ".join(_cells(ARM[i], 8))
+        rows.append(
+            f'<frame time="{round(1000 * _time[i])}" index="{i}" type="normal"><orientation>{turns}</orientation>'
+            f"<position>{places}</position></frame>"
+        )
+    return _lines([*rows, "</frames></subject></mvnx>"], "", "\n")
+
+
 def npz() -> bytes:
     """NumPy arrays by name."""
     stream = io.BytesIO()
@@ -348,6 +365,7 @@ def kinect() -> bytes:
 _SUBJECT = tuple(f"S:{name}" for name in NAMES)
 _BONES = ("RightArm", "RightForeArm", "RightHand", "RightHand (end)")
 _ROKOKO = ("RightUpperArm", "RightForeArm", "RightHand", "RightDigit3Middle")
+_SUIT = ("RightUpperArm", "RightForeArm", "RightHand", "RightToe")
 _COCO = ("RShoulder", "RElbow", "RWrist", None)
 _ZED = ("RIGHT_SHOULDER", "RIGHT_ELBOW", "RIGHT_WRIST", "RIGHT_HAND_MIDDLE_4")
 _KINECT = ("SHOULDER_RIGHT", "ELBOW_RIGHT", "WRIST_RIGHT", "HAND_RIGHT")
@@ -368,6 +386,7 @@ MADE = (
     Made("arm_segments.csv", "Vicon Segments CSV", vicon_segments, points=_SUBJECT, turned="S:hand"),
     Made("arm_skeleton.tsv", "Qualisys skeleton TSV", qualisys_skeleton, turned="hand"),
     Made("arm.sto", "OpenSim storage", storage, "m", digits=1e-7),
+    Made("arm.mvnx", "Xsens MVNX", mvnx, "m", points=_SUIT, turned="RightHand", gap=False, digits=1e-7, text=False),
     Made("arm.npz", "NumPy NPZ", npz, "m", text=False),
     Made("arm_mediapipe.csv", "MediaPipe landmarks", mediapipe, "m", points=_LANDMARKS, digits=1e-7),
     Made("arm_mediapipe_long.csv", "MediaPipe landmarks", mediapipe_long, "m", points=_LANDMARKS, text=False),

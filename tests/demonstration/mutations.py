@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 
@@ -201,6 +202,33 @@ def long_names(content: bytes, rng: Rng) -> bytes:
     return content[: word.start()] + _pick((b"", b"N" * 5000, b" ", "Ä".encode() * 300), rng) + content[word.end() :]
 
 
+def json_values(content: bytes, rng: Rng) -> bytes:
+    """Some values of a JSON file replaced by others of any kind, taken out, or put in twice."""
+    try:
+        root = [json.loads(content)]
+    except (ValueError, RecursionError):
+        return content
+    for _ in range(_few(rng)):
+        place, key = root, 0
+        for _ in range(int(rng.integers(1, 9))):  # down into it
+            inner = place[key]
+            if not isinstance(inner, (dict, list)) or not inner or rng.random() < 0.15:
+                break
+            keys = list(inner) if isinstance(inner, dict) else list(range(len(inner)))
+            place, key = inner, keys[int(rng.integers(min(len(keys), 4) if rng.random() < 0.5 else len(keys)))]
+        odd = (None, True, -1, 1e308, float("nan"), float("inf"), "", "x", [], {}, [[]], [None], {"x": 1}, "1", 10**400)
+        choice = int(rng.integers(4))
+        if choice == 0 and place is not root:
+            del place[key]
+        elif choice == 1 and isinstance(place, list):
+            place.append(place[key])
+        else:
+            place[key] = odd[int(rng.integers(len(odd)))]
+        if not root[0]:
+            break
+    return json.dumps(root[0]).encode()
+
+
 BINARY: tuple[Mutation, ...] = (
     *(flip_bytes, flip_bits, extreme_bytes, truncate, drop_beginning),
     *(delete_block, duplicate_block, swap_blocks, insert_zeros),
@@ -209,6 +237,14 @@ TEXT: tuple[Mutation, ...] = (
     *(*BINARY, odd_numbers, counts_changed, drop_lines, duplicate_lines, shuffle_lines, blank_lines, change_cells),
     *(exchange_delimiters, exchange_line_ends, change_encoding, odd_letters, same_names, long_names),
 )
+JSON: tuple[Mutation, ...] = (*TEXT, *[json_values] * len(TEXT))
+
+
+def mutations_of(content: bytes) -> tuple[Mutation, ...]:
+    """The ways in which a file of this kind gets damaged."""
+    if b"\0" in content[:400]:
+        return BINARY
+    return JSON if content[:1] in (b"{", b"[") else TEXT
 
 
 def mutated(content: bytes, rng: Rng, mutations: tuple[Mutation, ...]) -> tuple[bytes, str]:

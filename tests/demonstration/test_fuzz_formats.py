@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_recordings import DATA, MADE
-from mutations import BINARY, TEXT, mutated
+from mutations import mutated, mutations_of
 
+from armdesign.demonstration.files.hints import Hints
 from armdesign.demonstration.files.readers import legible, read_take
 from armdesign.demonstration.points.standard import to_recording
 from armdesign.errors import ArmDesignError
@@ -22,7 +23,8 @@ from armdesign.errors import ArmDesignError
 SHARED = Path(__file__).resolve().parents[3] / "shared" / "recordings"
 SECONDS = 20  # for one small file
 MOST_GROWTH = 500  # [MiB] of this process, over all files
-FEW, MANY, PARTS = 60, 2_600, 4  # damaged files of each format
+FEW, MANY, PARTS = 30, 1_000, 4  # damaged files of each format: 20,000 and more in all
+HINTS = Hints(rate=50.0)  # some have no times
 
 
 def seeds() -> dict[str, list[bytes]]:
@@ -75,8 +77,8 @@ def fuzz(kind: str, count: int, folder: Path, capfd, seed: int) -> None:
 def damaged(kind: str, seed: int, number: int) -> tuple[bytes, str]:
     """One damaged file, the same in every run."""
     rng = np.random.default_rng([seed, zlib.crc32(kind.encode()), number])
-    contents = SEEDS[kind]
-    return mutated(contents[number % len(contents)], rng, BINARY if kind == "C3D" else TEXT)
+    content = SEEDS[kind][number % len(SEEDS[kind])]
+    return mutated(content, rng, mutations_of(content))
 
 
 def written(folder: Path, content: bytes) -> Path:
@@ -90,7 +92,7 @@ def problem(path: Path) -> str:
     try:
         with warnings.catch_warnings(), time_limit(SECONDS):
             warnings.simplefilter("error")
-            take = read_take(path)
+            take = read_take(path, HINTS)
             return unsound(take) or unsound(legible(to_recording)(take))  # as read_recording does, reading but once
     except ArmDesignError as error:
         return ill_said(error, path)

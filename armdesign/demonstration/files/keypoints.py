@@ -34,8 +34,9 @@ def names_of(places: Array) -> tuple[str, ...]:
     """Names of K points that come without, by their number, shape (T, K, 3); ``point 1`` and so on where unknown."""
     count = places.shape[1]
     if count == len(COCO):  # as many as in Human3.6M, whose first point is the middle of the second and fifth
-        middle = np.linalg.norm(places[:, 0] - 0.5 * (places[:, 1] + places[:, 4]), axis=1)
-        width = np.linalg.norm(places[:, 1] - places[:, 4], axis=1)
+        with np.errstate(over="ignore"):  # a damaged file holds any number
+            middle = np.linalg.norm(places[:, 0] - 0.5 * (places[:, 1] + places[:, 4]), axis=1)
+            width = np.linalg.norm(places[:, 1] - places[:, 4], axis=1)
         return HUMAN36M if median_seen(middle) < _MIDDLE * median_seen(width) else COCO
     if count > len(SMPL_X) and count in (127, 144):  # SMPL-X with landmarks of the face behind the joints
         return (*SMPL_X, *(f"point {i + 1}" for i in range(len(SMPL_X), count)))
@@ -80,14 +81,8 @@ def take_of_frames(
         raise RecordingError(message, value=float(time[bad]), fix=fix)
     said_names = names_of(places) if names is None else names
     chosen, steps = once_each([clean_name(str(name)) or f"point {i + 1}" for i, name in enumerate(said_names)])
-    confidence = [frame.confidence for frame in frames]
-    turns = [frame.turns for frame in frames]
-    shown = np.stack(confidence) if all(each is not None for each in confidence) else None  # type: ignore[arg-type]
-    turned = np.stack(turns) if all(each is not None for each in turns) else None  # type: ignore[arg-type]
-    if shown is not None and shown.shape != places.shape[:2]:
-        raise RecordingError(f"{path}: confidences of shape {shown.shape} for {places.shape[:2]} points", fix=fix)
-    if turned is not None and turned.shape != (*places.shape[:2], 4):
-        raise RecordingError(f"{path}: orientations of shape {turned.shape} for {places.shape[:2]} points", fix=fix)
+    shown = _together([frame.confidence for frame in frames], (count,), path, "confidences")
+    turned = _together([frame.turns for frame in frames], (count, 4), path, "orientations")
     return Take(
         time=time if timed else np.arange(float(len(frames))),
         points={name: places[:, i] for i, name in enumerate(chosen)},
@@ -101,6 +96,21 @@ def take_of_frames(
     )
 
 
+def _together(values: Sequence[Array | None], shape: tuple[int, ...], path: Path, what: str) -> Array | None:
+    """What each frame holds as one array, shape (T, *shape); None where one holds nothing."""
+    found = [each for each in values if each is not None]
+    if len(found) < len(values):
+        return None
+    wrong = next((each.shape for each in found if each.shape != shape), None)
+    if wrong is not None:
+        message = f"{path}: {what} of shape {wrong} for {shape[0]} points"
+        raise RecordingError(message, value=wrong, allowed=str(shape), fix="Export the recording again")
+    together = np.stack(found)
+    if np.isinf(together).any():
+        raise RecordingError(f"{path}: {what} are infinite", fix="Export the recording again")
+    return together
+
+
 def world_landmarks(take: Take) -> Take:
     """MediaPipe's world landmarks, which are metres from the middle of the hips.
 
@@ -110,7 +120,8 @@ def world_landmarks(take: Take) -> Take:
     hips = [take.points[name] for name in take.points if name.lower() in ("left_hip", "right_hip")]
     every = np.concatenate([values[:, :2] for values in take.points.values()])
     if len(hips) == 2:
-        in_image = median_seen(np.linalg.norm(0.5 * (hips[0] + hips[1]), axis=1)) > _CENTRED
+        with np.errstate(over="ignore"):  # a damaged file holds any number
+            in_image = median_seen(np.linalg.norm(0.5 * (hips[0] + hips[1]), axis=1)) > _CENTRED
     else:
         in_image = bool((every[np.isfinite(every).all(axis=1)] >= 0).all())
     if in_image:

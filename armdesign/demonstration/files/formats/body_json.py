@@ -120,7 +120,7 @@ def _times(frames: list[Mapping[str, Any]], keys: Mapping[str, float]) -> list[f
     for key, factor in keys.items():
         raw: list[Any] = [frame.get(key) for frame in frames]
         if all(isinstance(each, int) for each in raw):  # nanoseconds since 1970 are more than a float holds
-            return [(each - raw[0]) * factor for each in raw]
+            return [number(each - raw[0]) * factor for each in raw]
         if all(key in frame for frame in frames):
             return [number(each) * factor for each in raw]
     return [float("nan")] * len(frames)

@@ -76,6 +76,8 @@ def _frame(person: Mapping[str, Any], key: str, path: Path) -> Frame:
     value = person[key]
     while isinstance(value, list) and len(value) == 1 and isinstance(value[0], list):
         value = value[0]
+    if not isinstance(value, list) or not value:
+        raise RecordingError(f"{path}: somebody has no '{key}'", value=value, fix="Export the recording again")
     scores = next((person[name] for name in _SCORES if isinstance(person.get(name), list)), None)
     if isinstance(value[0], list):
         width = len(value[0])

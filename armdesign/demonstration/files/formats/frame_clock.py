@@ -129,7 +129,8 @@ def _printed(rows: Rows, numbers: Array, printed: Array, rate: float | None) -> 
     grain, seen = _grain(printed), ~np.isnan(printed)
     first, last = np.flatnonzero(seen)[[0, -1]]
     span = float(printed[last] - printed[first])
-    printed_rate = float(f"{(numbers[last] - numbers[first]) / span:.12g}") if span > 0 else 0.0
+    with np.errstate(over="ignore"):
+        printed_rate = float(f"{(numbers[last] - numbers[first]) / span:.12g}") if span > 0 else 0.0
     for even_rate in (rate, printed_rate if MIN_RATE <= printed_rate <= MAX_RATE else None):
         if even_rate is None:
             continue

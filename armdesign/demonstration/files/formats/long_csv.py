@@ -67,6 +67,9 @@ def read_long(path: Path, form: str, rename: Callable[[str], str]) -> Take:
             place, cells = lines.place, [cell.strip() for cell in read_cells(lines.readline(), delimiter)]
             if len(cells) < at.width and not text.endswith("\n"):
                 break  # a last line that was cut off
+            if len(cells) <= max(at.name, at.key):
+                message = f"{place}: too few cells, {len(cells)} where the header has {at.width} columns"
+                raise RecordingError(message, value=len(cells), fix="Complete or remove the line")
             numbers = [_number(cells, column, columns, place) for column in at.numbers]
             key = _number(cells, at.key, columns, place)
             name = clean_name(rename(cells[at.name])) or "point"
