@@ -20,6 +20,7 @@ from armdesign.search.result import Result, SearchFacts
 from armdesign.views.report import plots, words
 from armdesign.views.report.answers import answers
 from armdesign.views.report.cell_pictures import cell_pictures
+from armdesign.views.report.cell_rendering import cell_rendering
 from armdesign.views.report.facts import (
     FitnessParts,
     JointLoads,
@@ -49,6 +50,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
     parts = fitness_parts(run)
     loads = joint_loads(run, chosen)
     pictures = {
+        "rendering": cell_rendering(run),
         "cell": cell_pictures(run),
         "clearance": plots.clearance_picture(run),
         "limits": plots.limits_picture(run, loads),

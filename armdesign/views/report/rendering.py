@@ -1,0 +1,139 @@
+"""Triangles as a shaded picture: a small renderer with a depth buffer, so that what is in front hides what is behind.
+
+Light falls from above, over the viewer's left shoulder; there is no perspective, so that lengths compare.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.image import imsave
+from numpy.typing import NDArray
+
+from armdesign._types import Array
+from armdesign.views.report.kernels.depth_buffer import fill
+
+SIDES = 20
+"""Flat sides that a cylinder is drawn with."""
+TALLEST = 0.75
+"""Largest height of a picture by its width."""
+ROOM = 0.4
+"""What is shown beside the points that matter, by their extent."""
+FINER = 2
+"""Samples a pixel in either direction, for smooth edges."""
+AMBIENT = 0.55
+"""Share of the light that does not depend on where a face looks."""
+LIGHT = np.array([-0.5, 0.75, 1.0]) / np.linalg.norm([-0.5, 0.75, 1.0])
+"""Where the light comes from: right, up, towards the viewer."""
+
+
+class Faces(NamedTuple):
+    """Triangles.
+
+    Attributes:
+        corners: Shape (K, 3, 3) [mm].
+        colours: Red, green, blue from 0 to 1, shape (K, 3).
+        marks: A number for each, to ask afterwards what is seen, shape (K,).
+    """
+
+    corners: Array
+    colours: Array
+    marks: NDArray[np.int64]
+
+
+def painted(corners: Array, colour: str, mark: int = 0) -> Faces:
+    """Triangles of one colour.
+
+    Args:
+        corners: Shape (K, 3, 3) [mm].
+        colour: As ``#rrggbb``.
+        mark: Their number.
+    """
+    rgb = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+    return Faces(corners, np.tile(rgb, (len(corners), 1)), np.full(len(corners), mark))
+
+
+def together(parts: list[Faces]) -> Faces:
+    """All triangles of some lists."""
+    return Faces(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def cylinder_faces(start: Array, end: Array, radius: float, *, sides: int = SIDES) -> Array:
+    """A closed cylinder between two points, shape (K, 3, 3); no triangles where they are the same.
+
+    Args:
+        start: Middle of one end, shape (3,).
+        end: Middle of the other.
+        radius: Its radius.
+        sides: Flat sides that it is drawn with.
+    """
+    along = end - start
+    length = float(np.linalg.norm(along))
+    if length <= 0.0:
+        return np.zeros((0, 3, 3))
+    z = along / length
+    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
+    x /= np.linalg.norm(x)
+    angle = np.linspace(0.0, 2.0 * np.pi, sides + 1)
+    ring = radius * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * np.cross(z, x))
+    low, high = start + ring, end + ring
+    middle = np.broadcast_to(start, low[1:].shape), np.broadcast_to(end, low[1:].shape)
+    around = [(low[:-1], low[1:], high[1:]), (low[:-1], high[1:], high[:-1])]
+    caps = [(middle[0], low[1:], low[:-1]), (middle[1], high[:-1], high[1:])]
+    return np.concatenate([np.stack(three, axis=1) for three in (*around, *caps)])
+
+
+def rendered(faces: Faces, turn: Array, width: int, focus: Array | None = None) -> tuple[Array, NDArray[np.int64]]:
+    """A picture of triangles, three quarters as high as wide at most.
+
+    Args:
+        faces: The triangles.
+        turn: Right and up of the viewer, rows of shape (2, 3), at right angles, of length 1.
+        width: Width of the picture in pixels; its height follows.
+        focus: Points that matter, shape (P, 3) [mm]: what is far from all of them is cut off. By default nothing is.
+
+    Returns:
+        Red, green, blue from 0 to 1, shape (H, W, 3), white where nothing is; and the mark of what is seen in each
+        sample, shape (FINER H, FINER W), -1 for nothing.
+    """
+    towards = np.cross(turn[0], turn[1])
+    seen = faces.corners @ np.vstack([turn, towards]).T
+    low, high = seen[:, :, :2].min(axis=(0, 1)), seen[:, :, :2].max(axis=(0, 1))
+    if focus is not None:
+        near = focus @ turn.T
+        beside = ROOM * float(np.ptp(near, axis=0).max())
+        low, high = np.maximum(low, near.min(axis=0) - beside), np.minimum(high, near.max(axis=0) + beside)
+    size = np.maximum(high - low, 1e-9)
+    scale = FINER * width * min(1.0 / size[0], TALLEST / size[1])
+    height = max(int(np.ceil(scale * size[1] / FINER)), 1)
+    normal = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    middle = np.r_[(low + high) / 2.0, 0.0]
+    seen = (seen - middle) * np.r_[scale, scale, 1.0] + FINER * np.r_[width / 2.0, height / 2.0, 0.0]
+    normal = np.where(normal[:, 2:] < 0.0, -normal, normal) / np.where(length > 0.0, length, 1.0)  # both sides are lit
+    shade = AMBIENT + (1.0 - AMBIENT) * np.maximum(normal @ LIGHT, 0.0)
+    shape = FINER * height, FINER * width
+    depth, chosen = np.full(shape, -np.inf), np.full(shape, -1, dtype=np.int64)
+    fill(depth, chosen, seen)
+    shaded = np.vstack([faces.colours * shade[:, None], np.ones((1, 3))])
+    picture = np.zeros((height, width, 3))
+    for i, j in np.ndindex(FINER, FINER):
+        picture += shaded[chosen[i::FINER, j::FINER]] / FINER**2
+    marks = np.r_[faces.marks, -1][chosen]
+    return picture[::-1], marks[::-1]
+
+
+def image_svg(picture: Array) -> str:
+    """A picture, shape (H, W, 3), as an ``<svg>`` element that holds it as PNG."""
+    content = io.BytesIO()
+    nothing: dict[str, Any] = {"Software": None}
+    imsave(content, np.round(picture * 255.0).astype(np.uint8), format="png", metadata=nothing)
+    height, width = picture.shape[:2]
+    data = base64.b64encode(content.getvalue()).decode("ascii")
+    return (
+        f'<svg viewBox="0 0 {width} {height}"><image width="{width}" height="{height}" '
+        f'href="data:image/png;base64,{data}"/></svg>'
+    )

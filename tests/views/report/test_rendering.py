@@ -1,0 +1,81 @@
+"""The shaded picture: what is in front hides what is behind, faces are lit by where they look, the arm is seen."""
+
+import base64
+import io
+import re
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from armdesign.views.report.cell_rendering import ARM, arm_faces, cell_rendering
+from armdesign.views.report.rendering import (
+    AMBIENT,
+    FINER,
+    LIGHT,
+    cylinder_faces,
+    image_svg,
+    painted,
+    rendered,
+    together,
+)
+
+FRONT = np.eye(3)[:2]
+"""A viewer on the z axis: right is x, up is y."""
+
+
+def square(z, half=1.0):
+    a, b, c, d = (np.array([x * half, y * half, z]) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    return np.array([[a, b, c], [a, c, d]])
+
+
+def test_what_is_in_front_hides_what_is_behind_in_either_order():
+    near, far = painted(square(1.0, 0.5), "#ff0000", 1), painted(square(0.0), "#0000ff", 2)
+    for faces in (together([near, far]), together([far, near])):
+        picture, marks = rendered(faces, FRONT, 40)
+        assert marks.shape == (FINER * picture.shape[0], FINER * picture.shape[1])
+        height, width = marks.shape
+        assert marks[height // 2, width // 2] == 1
+        assert marks[height // 2, width // 8] in (2, -1)
+        assert (marks == 1).sum() == pytest.approx((marks != -1).sum() / 4.0, rel=0.1)
+        assert picture[0, 0] == pytest.approx(np.ones(3)) or marks[0, 0] == 2  # white beside it
+
+
+def test_a_face_is_lit_by_where_it_looks_whatever_the_scale():
+    for size in (0.01, 1.0, 1000.0):
+        picture, marks = rendered(painted(size * square(0.0), "#ffffff"), FRONT, 20)
+        middle = picture[picture.shape[0] // 2, picture.shape[1] // 2]
+        assert (marks >= 0).mean() > 0.7
+        assert middle == pytest.approx(np.full(3, AMBIENT + (1.0 - AMBIENT) * LIGHT[2]), abs=1e-12)
+
+
+def test_a_cylinder_is_closed_and_encloses_its_volume():
+    start, end, sides = np.array([1.0, 2.0, 3.0]), np.array([1.5, 2.5, 2.0]), 400
+    faces = cylinder_faces(start, end, 0.2, sides=sides) - start
+    volume = np.abs(np.sum(np.einsum("ki,ki->k", faces[:, 0], np.cross(faces[:, 1], faces[:, 2])))) / 6.0
+    assert volume == pytest.approx(np.pi * 0.2**2 * np.linalg.norm(end - start), rel=1e-3)
+    edges = np.round(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2, 3), axis=1), 9)
+    _, counts = np.unique(edges.reshape(len(edges), 6), axis=0, return_counts=True)
+    assert (counts % 2 == 0).all()
+    assert len(cylinder_faces(start, start, 0.2)) == 0
+
+
+def test_the_picture_is_the_png_it_holds():
+    picture = np.random.default_rng(0).random((12, 30, 3))
+    svg = image_svg(picture)
+    assert svg == image_svg(picture)
+    assert 'viewBox="0 0 30 12"' in svg
+    data = base64.b64decode(re.search(r"base64,([^\"]*)", svg).group(1))
+    assert imread(io.BytesIO(data), format="png")[:, :, :3] == pytest.approx(picture, abs=0.5 / 255.0 + 1e-6)
+
+
+def test_the_arm_stands_where_its_frames_are_and_is_seen(invented):
+    run = invented(4)
+    q, base = run.evaluation.path.q[-1:], run.base_pose.matrix
+    faces = together(arm_faces(run, q, base))
+    tip = 1e3 * (base @ run.table.frames(q[0])[-1])[:3, 3]
+    assert np.linalg.norm(faces.corners - tip, axis=2).min() < 40.0  # within its tube
+    assert (faces.marks == ARM).all()
+    shown = cell_rendering(run)
+    assert shown.key == "rendering"
+    assert f"{run.table.dof} joints" in shown.alt
