@@ -65,6 +65,10 @@ class ObstacleError(ArmDesignError):
     """An obstacle cannot be read or used."""
 
 
+class CatalogueError(ArmDesignError):
+    """A catalogue of parts is faulty, or has none that would do."""
+
+
 class SearchError(ArmDesignError):
     """The search cannot start or has found nothing."""
 

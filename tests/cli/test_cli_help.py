@@ -10,7 +10,7 @@ from typer.main import get_command
 from armdesign._version import __version__
 from armdesign.cli import COMMANDS, app, load_command
 
-GROUPS = ("recording", "study")
+GROUPS = ("catalogue", "recording", "study")
 WAYS = [
     (),
     *((name,) for name in COMMANDS),

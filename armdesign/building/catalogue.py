@@ -1,0 +1,382 @@
+"""Catalogues of actuators: one TOML file a family, every figure with its unit and its source.
+
+    family = "mine"                      # what it is called
+    maker = "Somebody"
+    units = { torque = "N m", speed = "rpm", mass = "g", length = "mm" }    # what the figures below are in
+    [[source]]                           # where figures come from; each needs one
+    document = "data sheet AB-12"
+    date = "2026-03"
+    figures = ["peak_torque", "no_load_speed", "rated_torque", "mass", "diameter", "length"]
+    [[actuator]]
+    name = "A1"
+    ...
+
+``FIGURES`` has all figures of an actuator. A housing is round, by diameter and length, or a box, by width, height and
+depth with the ``axis`` that its output turns about. At least one of rated and peak torque is there; the other is taken
+to be the same, or by the family's ``rated_share`` of the peak.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from armdesign.errors import CatalogueError
+
+UNITS: Mapping[str, Mapping[str, float]] = {
+    "torque": {"N m": 1.0, "mN m": 1e-3, "kgf cm": 0.0980665, "ozf in": 0.00706155},
+    "speed": {"rad/s": 1.0, "rpm": math.pi / 30.0, "deg/s": math.pi / 180.0},
+    "mass": {"kg": 1.0, "g": 1e-3},
+    "length": {"m": 1.0, "mm": 1e-3},
+}
+"""Units that a family may be given in, with their size in SI units."""
+FIGURES: Mapping[str, str] = {
+    "rated_torque": "torque",
+    "peak_torque": "torque",
+    "rated_speed": "speed",
+    "no_load_speed": "speed",
+    "mass": "mass",
+    "diameter": "length",
+    "length": "length",
+    "width": "length",
+    "height": "length",
+    "depth": "length",
+    "output_offset": "length",
+    "rotor_inertia": "kg m^2",
+    "ratio": "",
+    "angle_range": "deg",
+    "voltage": "V",
+    "price": "",
+}
+"""Numbers that an actuator may have, and what they measure; the first ones by the family's units."""
+WORDS = ("name", "axis", "interface", "sheet", "note")
+BOX = ("width", "height", "depth")
+STRONGEST, WEAKEST = 150.0, 0.1
+"""Peak torque over mass of actuators, at most and at least [N m / kg]: harmonic drives reach some 140."""
+DENSEST, LIGHTEST = 12000.0, 200.0
+"""Mass over the volume of the housing, at most and at least [kg/m^3]: between solid copper and foam."""
+FASTEST = 300.0
+"""No-load speed at most [rad/s]; a joint's gear leaves some tens."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where figures come from.
+
+    Attributes:
+        document: What was published.
+        date: When, or in which version.
+        figures: The figures that are from there.
+    """
+
+    document: str
+    date: str
+    figures: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A motor with its gear in one housing, in SI units.
+
+    Attributes:
+        family: The family it belongs to.
+        name: What it is sold as.
+        rated_torque: What it bears as root mean square [N m].
+        peak_torque: What it gives at most [N m].
+        no_load_speed: Its speed without load [rad/s].
+        rated_speed: Its speed at the rated torque [rad/s]; None where it is not published.
+        mass: Its mass [kg].
+        diameter: Diameter of the cylinder about its axis that stands for its housing [m].
+        length: Its length along the axis [m].
+        rotor_inertia: Of the rotor, before the gear [kg m^2]; None where it is not published.
+        ratio: Of the gear; None where it is not published.
+        angle_range: How far it turns in all [rad]; None where without end.
+        voltage: What the figures hold at [V]; None where it is not published.
+        price: In the family's currency; None where it is not known.
+        interface: How it is talked to.
+        sheet: Address of its data sheet.
+    """
+
+    family: str
+    name: str
+    rated_torque: float
+    peak_torque: float
+    no_load_speed: float
+    rated_speed: float | None
+    mass: float
+    diameter: float
+    length: float
+    rotor_inertia: float | None = None
+    ratio: float | None = None
+    angle_range: float | None = None
+    voltage: float | None = None
+    price: float | None = None
+    interface: str = ""
+    sheet: str = ""
+
+    @property
+    def slope(self) -> float:
+        """How much speed it loses by torque [rad/s per N m]: through its rated point, or down to a stop at the peak."""
+        if self.rated_speed is None:
+            return self.no_load_speed / self.peak_torque
+        return (self.no_load_speed - self.rated_speed) / self.rated_torque
+
+    @property
+    def reflected_inertia(self) -> float:
+        """Inertia of the rotor as its output feels it, J i^2 [kg m^2]; 0 where it is not published."""
+        return 0.0 if self.rotor_inertia is None or self.ratio is None else self.rotor_inertia * self.ratio**2
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """A family of actuators.
+
+    Attributes:
+        family: What it is called.
+        maker: Who makes them.
+        currency: Of the prices; empty where there are none.
+        sources: Where the figures come from.
+        actuators: Its sizes, in the order of the file.
+    """
+
+    family: str
+    maker: str
+    currency: str
+    sources: tuple[Source, ...]
+    actuators: tuple[Actuator, ...]
+
+    def source(self, figure: str) -> Source | None:
+        """Where a figure comes from."""
+        return next((source for source in self.sources if figure in source.figures), None)
+
+
+def shipped() -> dict[str, Path]:
+    """The catalogues that come with the package, by family."""
+    folder = Path(str(resources.files("armdesign.building"))) / "catalogues"
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def find_catalogue(name: str) -> Catalogue:
+    """A catalogue by the name of its family, or a file of one's own.
+
+    Args:
+        name: A family that is shipped, or the path of a TOML file.
+
+    Raises:
+        CatalogueError: There is none, or it is faulty.
+    """
+    if name in shipped():
+        return read_catalogue(shipped()[name])
+    if not Path(name).is_file():
+        raise CatalogueError(
+            f"there is no catalogue '{name}'", value=name, allowed=[*shipped(), "a TOML file"],
+            fix="'armdesign catalogue list' shows what there is",
+        )  # fmt: skip
+    return read_catalogue(Path(name))
+
+
+def read_catalogue(path: Path) -> Catalogue:
+    """Read and check a catalogue.
+
+    Raises:
+        CatalogueError: The first fault.
+    """
+    catalogue, faults = examine(path)
+    if faults or catalogue is None:
+        raise CatalogueError(faults[0], value=str(path), fix=f"'armdesign catalogue check {path}' lists every fault")
+    return catalogue
+
+
+def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
+    """Read a catalogue and find everything that is wrong with it.
+
+    Args:
+        path: A TOML file.
+
+    Returns:
+        The catalogue, None where it is faulty, and the faults, in sentences.
+
+    Raises:
+        CatalogueError: The file cannot be read, or is not TOML.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise CatalogueError(f"cannot read the catalogue {path}: {error.strerror}", value=str(path)) from error
+    except (ValueError, RecursionError) as error:
+        raise CatalogueError(f"the catalogue {path} is not valid TOML: {error}", value=str(path)) from error
+    faults = [f"{path.name}: {fault}" for fault in family_faults(content)]
+    if faults:
+        return None, faults
+    scales = {kind: UNITS[kind][unit] for kind, unit in content["units"].items()}
+    sources = tuple(Source(e["document"], e["date"], tuple(e["figures"])) for e in content["source"])
+    sourced = {figure for source in sources for figure in source.figures}
+    share, actuators = content.get("rated_share"), []
+    if share is not None and "rated_share" not in sourced:
+        faults.append(f"{path.name}: figure 'rated_share' has no source")
+    for k, entry in enumerate(content["actuator"], start=1):
+        name = entry.get("name", f"number {k}")
+        wrong = [*entry_faults(entry, share), *(f"figure '{f}' has no source" for f in entry if f in FIGURES
+                                                and f not in sourced)]  # fmt: skip
+        if not wrong:
+            actuator = made(entry, content["family"], scales, share)
+            wrong = list(implausible(actuator, content["units"]))
+            actuators.append(actuator)
+        faults += [f"{path.name}: actuator '{name}': {fault}" for fault in wrong]
+    doubled = sorted({a.name for i, a in enumerate(actuators) if a.name in {b.name for b in actuators[:i]}})
+    faults += [f"{path.name}: there is more than one actuator '{name}'" for name in doubled]
+    currency = content.get("currency", "")
+    if not currency and any(actuator.price is not None for actuator in actuators):
+        faults.append(f"{path.name}: there are prices, but no 'currency'")
+    if faults:
+        return None, faults
+    return Catalogue(content["family"], content["maker"], currency, sources, tuple(actuators)), []
+
+
+def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
+    """What is wrong with the head of a catalogue."""
+    known = {"family": str, "maker": str, "units": dict, "source": list, "actuator": list}
+    for name, kind in known.items():
+        if name not in content:
+            yield f"'{name}' is missing"
+        elif not isinstance(content[name], kind) or not content[name]:
+            yield f"'{name}' is {content[name]!r}, not {'a text' if kind is str else 'filled in'}"
+    for name in content:
+        if name not in (*known, "currency", "rated_share"):
+            yield f"unknown entry '{name}'; allowed: {', '.join(known)}, currency, rated_share"
+    share = content.get("rated_share", 1.0)
+    if not number(share) or not 0.0 < share <= 1.0:
+        yield f"'rated_share' is {share!r}; allowed: above 0, at most 1"
+    if not isinstance(content.get("currency", ""), str):
+        yield f"'currency' is {content['currency']!r}, not a text"
+    units = content.get("units")
+    for kind, allowed in UNITS.items() if isinstance(units, dict) else ():
+        if units.get(kind) not in allowed:
+            given = f"is {units[kind]!r}" if kind in units else "is missing"
+            yield f"'units.{kind}' {given}; allowed: {', '.join(allowed)}"
+    for entry in content["source"] if isinstance(content.get("source"), list) else ():
+        fields = entry if isinstance(entry, dict) else {}
+        named = isinstance(fields.get("figures"), list) and all(isinstance(x, str) for x in fields["figures"])
+        if not named or not all(isinstance(fields.get(name), str) and fields[name] for name in ("document", "date")):
+            yield "a [[source]] needs 'document', 'date' and 'figures', a list of names"
+            continue
+        for name in fields["figures"]:
+            if name not in (*FIGURES, *WORDS, "rated_share"):
+                yield f"a [[source]] names the unknown figure '{name}'"
+    for entry in content["actuator"] if isinstance(content.get("actuator"), list) else ():
+        if not isinstance(entry, dict):
+            yield f"'actuator' holds {entry!r}, not tables [[actuator]]"
+
+
+def number(value: object) -> bool:
+    """Whether a value of a TOML file is a finite number."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]:
+    """What is wrong with the fields of an actuator.
+
+    Args:
+        entry: Its table.
+        share: The family's rated share of peak torques.
+    """
+    for name, value in entry.items():
+        if name in WORDS:
+            if not isinstance(value, str) or not value:
+                yield f"'{name}' is {value!r}, not a text"
+        elif name not in FIGURES:
+            yield f"unknown figure '{name}'; allowed: {', '.join((*WORDS, *FIGURES))}"
+        elif not number(value) or value < 0.0 or (value == 0.0 and name != "output_offset"):
+            yield f"'{name}' is {value!r}; allowed: a number above 0"
+    for name in ("name", "mass", "no_load_speed"):
+        if name not in entry:
+            yield f"'{name}' is missing"
+    if "rated_torque" not in entry and "peak_torque" not in entry:
+        yield "'rated_torque' and 'peak_torque' are missing; one of them is needed"
+    elif "rated_torque" not in entry and share is None:
+        yield "'rated_torque' is missing, and the family has no 'rated_share' of the peak"
+    rows, box = ("diameter" in entry, "length" in entry), [name in entry for name in BOX]
+    if any(rows) and any(box):
+        yield "the housing is given twice, as a round one and as a box"
+    elif not (all(rows) or all(box)):
+        yield "the housing is missing: 'diameter' and 'length', or 'width', 'height', 'depth' and 'axis'"
+    elif any(box) and entry.get("axis") not in BOX:
+        yield f"'axis' is {entry.get('axis')!r}; allowed: {', '.join(BOX)}, the one along which the output turns"
+
+
+def made(entry: Mapping[str, Any], family: str, scales: Mapping[str, float], share: float | None) -> Actuator:
+    """An actuator of a checked table.
+
+    Args:
+        entry: Its table.
+        family: The family it belongs to.
+        scales: Sizes of the family's units.
+        share: The family's rated share of peak torques.
+    """
+    si = {name: float(entry[name]) * scales.get(kind, 1.0) for name, kind in FIGURES.items() if name in entry}
+    peak = si.get("peak_torque", si.get("rated_torque", 0.0))
+    if "axis" in entry:
+        across = [si[name] for name in BOX if name != entry["axis"]]
+        si |= {"diameter": math.hypot(*across), "length": si[entry["axis"]]}
+    turn = si.get("angle_range")
+    return Actuator(
+        family,
+        entry["name"],
+        rated_torque=si.get("rated_torque", peak * (share or 1.0)),
+        peak_torque=peak,
+        no_load_speed=si["no_load_speed"],
+        rated_speed=si.get("rated_speed"),
+        mass=si["mass"],
+        diameter=si["diameter"],
+        length=si["length"],
+        rotor_inertia=si.get("rotor_inertia"),
+        ratio=si.get("ratio"),
+        angle_range=None if turn is None else math.radians(turn),
+        voltage=si.get("voltage"),
+        price=si.get("price"),
+        interface=entry.get("interface", ""),
+        sheet=entry.get("sheet", ""),
+    )
+
+
+def implausible(actuator: Actuator, units: Mapping[str, str]) -> Iterator[str]:
+    """Figures of an actuator that no actuator has, and the unit that they look like.
+
+    Args:
+        actuator: The actuator.
+        units: The units that its figures were taken in.
+    """
+    if actuator.rated_torque > actuator.peak_torque:
+        yield f"its rated torque of {actuator.rated_torque:.4g} N m is above its peak of {actuator.peak_torque:.4g} N m"
+    if actuator.rated_speed is not None and actuator.rated_speed > actuator.no_load_speed:
+        yield f"its rated speed of {actuator.rated_speed:.4g} rad/s is above that without load"
+    volume = math.pi * actuator.diameter**2 / 4.0 * actuator.length
+    density = actuator.mass / volume
+    if not LIGHTEST <= density <= DENSEST:
+        yield (
+            f"{actuator.mass:.4g} kg in a housing of {volume * 1e6:.4g} cm^3 are {density:.3g} kg/m^3: it looks as if "
+            f"its mass were not in {units['mass']}, or its size not in {units['length']}"
+        )
+        return
+    strength = actuator.peak_torque / actuator.mass
+    if strength > STRONGEST:
+        unit = "kgf cm" if strength * UNITS["torque"]["kgf cm"] <= STRONGEST else "mN m"
+        yield (
+            f"{actuator.peak_torque:.4g} N m of {actuator.mass:.4g} kg are more than any actuator gives: it looks as "
+            f"if its torque were in {unit}, not in {units['torque']}"
+        )
+    elif strength < WEAKEST:
+        yield (
+            f"{actuator.peak_torque:.4g} N m of {actuator.mass:.4g} kg are next to nothing: it looks as if its torque "
+            f"were not in {units['torque']}"
+        )
+    if actuator.no_load_speed > FASTEST:
+        yield (
+            f"{actuator.no_load_speed:.4g} rad/s are more than any joint turns: it looks as if its speed were in rpm, "
+            f"not in {units['speed']}, or that of the motor before the gear"
+        )

@@ -1,0 +1,135 @@
+"""Catalogues: units, sources, every fault in a sentence, and the families that come with the package."""
+
+import math
+
+import pytest
+from typer.testing import CliRunner
+
+from armdesign.building.catalogue import FIGURES, examine, find_catalogue, shipped
+from armdesign.cli import app
+from armdesign.errors import CatalogueError
+
+HEAD = """
+family = "mine"
+maker = "Somebody"
+units = { torque = "N m", speed = "rpm", mass = "g", length = "mm" }
+[[source]]
+document = "data sheet"
+date = "2026-03"
+figures = ["rated_torque", "peak_torque", "no_load_speed", "mass", "diameter", "length", "width", "height", "depth"]
+"""
+ONE = """
+[[actuator]]
+name = "A1"
+rated_torque = 1.0
+peak_torque = 3.0
+no_load_speed = 60.0
+mass = 100.0
+diameter = 40.0
+length = 30.0
+"""
+
+
+@pytest.fixture
+def faults(tmp_path):
+    """The faults of a catalogue with other text in it."""
+
+    def find(text, old="", new=""):
+        assert old in text
+        file = tmp_path / "mine.toml"
+        file.write_text(text.replace(old, new, 1))
+        return examine(file)[1]
+
+    return find
+
+
+def test_units_become_si(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(HEAD.replace('"N m"', '"kgf cm"') + ONE)
+    actuator = examine(file)[0].actuators[0]
+    assert actuator.peak_torque == pytest.approx(3.0 * 0.0980665)
+    assert actuator.no_load_speed == pytest.approx(2.0 * math.pi)
+    assert (actuator.mass, actuator.diameter, actuator.length) == pytest.approx((0.1, 0.04, 0.03))
+
+
+def test_box_becomes_the_cylinder_about_it(tmp_path):
+    box = 'width = 30.0\nheight = 40.0\ndepth = 20.0\naxis = "depth"'
+    file = tmp_path / "mine.toml"
+    file.write_text(HEAD + ONE.replace("diameter = 40.0\nlength = 30.0", box))
+    actuator = examine(file)[0].actuators[0]
+    assert (actuator.diameter, actuator.length) == pytest.approx((0.05, 0.02))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("peak_torque = 3.0", "peak_torque = 30.0", ("kgf cm", "looks as if")),
+        ("mass = 100.0", "mass = 0.1", ("looks as if", "its mass were not in g")),
+        ("diameter = 40.0\nlength = 30.0", "diameter = 0.04\nlength = 0.03", ("its size not in mm",)),
+        ("no_load_speed = 60.0", "no_load_speed = 6000.0", ("before the gear",)),
+        ("mass = 100.0\n", "", ("'mass' is missing",)),
+        ("mass = 100.0", "mas = 100.0", ("unknown figure 'mas'",)),
+        ("rated_torque = 1.0\n", "", ("'rated_torque' is missing", "rated_share")),
+        ("length = 30.0\n", "", ("housing is missing",)),
+        ("length = 30.0", "length = -30.0", ("'length' is -30.0", "above 0")),
+        ("mass = 100.0", "mass = 100.0\nprice = 3.0", ("'price' has no source",)),
+        ('torque = "N m"', 'torque = "kg cm"', ("'units.torque' is 'kg cm'", "kgf cm")),
+        ("rated_torque = 1.0", "rated_torque = 4.0", ("above its peak",)),
+        ('maker = "Somebody"\n', "", ("'maker' is missing",)),
+        ('date = "2026-03"\n', "", ("[[source]]",)),
+    ],
+)
+def test_every_fault_has_its_sentence(faults, old, new, words):
+    found = faults(HEAD + ONE, old, new)
+    assert found
+    assert all(word in " ".join(found) for word in words)
+
+
+def test_several_faults_are_all_found(faults):
+    found = faults(HEAD + ONE + ONE.replace("mass = 100.0", "mass = -1") + ONE.replace("A1", "A2").replace("3.0", "90"))
+    assert len(found) == 2
+    assert "there is more than one" in faults(HEAD + ONE + ONE)[0]
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_shipped_catalogues_are_whole(name):
+    found = find_catalogue(name)
+    assert found.family == name
+    for figure in FIGURES:
+        if f"\n{figure} = " in shipped()[name].read_text():
+            assert found.source(figure) is not None
+    for actuator in found.actuators:
+        assert actuator.slope > 0.0
+
+
+def test_three_families_have_five_sizes():
+    assert sum(len(find_catalogue(name).actuators) >= 5 for name in shipped()) >= 3
+
+
+def test_figures_are_those_of_the_data_sheets():
+    by_name = {a.name: a for name in shipped() for a in find_catalogue(name).actuators}
+    servo, drive = by_name["XM540-W270"], by_name["X8-25"]
+    assert (servo.peak_torque, servo.rated_torque, servo.mass) == pytest.approx((10.6, 2.12, 0.165))
+    assert (drive.rated_torque, drive.diameter, drive.price) == pytest.approx((10.0, 0.098, 470.0))
+    # half the speed at half the torque of a servo; through the rated point of a drive
+    assert servo.no_load_speed - servo.slope * 5.3 == pytest.approx(servo.no_load_speed / 2.0)
+    assert drive.no_load_speed - drive.slope * 10.0 == pytest.approx(drive.rated_speed)
+
+
+def test_unknown_family_names_those_there_are():
+    with pytest.raises(CatalogueError) as error:
+        find_catalogue("hebi")
+    assert error.value.value == "hebi"
+    assert "rmd" in error.value.allowed
+
+
+def test_commands(tmp_path):
+    run = CliRunner().invoke
+    assert all(name in run(app, ["catalogue", "list"]).stdout for name in shipped())
+    assert "X8-25" in run(app, ["catalogue", "show", "rmd"]).stdout
+    good, bad = tmp_path / "good.toml", tmp_path / "bad.toml"
+    good.write_text(HEAD + ONE)
+    bad.write_text(HEAD + ONE.replace("mass = 100.0\n", ""))
+    assert run(app, ["catalogue", "check", str(good)]).exit_code == 0
+    outcome = run(app, ["catalogue", "check", str(bad)])
+    assert (outcome.exit_code, "'mass' is missing" in outcome.stderr) == (2, True)
