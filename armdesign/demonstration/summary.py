@@ -88,6 +88,8 @@ def summarise(recording: Recording) -> Summary:
     guess = guess_of(recording)
     about, time = recording.about, recording.time
     first, *others = recording.points or ("",)
+    told = [step.details.get("declared") for step in about.steps if step.name == "rate"]
+    declared = next((float(rate) for rate in told if isinstance(rate, int | float)), about.rate)
     in_order = f"Without --base and --points a search takes the base {first} and follows {', '.join(others)}."
     return Summary(
         source=recording.source,
@@ -95,7 +97,7 @@ def summarise(recording: Recording) -> Summary:
         frames=recording.frames,
         start=float(time[0]),
         duration=float(time[-1] - time[0]),
-        rate_declared=about.rate,
+        rate_declared=declared,
         rate_measured=recording.rate,
         longest_step=float(np.diff(time).max()),
         repeated=sum(gap.stop - gap.first for gap in find_repeats(recording)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -102,7 +103,9 @@ def recording_of(settings: Settings) -> Recording:
     task = settings.task
     relative = task.base == ORIGIN and not sites(settings.cell)
     units, up, mirror = (None, None, False) if relative else (task.units, task.up, task.mirror)
-    hints = Hints(task.file_rate or task.rate, None if relative else task.time_unit, task.quaternions, task.confidence)
+    hints = Hints(task.file_rate or task.rate, quaternions=task.quaternions, confidence=task.confidence)
+    if not relative:
+        hints = replace(hints, time_unit=task.time_unit, start=task.start, stop=task.stop)
     if task.files:
         return read_recordings(task.files, units=units, up=up, mirror=mirror, hints=hints)
     return read_recording(str(task.recording), units=units, up=up, mirror=mirror, hints=hints)

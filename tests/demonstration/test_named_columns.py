@@ -91,6 +91,19 @@ def test_times_since_1970_count_from_the_first(tmp_path):
     assert "1700000000" in steps(take)["start"]
 
 
+def test_of_a_long_take_only_the_part_that_is_wanted_is_looked_at(tmp_path, monkeypatch):
+    rows = [f"{0.5 * i},{i},0,1" for i in range(200)]
+    read_as(tracker_csv, tmp_path, ["timestamp,hand_x,hand_y,hand_z", *rows])
+    hints = Hints(start=50.0, stop=60.0)
+    assert len(read_take(tmp_path / "take.any", hints).time) == 200  # short enough to clean as a whole
+    monkeypatch.setattr("armdesign.demonstration.files.hints._LONG", 100)
+    take = read_take(tmp_path / "take.any", hints)
+    assert (take.time[0], take.time[-1]) == (40.0, 69.5)  # with ten seconds at either end
+    np.testing.assert_array_equal(take.points["hand"][:, 0], 2.0 * take.time)
+    assert "200 frames" in steps(take)["part"]
+    assert len(read_take(tmp_path / "take.any", Hints(start=500.0)).time) == 200  # the crop says what is wrong
+
+
 def test_an_only_body_has_the_files_name(tmp_path):
     take = read_as(tracker_csv, tmp_path, ["# a logger", "t;px;py;pz", *(f"{i};{i},5;1;2" for i in range(4))])
     np.testing.assert_allclose(take.points["take"][:, 0], np.arange(4) + 0.5)

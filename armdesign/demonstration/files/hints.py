@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from armdesign.demonstration.files.formats.frame_clock import MAX_RATE
-from armdesign.demonstration.recording import Step, Take
+from armdesign.demonstration.recording import MIN_FRAMES, Step, Take
 from armdesign.errors import RecordingError, SettingsError
 
 TIME_UNITS: Mapping[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Seconds per unit."""
+_LONG, _MARGIN = 100_000, 10.0  # frames; [s] kept at either end, for gaps and filters
 _LONG_AGO = 1e8  # [s] times that count from 1970
 ORDERS = ("xyzw", "wxyz")
 LEAST_CONFIDENCE = 0.5
@@ -29,12 +30,16 @@ class Hints:
         time_unit: Unit of its times, ``s``, ``ms``, ``us`` or ``ns``; None for what the file says, or seconds.
         quaternions: Order of quaternions whose columns do not say it, ``xyzw`` or ``wxyz``.
         confidence: Confidence or visibility, from 0 to 1, below which a point counts as not seen.
+        start: First time that is wanted [s]; of a long take only what lies near is looked at. None for all.
+        stop: Last time that is wanted [s]; None for all.
     """
 
     rate: float | None = None
     time_unit: str | None = None
     quaternions: str | None = None
     confidence: float = LEAST_CONFIDENCE
+    start: float | None = None
+    stop: float | None = None
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -64,7 +69,7 @@ def completed(take: Take, hints: Hints) -> Take:
     Raises:
         RecordingError: The file holds no times, and no rate was given.
     """
-    return _with_quaternions(_with_times(take, hints), hints)
+    return _wanted(_with_quaternions(_with_times(take, hints), hints), hints)
 
 
 def _with_times(take: Take, hints: Hints) -> Take:
@@ -90,6 +95,29 @@ def _with_times(take: Take, hints: Hints) -> Take:
     if time is take.time and factor == 1.0:
         return take
     return replace(take, time=time * factor if factor != 1.0 else time, rate=rate, steps=tuple(steps))
+
+
+def _wanted(take: Take, hints: Hints) -> Take:
+    """Of a long take the part that is wanted, with a margin; others are cropped when they have been cleaned."""
+    if len(take.time) <= _LONG or (hints.start is None and hints.stop is None):
+        return take
+    low, high = (
+        -math.inf if hints.start is None else hints.start - _MARGIN,
+        math.inf if hints.stop is None else hints.stop + _MARGIN,
+    )
+    part = slice(*np.searchsorted(take.time, [low, high]).tolist())
+    time = take.time[part].copy()
+    if len(time) < MIN_FRAMES or len(time) == len(take.time):
+        return take
+    sentence = f"Of {len(take.time):,} frames only those from {time[0]:.2f} s to {time[-1]:.2f} s were looked at."
+    return replace(
+        take,
+        time=time,
+        points={name: values[part].copy() for name, values in take.points.items()},
+        orientations={name: values[part].copy() for name, values in take.orientations.items()},
+        confidence={name: values[part].copy() for name, values in take.confidence.items()},
+        steps=(*take.steps, Step("part", sentence, {"frames": len(take.time)})),
+    )
 
 
 def _with_quaternions(take: Take, hints: Hints) -> Take:

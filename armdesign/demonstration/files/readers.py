@@ -8,9 +8,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import wraps
+from functools import lru_cache, wraps
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -115,11 +115,35 @@ def read_recording(
         SettingsError: ``units`` or ``up`` is none of the values allowed.
     """
     part = part_of(path)
-    recording = to_recording(read_take(part.file, hints), units=units, up=up, mirror=mirror)
-    if part.start is None and part.stop is None:
-        return recording
+    if part.start is None or part.stop is None:
+        return to_recording(read_take(part.file, hints), units=units, up=up, mirror=mirror)
+    known = replace(hints, start=None, stop=None)
+    recording = _whole(part.file, _stamp(part.file), _Axes(units, up, mirror), known)
     cropped, steps = crop(replace(recording, source=os.fspath(path)), part.start, part.stop)
     return replace(cropped, about=replace(cropped.about, steps=(*cropped.about.steps, *steps)))
+
+
+class _Axes(NamedTuple):
+    """How a recording is put into metres with z up."""
+
+    units: str | None
+    up: str | None
+    mirror: bool
+
+
+def _stamp(file: str) -> tuple[int, int] | None:
+    """Time and size of a file, by which a change is seen; None where it is not there."""
+    try:
+        found = os.stat(file)
+    except (OSError, ValueError):
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
+@lru_cache(maxsize=1)  # the parts of one recording come one after the other
+def _whole(file: str, _stamp: tuple[int, int] | None, axes: _Axes, hints: Hints) -> Recording:
+    """A recording of which parts are wanted."""
+    return to_recording(read_take(file, hints), units=axes.units, up=axes.up, mirror=axes.mirror)
 
 
 @legible

@@ -120,6 +120,9 @@ class Lines(Protocol):
     def readline(self, size: int = -1, /) -> str:
         """The next line, or so many of its characters, with its end; empty at the end of the file."""
 
+    def read(self, size: int = -1, /) -> str:
+        """So many characters, whatever lines they are in; empty at the end of the file."""
+
 
 @dataclass(frozen=True)
 class Place:
@@ -138,21 +141,35 @@ class Place:
 
 def read_lines(stream: Lines, place: Place, size: int = _LINES) -> list[str]:
     """The next lines with their ends, ``size`` characters or a few more; an empty list at the end of the file."""
-    lines: list[str] = []
-    total = 0
-    while total < size and (text := read_line(stream, place, len(lines))):
-        lines.append(text)
-        total += len(text)
-    return lines
+    if isinstance(stream, LinesAhead) and (stream.is_end is not None or stream.change is not None):
+        lines: list[str] = []
+        total = 0
+        while total < size and (text := read_line(stream, place, len(lines))):
+            lines.append(text)
+            total += len(text)
+        return lines
+    # many lines at once, which matters in takes of hours
+    text = stream.read(size)
+    text += "" if not text or text.endswith("\n") else read_line(stream, place)
+    lines = [f"{line}\n" for line in text.split("\n")]
+    lines[-1] = lines[-1][:-1]
+    lengths = [len(line) for line in lines]
+    _check_line(max(lengths), place.below(lengths.index(max(lengths))))
+    return lines if lines[-1] else lines[:-1]
 
 
 def read_line(stream: Lines, place: Place, below: int = 0) -> str:
     """The next line with its end, so many lines ``below`` a place; empty at the end of the file."""
     text = stream.readline(MAX_LINE)
-    if len(text) >= MAX_LINE:
-        message = f"{place.below(below)}: the line is longer than {MAX_LINE:,} characters"
-        raise RecordingError(message, fix="This is no recording as text, or its line ends were lost: export it again")
+    _check_line(len(text), place.below(below))
     return text
+
+
+def _check_line(length: int, place: Place) -> None:
+    """Turn away a line that is longer than any of a recording."""
+    if length >= MAX_LINE:
+        message = f"{place}: the line is longer than {MAX_LINE:,} characters"
+        raise RecordingError(message, fix="This is no recording as text, or its line ends were lost: export it again")
 
 
 def check_columns(count: int, place: Place) -> None:
@@ -215,6 +232,14 @@ class LinesAhead:
             self.place = self.place.below(1)
             check_size(0, self.place)
         return text if self.change is None or not text else self.change(text)
+
+    def read(self, size: int = -1, /) -> str:
+        """So many characters, and those of the line that was peeked at; not where lines end or change by a rule."""
+        ahead, self._next = self._next or "", None
+        text = ahead + self._stream.read(size)
+        self.place = self.place.below(text.count("\n"))
+        check_size(0, self.place)
+        return text
 
     def skip_blank(self) -> str:
         """Go over lines without anything in them; the next line, which stays the next one."""

@@ -175,7 +175,7 @@ def _upright(values: Array, axis: str, factor: float) -> Array:
     """Positions of shape (T, 3) in metres with z up; where nothing is to be done, the numbers stay to the last bit."""
     turned = np.asarray(values, dtype=float)
     if axis != "z":
-        turned = turned[:, _ORDER[axis[-1]]] * np.array(_SIGN[axis])
+        turned = np.stack([sign * turned[:, i] for i, sign in zip(_ORDER[axis[-1]], _SIGN[axis], strict=True)], axis=1)
     return turned if factor == 1.0 else turned * factor
 
 

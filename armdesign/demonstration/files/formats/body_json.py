@@ -78,7 +78,8 @@ def read(path: Path) -> Take:
         raise RecordingError(f"{path} holds no body with '{layout.places}'", value=0, fix="Export the recording again")
     chosen = seen.most_common(1)[0][0]
     bodies_of = [[body for body in each if str(body.get(layout.number)) == chosen] for each in bodies]
-    count = next(len(body[0][layout.places]) for body in bodies_of if body and body[0].get(layout.places))
+    first = next(body[0][layout.places] for body in bodies_of if body and body[0].get(layout.places))
+    count = len(numbers(first, 3, path, f"'{layout.places}'"))
     frames = [
         _frame(body, time, layout, path, count)
         for body, time in zip(bodies_of, _times(found, layout.times), strict=True)

@@ -10,6 +10,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.demonstration.files.csv_cells import Rows
+from armdesign.demonstration.files.text_files import shown
 from armdesign.demonstration.recording import Step, first_bad_step, median_step
 from armdesign.errors import RecordingError
 
@@ -27,7 +28,7 @@ class Clock(NamedTuple):
     """Times of all frames."""
 
     time: Array  # (T,) [s]
-    rate: float | None  # [1/s]; None where unknown
+    rate: float | None  # that of the header, or of the times where these contradict it [1/s]; None where it has none
     steps: tuple[Step, ...]  # what did not agree and what was made of it
 
 
@@ -38,6 +39,14 @@ def read_rate(text: str) -> float | None:
     except (ValueError, IndexError):
         return None
     return rate if MIN_RATE <= rate <= MAX_RATE else None
+
+
+def odd_rate_steps(text: str) -> list[Step]:
+    """A step where the frame rate in a header makes no sense."""
+    if not text.strip() or read_rate(text) is not None:
+        return []
+    sentence = f"The header gives '{shown(text.strip())}' as the frame rate, which cannot be; the times were taken."
+    return [Step("rate", sentence, {"declared": text.strip()})]
 
 
 def frame_clock(rows: Rows, frames: int | None, times: int | None, rate: float | None) -> Clock:
@@ -138,7 +147,7 @@ def _printed(rows: Rows, numbers: Array, printed: Array, rate: float | None) -> 
         misfit = float(np.abs(even - printed)[seen].max())
         # Times that are exact need no mending; those rounded or cut off lie within one and a half of the last digit.
         if misfit <= _EVEN / even_rate and seen.all() and _first_wrong(printed) is None:
-            return Clock(printed.copy(), even_rate, _rate_steps(printed, rate))
+            return Clock(printed.copy(), rate and even_rate, _rate_steps(printed, rate))
         if misfit <= 1.5 * grain + 1e-6:
             digits = max(0, round(-math.log10(grain))) if grain > 0 else 6
             sentence = (
@@ -146,7 +155,7 @@ def _printed(rows: Rows, numbers: Array, printed: Array, rate: float | None) -> 
                 f"{even_rate:.6g} frames/s, which agree with them."
             )
             rounded = Step("times", sentence, {"rounded to": grain, "rate": even_rate})
-            return Clock(even, even_rate, (rounded, *_rate_steps(even, rate)))
+            return Clock(even, rate and even_rate, (rounded, *_rate_steps(even, rate)))
     check_increase(rows, printed, "time")
     return Clock(printed.copy(), rate, _rate_steps(printed, rate))
 

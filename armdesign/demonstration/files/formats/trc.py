@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from armdesign.demonstration.files.csv_cells import read_cells
-from armdesign.demonstration.files.formats.frame_clock import frame_clock, read_rate
+from armdesign.demonstration.files.formats.frame_clock import frame_clock, odd_rate_steps, read_rate
 from armdesign.demonstration.files.formats.marker_tables import (
     clean_name,
     column_names,
@@ -67,7 +67,8 @@ def read(path: Path) -> Take:
             lines.readline()
         lines.skip_blank()
         rows = read_table(lines, header.delimiter, column_names(("Frame#", "Time"), header.names, "XYZ"))
-    clock = frame_clock(rows, 0, 1, read_rate(header.facts.get("datarate", "")))
+    said = header.facts.get("datarate", "")
+    clock = frame_clock(rows, 0, 1, read_rate(said))
     names, name_steps = once_each(header.names)
     odd_rows = row_steps(rows, count(header.facts.get("numframes", "")))
     odd_names = count_steps("markers", count(header.facts.get("nummarkers", "")), len(header.names))
@@ -79,7 +80,7 @@ def read(path: Path) -> Take:
         format="TRC",
         units=read_units(header.facts.get("units", ""), header.values),
         rate=clock.rate,
-        steps=(*odd_rows, *odd_names, *name_steps, *clock.steps),
+        steps=(*odd_rows, *odd_names, *name_steps, *odd_rate_steps(said), *clock.steps),
     )
 
 
