@@ -15,12 +15,13 @@ from armdesign.cell.obstacles import Obstacles
 from armdesign.demonstration import Step, Task
 from armdesign.demonstration.files.quaternions import from_matrices, product
 from armdesign.demonstration.provenance import Provenance, Source
+from armdesign.demonstration.recording import MIN_FRAMES
 from armdesign.demonstration.task import task_lines
 from armdesign.errors import counted
 from armdesign.feasibility.penalty import ArmPenalty, Requirements, Shown, make_penalty
 from armdesign.fitness.constraints import DesignSpace, design_space, joint_limits
 from armdesign.fitness.objective import Demonstrations, Objective
-from armdesign.fitness.problem import Problem, StartEffort, make_problem
+from armdesign.fitness.problem import Problem, StartEffort, make_problem, start_effort
 from armdesign.fitness.robot import RobotFitness
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.line_drawing import drawing, shown
@@ -100,18 +101,15 @@ class Demonstration:
         """This demonstration on some of its frames, evenly spread from the first to the last, with a lighter start.
 
         Args:
-            frames: How many; a shorter demonstration keeps all.
+            frames: How many, three at least; a shorter demonstration keeps all.
         """
         room = None if self.room is None else self.room.coarse(frames)
         settings, task, whole = self.settings, self.task, len(self.task.time)
-        chosen = np.unique(np.linspace(0, whole - 1, min(frames, whole)).round().astype(np.intp))
-        fitness, solver = settings.fitness, settings.solver
-        stride = float(np.diff(chosen).max())
+        chosen = np.linspace(0, whole - 1, min(max(frames, MIN_FRAMES), whole)).round().astype(np.intp)
         # the same largest speed: eps of eq. 4 by how far apart the frames are now
-        wider = min(fitness.continuity * stride, LARGEST_STEP)
-        effort = {
-            name: min(most, getattr(solver, name) or most) for name, most in COARSE_START._asdict().items()
-        }  # fmt: skip
+        wider = min(settings.fitness.continuity * float(np.diff(chosen).max()), LARGEST_STEP)
+        usual = start_effort(settings.solver, settings.design.dof)
+        effort = {name: min(getattr(usual, name), most) for name, most in COARSE_START._asdict().items()}
         changes = {"fitness": {"continuity": wider}, "solver": {**effort, "start_paths": 1}}
         return replace(
             self, settings=settings.replace(changes), task=task.thinned(chosen), room=room,

@@ -105,6 +105,14 @@ def test_slopes_come_where_they_are_asked_for(backend, prepared, generation):
         assert same(backend.evaluate(Phi, cutoff, slopes=slopes), wanted if slopes else expected)
 
 
+def test_coarse_answers_come_where_they_are_asked_for(backend, prepared, generation):
+    Phi, cutoff, expected = generation
+    wanted = InProcess(prepared).evaluate(Phi, cutoff, coarse=9)
+    assert wanted[0].frames.sum() < expected[0].frames.sum()
+    for coarse in (0, 9, 9, 0):
+        assert same(backend.evaluate(Phi, cutoff, coarse=coarse), wanted if coarse else expected)
+
+
 @pytest.mark.usefixtures("parts")
 def test_a_search_is_the_same_to_the_last_bit(backend, prepared, undisturbed):
     assert history(prepared, backend) == undisturbed
