@@ -78,7 +78,7 @@ class SearchFacts:
 
 def likely(chance: float) -> str:
     """A chance in words."""
-    return "unlikely" if chance <= LEVELS["quick"] else "quite possible"
+    return "unlikely" if chance <= LEVELS["normal"] else "possible" if chance <= LEVELS["quick"] else "likely"
 
 
 def rounded_up(chance: float) -> float:

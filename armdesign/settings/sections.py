@@ -538,12 +538,12 @@ class Search(Section):
         "take particles and iterations. Where those are set and no algorithm is, it is rapso.", panel=SEARCH,
     )  # fmt: skip
     budget: int = parameter(
-        25000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most.", panel=SEARCH
+        50000, Number(100, 10**9, integer=True), "Candidates that multibasin evaluates at most.", panel=SEARCH
     )
     effort: str = parameter(
         "normal", Choice(("quick", "normal", "thorough", "budget")),
         "How sure multibasin has to be of the best arm to stop before its budget is spent, by beginnings that\n"
-        "know nothing of each other agree: quick p < 0.1, normal 0.05, thorough 0.01 for a better one; budget: never.",
+        "know nothing of each other agree: quick p < 0.25, normal 0.1, thorough 0.01 for a better one; budget: never.",
         panel=SEARCH,
     )  # fmt: skip
     coarse: int = parameter(

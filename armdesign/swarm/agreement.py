@@ -12,11 +12,11 @@ ALIKE = 0.01
 """Beginnings agree whose best basins differ by no more, relative."""
 LEAST = 2
 """Beginnings that have to agree at least."""
-LEVELS: Mapping[str, float] = MappingProxyType({"quick": 0.1, "normal": 0.05, "thorough": 0.01, "budget": 0.0})
+LEVELS: Mapping[str, float] = MappingProxyType({"quick": 0.25, "normal": 0.1, "thorough": 0.01, "budget": 0.0})
 """The chance of a better basin at which a search ends, by its effort."""
-BASE, AGREEING, APART = 0.9, 1.0, 0.35
-"""Calibrated, see ``docs/search.md``: ln p falls by AGREEING with each beginning that agrees, and rises by APART with
-each that does not."""
+BEST, ENTRIES, FADING = 0.8, 8, 5.0
+"""Calibrated, see ``docs/search.md``: of the beginnings that end in the best basin or in the one most often taken for
+it, the share of the best, on the hardest task with ENTRIES free entries; with FADING more it is e times smaller."""
 
 
 class Agreement(NamedTuple):
@@ -25,8 +25,8 @@ class Agreement(NamedTuple):
     Attributes:
         agreeing: Beginnings that have ended within 1 % of the best of them.
         beginnings: Those that have ended.
-        chance: p, the share of searches with these two figures in which there was another basin, better by more than
-            1 %, over the tasks on which it was calibrated; 1 before two beginnings agree.
+        chance: p, the share of searches that miss a basin better by more than 1 % where so many beginnings agree, on
+            the hardest task on which it was calibrated; 1 before two agree.
         descents: Descents of all beginnings whose ends were evaluated in full.
         once: Basins among their ends that only one of them has met.
     """
@@ -42,26 +42,28 @@ class Agreement(NamedTuple):
         return self.agreeing >= LEAST and self.chance <= LEVELS[effort]
 
 
-def agreement(ends: Sequence[float], descents: int = 0, once: int = 0) -> Agreement:
+def agreement(ends: Sequence[float], entries: int, descents: int = 0, once: int = 0) -> Agreement:
     """What beginnings say that have ended in these values.
 
     Args:
         ends: The best fitness of each beginning.
+        entries: Free entries of a position.
         descents: See Agreement.
         once: See Agreement.
     """
     values = np.array(ends)
     agreeing = int(np.count_nonzero(values <= values.min(initial=np.inf) * (1.0 + ALIKE)))
-    return Agreement(agreeing, len(ends), chance(agreeing, len(ends)), descents, once)
+    return Agreement(agreeing, len(ends), chance(agreeing, entries), descents, once)
 
 
-def chance(agreeing: int, beginnings: int) -> float:
-    """P of ``Agreement``.
+def chance(agreeing: int, entries: int) -> float:
+    """P of ``Agreement``: that beginning after beginning ends in one that is not the best, before any finds the best.
 
     Args:
         agreeing: Beginnings that agree.
-        beginnings: All of them.
+        entries: Free entries of a position.
     """
     if agreeing < LEAST:
         return 1.0
-    return float(min(1.0, np.exp(BASE - AGREEING * agreeing + APART * (beginnings - agreeing))))
+    best = BEST * float(np.exp(-max(0, entries - ENTRIES) / FADING))
+    return float((1.0 - best) ** agreeing)

@@ -74,7 +74,7 @@ class MultiBasinParameters:
         last_sigma: Step size of the evolution of the winner.
     """
 
-    budget: int = 25000
+    budget: int = 50000
     effort: str = "normal"
     coarse: int = 60
     scale: int = 2000
@@ -204,7 +204,7 @@ class MultiBasin(Algorithm):
         Beginnings share nothing but the generator, so that a basin which most of them miss would have to be rare for
         all.
         """
-        return agreement(self._ends, self._descended, self._once)
+        return agreement(self._ends, self.region.dimension, self._descended, self._once)
 
     @property
     def best_position(self) -> Array:

@@ -25,8 +25,8 @@ NEAR = 1.01
 
 
 def defaults(quick: bool) -> Defaults:
-    """Multibasin with 25,000 candidates, the swarms with the 80,000 of the paper's settings."""
-    options = {"algorithms": ALGORITHMS, "budget": 25_000, "swarms": 80_000}
+    """Multibasin with up to 50,000 candidates, the swarms with the 80,000 of the paper's settings."""
+    options = {"algorithms": ALGORITHMS, "budget": 50_000, "swarms": 80_000}
     if quick:
         return Defaults(2, (3,), options | {"algorithms": ALGORITHMS[:2], "budget": 4_000, "swarms": 6_000})
     return Defaults(10, (3, 4, 5, 6), options)
@@ -76,6 +76,7 @@ class Run:
         seconds: Time it took [s].
         best: Best fitness so far, batch by batch, shape (M,) [m].
         evaluations: Candidates up to there, shape (M,).
+        sure: Whether it has stopped since independent beginnings agree.
     """
 
     fitness: float
@@ -83,6 +84,7 @@ class Run:
     seconds: float
     best: Array
     evaluations: Array
+    sure: bool = False
 
     def at(self, candidates: float) -> float:
         """Best fitness after so many candidates, +inf before the first batch is through."""
@@ -112,8 +114,9 @@ def run_of(record: Record) -> Run:
     content, history = record.content, read_history(record.folder / "history.csv")
     evaluations = history.evaluations.astype(float)
     return Run(
-        float(content["fitness"]), int(content["evaluations"]), float(content["wall_time"]), history.best, evaluations
-    )
+        float(content["fitness"]), int(content["evaluations"]), float(content["wall_time"]), history.best, evaluations,
+        content["stopped_by"] == "agreement",
+    )  # fmt: skip
 
 
 def best_known(records: Sequence[Record], path: Path | None = None) -> dict[tuple[int, str], float]:
@@ -143,10 +146,12 @@ def tables(request: StudyRequest, records: Sequence[Record]) -> list[Table]:
     columns: list[Column | str] = [
         "n", "task", "search", "seeds", Column("best known", 4), Column("median", 4), Column("best", 4),
         Column("worst", 4), Column("within 1 % [%]", 0), Column("candidates", 0), Column("to 1 %", 0), Column("s", 1),
+        "sure", "sure and wrong",
     ]  # fmt: skip
     notes = (
         "Fitness r in m, lower is better. within 1 %: share of the seeds that end within 1 % of the best known arm; "
-        "to 1 %: candidates until half of the seeds were.",
+        "to 1 %: candidates until half of the seeds were. sure: seeds that stopped since independent beginnings agree; "
+        "sure and wrong: those of them that are not within 1 %.",
         "Best known: the best of these runs and of benchmarks/best_known.json where it holds the task.",
     )
     return [Table("search", TITLE, columns, rows, notes)]
@@ -162,11 +167,12 @@ def rows_of(group: Group, groups: dict[Group, list[Run]], best: float, budget: i
     candidates = float(np.median([run.candidates for run in runs]))
     reached = float(np.median([run.reaches(NEAR * best) for run in runs]))
     ends = [run.fitness for run in runs]
-    rows = [(n, task, algorithm, len(runs), best, *spread(ends, best), candidates, reached, seconds)]
+    sure, wrong = sum(run.sure for run in runs), sum(run.sure and run.fitness > NEAR * best for run in runs)
+    rows = [(n, task, algorithm, len(runs), best, *spread(ends, best), candidates, reached, seconds, sure, wrong)]
     if candidates > 1.05 * budget:
         early = [run.at(budget) for run in runs]
         title = f"{algorithm} at {budget:,}"
-        rows.insert(0, (n, task, title, len(runs), best, *spread(early, best), float(budget), None, None))
+        rows.insert(0, (n, task, title, len(runs), best, *spread(early, best), float(budget), None, None, None, None))
     return rows
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,9 +32,10 @@ def run(*best, step=100):
 
 def test_a_row_counts_who_comes_near_and_when():
     runs = [run(np.inf, 0.2, 0.1005), run(0.3, 0.1, 0.1), run(0.4, 0.3, 0.2)]
-    ((n, task, name, seeds, best, median, lowest, highest, within, candidates, reached, seconds),) = rows_of(
-        (3, "a", "multibasin"), {(3, "a", "multibasin"): runs}, 0.1, 300
-    )
+    runs = [replace(each, sure=sure) for each, sure in zip(runs, (True, False, True), strict=True)]
+    (row,) = rows_of((3, "a", "multibasin"), {(3, "a", "multibasin"): runs}, 0.1, 300)
+    n, task, name, seeds, best, median, lowest, highest, within, candidates, reached, seconds, sure, wrong = row
+    assert (sure, wrong) == (2, 1)
     assert (n, task, name, seeds, best) == (3, "a", "multibasin", 3, 0.1)
     assert (median, lowest, highest) == (0.1005, 0.1, 0.2)
     assert within == pytest.approx(200 / 3)
