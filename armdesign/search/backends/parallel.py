@@ -1,5 +1,7 @@
 """Candidates evaluated by workers: a generation is shared out in equal parts, and put together again.
 
+Where it is so small that more workers would not be faster, it goes to fewer, see ``shares``.
+
 A worker that dies costs nothing but time: its part is done again. A part that kills twice is taken apart into single
 candidates, and a candidate that kills its workers ends the search, by name.
 """
@@ -20,6 +22,7 @@ from armdesign.fitness.block import Scores, compile_kernels
 from armdesign.fitness.robot import Generation, Rejections
 from armdesign.search.backends.backend import InProcess, join
 from armdesign.search.backends.processes import WorkerProcesses
+from armdesign.search.backends.shares import Shares
 from armdesign.search.backends.workers import Closing, Event, Handler, Job, JobContext, Workers
 from armdesign.search.design_problem import DesignProblem
 
@@ -80,7 +83,7 @@ class ParallelBackend(Closing):
         Args:
             workers: Started with the setup ``evaluator``.
         """
-        self.workers = workers
+        self.workers, self.shares = workers, Shares()
         self.paces: dict[int, float] = {}  # by the number of coarse frames
 
     def evaluate(
@@ -94,7 +97,9 @@ class ParallelBackend(Closing):
         """
         self.workers.drop()  # of a generation that was broken off nobody wants the answers
         generation = Generation(Phi, cutoff, poses, slopes=slopes, coarse=coarse)
-        parts = cut(len(Phi), self.workers.room(), self.paces.get(coarse, FIRST_PACE))
+        kind, began = (coarse, slopes, poses is None), time.perf_counter()
+        share = self.shares.choose(kind, len(Phi), self.workers.room())
+        parts = cut(len(Phi), share, self.paces.get(coarse, FIRST_PACE))
         ends = self._done([Job(generation.part(part), DEATHS_OF_A_PART) for part in parts])
         answers: list[Answer] = []
         for part, end in zip(parts, ends, strict=True):
@@ -102,6 +107,7 @@ class ParallelBackend(Closing):
                 answers += [self._alone(generation.part(slice(k, k + 1))) for k in range(part.start, part.stop)]
             else:
                 answers.append(end.content)
+        self.shares.learn(kind, len(Phi), share, time.perf_counter() - began)
         self.paces[coarse] = max(sum(answer.seconds for answer in answers) / len(Phi), 1e-6)
         return join([answer.scores for answer in answers]), sum((a.removed for a in answers), Rejections())
 
