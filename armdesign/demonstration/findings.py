@@ -29,6 +29,7 @@ HUMAN = {
 """What lies between two joints, and the lengths it has in people, markers on the skin included [m]."""
 LONGEST = 1.1  # [m] from the shoulder over all points; 0.44 of a height of 2.2 m is 0.97 m
 FASTEST = 8.0  # [m/s] a hand at work stays far below
+SLOWEST, BEYOND = 1e-3, 20.0  # [m/s] nine tenths of the time; beyond, times are in another unit
 _STEADY, _LEAST_SPREAD = 0.05, 0.008  # standard deviation of a bone's length: share of it, and [m]
 _SHORTER, _ALWAYS, _SAMPLE, _MOST = 0.05, 0.99, 400, 6
 _MOVES, _MORE = 0.05, 1.5  # [m]; how much more a base may move than the hand
@@ -142,6 +143,7 @@ def sanity_steps(recording: Recording, base: str, points: Sequence[str]) -> tupl
         _motion_step(chain[-1], recording.time, speed[-1]),
         *_length_warnings(recording.time, chain, lengths),
         *_speed_warnings(recording.time, chain, speed),
+        *_time_warnings(chain[-1], speed[-1]),
         *_order_warnings(recording.time, chain, places),
         *_base_warnings(chain, places),
     )
@@ -217,6 +219,18 @@ def _speed_warnings(time: Array, chain: Sequence[str], speed: Array) -> list[Ste
             details = {"of": name, "speed": float(values[k]), "time": float(time[k])}
             steps.append(warning(f"{text}; it may jump there", details))
     return steps
+
+
+def _time_warnings(hand: str, speed: Array) -> list[Step]:
+    """A warning where the hand is so slow or so fast all the time that the times are in another unit."""
+    usual = float(np.quantile(speed, 0.9))
+    if usual == 0 or SLOWEST <= usual <= BEYOND:
+        return []
+    slow = usual < SLOWEST
+    moves = f"'{hand}' moves at {usual:.2g} m/s and less" if slow else f"'{hand}' mostly moves at {usual:.3g} m/s"
+    units = "as if the times were in ms, us or ns: say --time-unit ms, us or ns (a factor of 1e-3, 1e-6, 1e-9)"
+    text = units if slow else "as no hand does: check the times (--time-unit, --rate) and the unit of length (--units)"
+    return [warning(f"{moves}, {text}", {"of": hand, "speed": usual})]
 
 
 def _order_warnings(time: Array, chain: Sequence[str], places: Array) -> list[Step]:

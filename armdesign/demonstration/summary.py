@@ -19,6 +19,7 @@ from armdesign.demonstration.points.selection import arm_paths, guess_of
 from armdesign.demonstration.recording import Recording
 
 _WIDTH = 80
+_OF_TIME = {"time", "times", "rate", "time-unit", "frames"}  # steps that tell of it
 _HOLE = 1.5  # a step in time this many times the median is mentioned
 
 
@@ -106,8 +107,22 @@ def summarise(recording: Recording) -> Summary:
         bodies=dict(about.bodies),
         arms=tuple(_arm(arm, recording, about.captured and arm is guess.arm) for arm in guess.arms),
         guess=guess.sentence if about.captured or not others else in_order,
-        steps=tuple(step.sentence for step in about.steps),
+        steps=(*(step.sentence for step in about.steps), *_unsaid(recording)),
     )
+
+
+def _unsaid(recording: Recording) -> list[str]:
+    """Unit, up axis and time of a recording where no step tells them, with the reason."""
+    about = recording.about
+    told = {step.name for step in about.steps}
+    lines = []
+    if about.format and not told & {"units", "up"}:
+        lines.append(f"Lengths are in metres and z points up, as {about.format} has them.")
+    if about.format and not told & _OF_TIME:
+        declared = about.rate is not None
+        why = "as the file says" if declared else f"as {recording.rate:.4g} frames/s are usual for a recording"
+        lines.append(f"Times are in seconds, {why}.")
+    return lines
 
 
 def summary_text(summary: Summary) -> str:

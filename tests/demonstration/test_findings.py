@@ -44,6 +44,15 @@ def test_an_arm_gives_its_figures_and_no_warning():
     assert motion.details["time"] == TIME[steps.argmax()]
 
 
+@pytest.mark.parametrize(("factor", "said"), [(1e3, "--time-unit ms"), (1e-2, "check the times"), (1.0, None)])
+def test_times_in_another_unit_are_seen_by_the_hands_speed(factor, said):
+    recording = arm()
+    moves = Recording(factor * recording.time, recording.points)
+    found = [text for text in warnings(moves) if "--time-unit" in text]
+    assert len(found) == (said is not None)
+    assert said is None or said in found[0]
+
+
 @pytest.mark.parametrize("unit", [0.9, 1.1])
 def test_figures_scale_with_the_arm(unit):
     one, other = told(arm()), told(arm(tuple(unit * length for length in (0.3, 0.25, 0.08))))

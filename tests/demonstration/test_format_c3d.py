@@ -187,6 +187,12 @@ def test_more_frames_than_sixteen_bits_count(tmp_path, long):
     np.testing.assert_allclose(take.points["M0"][:, 0], np.arange(1, 70_001))
 
 
+def test_the_zeros_that_fill_the_last_block_are_no_frames(tmp_path):
+    points = np.ones((70_001, 1, 3)) * np.arange(1, 70_002)[:, None, None]  # 16 bytes a frame, 31 of them in a block
+    content = c3d_bytes(points, groups={"POINT": {"FRAMES": 65535.0}}, header={"first": 1, "last": 65535})
+    assert len(read(tmp_path, content).time) == 70_001
+
+
 @pytest.mark.parametrize(
     ("header", "groups"), [({"last": 7}, {}), ({"points": 9}, {}), ({}, {"POINT": {"FRAMES": 39}})]
 )

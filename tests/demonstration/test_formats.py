@@ -129,7 +129,7 @@ def test_other_bytes_are_of_no_format(form, head):
 
 
 @every_text
-@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\r\r\n"])
 @pytest.mark.parametrize("mark", [b"", codecs.BOM_UTF8])
 def test_line_ends_and_byte_order_marks_change_nothing(tmp_path, made, end, mark):
     content = content_of(made)
@@ -197,6 +197,34 @@ def test_a_cell_that_is_no_number_names_its_line(tmp_path, made, word):
     text = refusal(tmp_path, "\n".join(lines).encode() + b"\n", made)
     assert f"line {len(lines) - 2}, column" in text
     assert f"'{word}'" in text
+
+
+@every_text
+def test_a_number_beyond_any_room_is_refused(tmp_path, made):
+    lines = content_of(made).decode().splitlines()
+    mark = next(mark for mark in "\t;, " if mark in lines[-3])
+    cells = lines[-3].split(mark)
+    cells[4] = "1e30"
+    lines[-3] = mark.join(cells)
+    if made.turned or made.form == "MediaPipe landmarks":  # it may be an angle, or how sure a point is, of any size
+        part_or_sentence(tmp_path, "\n".join(lines).encode() + b"\n", made)
+        return
+    assert "1e+30" in refusal(tmp_path, "\n".join(lines).encode() + b"\n", made)
+
+
+@pytest.mark.parametrize("made", [made for made in TEXT if None not in made.points], ids=lambda made: made.name)
+def test_a_point_that_is_named_twice_is_told_apart_or_refused(tmp_path, made):
+    third, second = (made.points[i].rpartition(":")[2] for i in (2, 1))
+    content = content_of(made)
+    for line in content.decode().splitlines():
+        if third in line:
+            content = content.replace(line.encode(), line.replace(third, second).encode())
+    recording = part_or_sentence(tmp_path, content, made)
+    if recording is None:
+        assert second in refusal(tmp_path, content, made)
+        return
+    twice = [name for name in recording.points if second in name and not name.endswith("(end)")]
+    assert len(twice) > 1 or made.form == "FreeMoCap CSV"  # which is not known without all its names
 
 
 @every_text

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from armdesign.demonstration.files.formats.frame_clock import MAX_RATE
-from armdesign.demonstration.recording import MIN_FRAMES, Step, Take
+from armdesign.demonstration.recording import MIN_FRAMES, Step, Take, describe_bad_step, first_bad_step
 from armdesign.errors import RecordingError, SettingsError
 
 TIME_UNITS: Mapping[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -94,6 +94,10 @@ def _with_times(take: Take, hints: Hints) -> Take:
         time = time - time[0]
     if time is take.time and factor == 1.0:
         return take
+    bad = first_bad_step(time * factor)
+    if bad is not None:
+        message = f"{take.source}, frame {bad + 1}: {describe_bad_step(time * factor, bad)}"
+        raise RecordingError(message, value=bad, fix="Correct the times")
     return replace(take, time=time * factor if factor != 1.0 else time, rate=rate, steps=tuple(steps))
 
 

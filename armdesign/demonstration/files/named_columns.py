@@ -95,7 +95,11 @@ def columns_of(names: Iterable[str]) -> Columns:
             found.frame = column if found.frame is None else found.frame
         elif (part := _component(text)) is not None:
             point, kind, component = part
-            parts.setdefault((point, kind), {}).setdefault(component, column)
+            once, number = point, 1
+            while component in parts.get((point, kind), {}):  # a point that stands twice
+                number += 1
+                point = f"{once}#{number}"
+            parts.setdefault((point, kind), {})[component] = column
             if unit in UNITS and kind != "turn":
                 found.units = UNITS[unit]
             continue

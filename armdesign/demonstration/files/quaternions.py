@@ -187,7 +187,9 @@ def rotation_vector_quaternions(vectors: Array) -> Array:
     Returns:
         Quaternions x, y, z, w, shape (T, 4).
     """
-    angle = np.linalg.norm(vectors, axis=1, keepdims=True)
+    with np.errstate(over="ignore", invalid="ignore"):  # a damaged file holds any number
+        angle = np.linalg.norm(vectors, axis=1, keepdims=True)
+        angle[np.isinf(angle)] = np.nan
     return np.hstack([0.5 * np.sinc(angle / (2.0 * np.pi)) * vectors, np.cos(0.5 * angle)])
 
 

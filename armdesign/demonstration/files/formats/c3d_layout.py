@@ -11,7 +11,7 @@ import math
 import os
 import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -79,12 +79,26 @@ def read_layout(path: Path) -> C3DLayout:
         processor = raw[3] if len(raw) > 3 else 0
         if processor not in ORDERS:
             raise C3DDamage(f"its processor type is {processor}", allowed="84 (Intel), 85 (DEC), 86 (MIPS)")
-        return _layout(size, section, _header(head, processor), C3DParameters(raw, processor), processor)
+        header, parameters = _header(head, processor), C3DParameters(raw, processor)
+        layout = _layout(size, section, header, parameters, processor)
+        is_counted = _frame_counts(header, parameters) != [_UNKNOWN]
+        return layout if is_counted else _without_padding(path, layout)
     except C3DDamage as damage:
         message = f"cannot read the C3D file {path}: {damage}"
         raise RecordingError(message, allowed=damage.allowed, fix=damage.fix) from damage
     except (OSError, ValueError) as error:
         raise unreadable(path, error) from error
+
+
+def _without_padding(path: Path, layout: C3DLayout) -> C3DLayout:
+    """A layout whose number of frames was taken from the data, without the zeros that fill up the last block."""
+    size = (4 * layout.points + layout.analog) * (4 if layout.scale < 0 else 2)
+    most = min((BLOCK - 1) // size, layout.frames - 1) if size else 0
+    with path.open("rb") as stream:
+        stream.seek(layout.start + (layout.frames - most) * size)
+        last = stream.read(most * size)
+    used = -(-len(last.rstrip(b"\0")) // size) if size else 0
+    return replace(layout, frames=layout.frames - most + used)
 
 
 def _section(head: bytes, size: int) -> int:

@@ -86,7 +86,11 @@ def _points(names: list[str], path: Path) -> dict[str, list[int]]:
     parts: dict[str, dict[str, int]] = {}
     for column, name in enumerate(names):
         if match := _AXIS.fullmatch(name):
-            parts.setdefault(match["name"], {}).setdefault(match["axis"].lower(), column)
+            point, number, axis = match["name"], 1, match["axis"].lower()
+            while axis in parts.get(point, {}):  # a point that stands twice
+                number += 1
+                point = f"{match['name']}#{number}"
+            parts.setdefault(point, {})[axis] = column
     # forces have the same endings: of a platform, such as ground_force_vx, or of its moments
     return {
         name: [axes[axis] for axis in "xyz"] for name, axes in parts.items() if len(axes) == 3 and not _is_force(name)

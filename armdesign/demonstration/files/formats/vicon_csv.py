@@ -144,6 +144,7 @@ def _read_header(lines: LinesAhead, wanted: str) -> _Header:
     above: list[str] = []
     first = _POSITION[0] if wanted == _WANTED else "RX"
     for _ in range(_HEADER_LINES):
+        lines.skip_blank()  # between lines whose ends were doubled
         place, text = lines.place, lines.readline()
         delimiter = next((mark for mark in _DELIMITERS if mark in text), ",")
         if _cells(text, delimiter)[0].lower() in _FRAME:
