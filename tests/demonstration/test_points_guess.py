@@ -51,6 +51,43 @@ SCHEMES = {
     ),
     "Poser": ("rCollar rShldr rForeArm rHand", "shoulder=rShldr elbow=rForeArm wrist=rHand"),
     "Unreal": ("upperarm_r lowerarm_r hand_r hand_l", "shoulder=upperarm_r elbow=lowerarm_r wrist=hand_r"),
+    "Xsens BVH": (
+        "Hips Chest RightCollar RightShoulder RightElbow RightWrist LeftShoulder",
+        "shoulder=RightShoulder elbow=RightElbow wrist=RightWrist",
+    ),
+    "SOMA": (
+        "Hips Spine1 Chest RightShoulder RightArm RightForeArm RightHand RightHandThumb1 RightHandMiddle1 RightHandEnd",
+        "shoulder=RightArm elbow=RightForeArm wrist=RightHand hand=RightHandMiddle1",
+    ),
+    "VRM": (
+        "hips rightShoulder rightUpperArm rightLowerArm rightHand",
+        "shoulder=rightUpperArm elbow=rightLowerArm wrist=rightHand",
+    ),
+    "VRoid": (
+        "J_Bip_C_Hips J_Bip_R_UpperArm J_Bip_R_LowerArm J_Bip_R_Hand",
+        "shoulder=J_Bip_R_UpperArm elbow=J_Bip_R_LowerArm wrist=J_Bip_R_Hand",
+    ),
+    "Biped": (
+        "Bip01 Pelvis|Bip01 R Clavicle|Bip01 R UpperArm|Bip01 R Forearm|Bip01 R Hand",
+        "shoulder=Bip01 R UpperArm elbow=Bip01 R Forearm wrist=Bip01 R Hand",
+    ),
+    "Daz": ("rShldrBend rForearmBend rHand", "shoulder=rShldrBend elbow=rForearmBend wrist=rHand"),
+    "ARKit": (
+        "right_shoulder_1_joint right_arm_joint right_forearm_joint right_hand_joint",
+        "shoulder=right_arm_joint elbow=right_forearm_joint wrist=right_hand_joint",
+    ),
+    "DeepMotion": (
+        "r_shoulder_JNT r_elbow_JNT r_wrist_JNT",
+        "shoulder=r_shoulder_JNT elbow=r_elbow_JNT wrist=r_wrist_JNT",
+    ),
+    "MediaPipe": (
+        "right_shoulder right_elbow right_wrist right_pinky right_index left_hip",
+        "shoulder=right_shoulder elbow=right_elbow wrist=right_wrist hand=right_index+right_pinky",
+    ),
+    "Nuitrack": (
+        "JOINT_RIGHT_SHOULDER JOINT_RIGHT_ELBOW JOINT_RIGHT_WRIST JOINT_RIGHT_HAND",
+        "shoulder=JOINT_RIGHT_SHOULDER elbow=JOINT_RIGHT_ELBOW wrist=JOINT_RIGHT_WRIST hand=JOINT_RIGHT_HAND",
+    ),
     "Theia": ("r_uarm r_larm r_hand l_uarm", "shoulder=r_uarm elbow=r_larm wrist=r_hand"),
     "side grown together": ("rshoulder relbow rhand lshoulder", "shoulder=rshoulder elbow=relbow hand=rhand"),
     "bones in full": (

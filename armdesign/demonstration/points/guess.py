@@ -143,11 +143,13 @@ _ROLE_WORDS = {
     "wrist": {"wrist", "wri"},
     "hand": {"hand", "palm"},
 }
-_PLAIN_WORDS = {"joint", "center", "centre", "jc", "marker", "mid"}
+_PLAIN_WORDS = {"joint", "jnt", "center", "centre", "jc", "marker", "mid"}
 _QUALIFIERS = {
     "lat", "lateral", "med", "medial", "rad", "radial", "radius", "uln", "ulnar", "ulna", "in", "out", "inner",
     "outer", "inside", "outside", "front", "back", "ant", "post", "anterior", "posterior", "a", "b", "1", "2", "3", "4",
 }  # fmt: skip
+_MARKS = re.compile(r"[_ ]")
+_SUFFIX = re.compile(r"(?:joint|jnt|bend)$")  # of ARKit, DeepMotion and Daz, in small letters
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 
 
@@ -258,15 +260,17 @@ def find_arms(names: Iterable[str] | Mapping[str, Array]) -> list[Arm]:
 def _subjects(names: Iterable[str]) -> dict[str, dict[str, str]]:
     """Subject to its points: their names in the form that is compared, to those in the recording.
 
-    What is before the last colon is the subject; if there is no colon, before an underscore it may be one.
+    What is before the last colon is the subject; if there is no colon, before an underscore or blank it may be one.
     """
     subjects: dict[str, dict[str, str]] = {}
     for name in names:
         subject, _, local = name.rpartition(":")
         subjects.setdefault(subject, {}).setdefault(_plain(local), name)
-        first, mark, rest = local.partition("_")
-        if not subject and mark and first.lower() not in _SIDE_WORDS:
-            subjects.setdefault(first, {}).setdefault(_plain(rest), name)
+        subjects[subject].setdefault(_SUFFIX.sub("", _plain(local)), name)
+        for mark in list(_MARKS.finditer(local))[:2] if not subject else ():
+            first, rest = local[: mark.start()], local[mark.end() :]
+            if not any(word.lower() in _SIDE_WORDS for word in _MARKS.split(first)):
+                subjects.setdefault(first, {}).setdefault(_plain(rest), name)
     return subjects
 
 
