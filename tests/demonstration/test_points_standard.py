@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from armdesign.demonstration.files.quaternions import rotation_matrices
+from armdesign.demonstration.points.handedness import handed_steps
 from armdesign.demonstration.points.standard import is_mirrored, mirrored, to_recording, unit_factor
 from armdesign.demonstration.points.units_and_up import CMU
 from armdesign.demonstration.recording import Step, Take
@@ -167,3 +169,23 @@ def test_an_arm_below_the_floor_stands_on_another_axis():
     )
     assert after.about.steps[-1].details["axis"] == "z"
     assert "below 0 along y, although y is usual" in sentences(after)
+
+
+BODY = {  # of somebody who faces +x, with z up
+    "RightShoulder": (0.0, -0.2, 1.4), "LeftShoulder": (0.0, 0.2, 1.4), "RightToe": (0.2, -0.1, 0.0),
+    "LeftToe": (0.2, 0.1, 0.0), "RightHeel": (0.0, -0.1, 0.0), "LeftHeel": (0.0, 0.1, 0.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.0, 3.0])
+def test_people_in_left_handed_axes_are_seen_by_their_feet(turn):
+    around = Rotation.from_euler("z", turn).as_matrix()
+    points = {name: np.tile(around @ place, (5, 1)) for name, place in BODY.items()}
+    mirrored_points = {name: values * [1.0, -1.0, 1.0] for name, values in points.items()}
+    assert handed_steps(points) == []
+    (step,) = handed_steps(mirrored_points)
+    assert "--mirror" in step.sentence
+    assert handed_steps({name: points[name] for name in ("RightShoulder", "LeftShoulder")}) == []
+    body = Take(np.arange(5) / 100.0, mirrored_points, {}, "take", "TRC", "m", "z")
+    assert "handed" in [step.name for step in to_recording(body).about.steps]
+    assert "handed" not in [step.name for step in to_recording(body, mirror=True).about.steps]

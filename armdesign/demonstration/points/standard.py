@@ -11,6 +11,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.files.quaternions import product
 from armdesign.demonstration.points.guess import find_arms
+from armdesign.demonstration.points.handedness import handed_steps
 from armdesign.demonstration.points.time_sanity import time_steps
 from armdesign.demonstration.points.units_and_up import find_up, measure, unit_of_size
 from armdesign.demonstration.recording import About, Recording, Step, Take
@@ -73,7 +74,10 @@ def to_recording(take: Take, *, units: str | None = None, up: str | None = None,
         take.source,
         about,
     )
-    return mirrored(recording) if mirror else recording
+    if mirror:
+        return mirrored(recording)
+    doubts = handed_steps(recording.points)
+    return replace(recording, about=replace(about, steps=(*steps, *doubts))) if doubts else recording
 
 
 def mirrored(recording: Recording) -> Recording:

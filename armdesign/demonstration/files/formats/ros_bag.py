@@ -309,8 +309,9 @@ def _at(time: Array, poses: list[_Pose]) -> tuple[Array, Array | None]:
     known = [pose.turn for pose in poses]
     if any(turn is None for turn in known):
         return found, None
-    turns = unit_continuous(np.array(known, dtype=float))
-    turned = slerp(own, turns, np.clip(time, own[0], own[-1]))
+    with np.errstate(all="ignore"):  # a damaged bag holds any number
+        turns = unit_continuous(np.array(known, dtype=float))
+        turned = slerp(own, turns, np.clip(time, own[0], own[-1]))
     turned[exact] = turns[nearest[exact]]
     turned[~(exact | inside)] = np.nan
     return found, turned
