@@ -18,6 +18,8 @@ from armdesign._version import __version__
 
 if TYPE_CHECKING:
     from armdesign.demonstration.convert import convert, write_conversion
+    from armdesign.demonstration.cycles import find_cycles
+    from armdesign.demonstration.files.hints import Hints
     from armdesign.demonstration.files.readers import read_recording
     from armdesign.demonstration.recording import Recording
     from armdesign.errors import ArmDesignError
@@ -46,6 +48,7 @@ _HOMES = {
     "Design": "settings.sections",
     "DesignProblem": "search.design_problem",
     "Fitness": "settings.sections",
+    "Hints": "demonstration.files.hints",
     "Recording": "demonstration.recording",
     "Result": "search.result",
     "Search": "settings.sections",
@@ -61,6 +64,7 @@ _HOMES = {
     "design": "search.design_arm",
     "evaluate": "search.result",
     "export": "export.export_files",
+    "find_cycles": "demonstration.cycles",
     "prepare": "search.prepare",
     "preview": "views.writing",
     "read_design": "kinematics.dh_files",
@@ -81,6 +85,7 @@ __all__ = [
     "Design",
     "DesignProblem",
     "Fitness",
+    "Hints",
     "Recording",
     "Result",
     "Search",
@@ -97,6 +102,7 @@ __all__ = [
     "design",
     "evaluate",
     "export",
+    "find_cycles",
     "prepare",
     "preview",
     "read_design",

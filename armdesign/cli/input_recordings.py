@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from armdesign.cli.command_options import with_weights
 from armdesign.cli.screen import say
-from armdesign.demonstration import Recording, resolve
+from armdesign.demonstration import Recording
 from armdesign.demonstration.cleaning.cleaning import crop
 from armdesign.demonstration.cycles import find_cycles
 from armdesign.demonstration.files.formats.ros_bag import is_bag_folder
@@ -168,7 +168,7 @@ def cycles_in(path: Path, settings: Settings, which: str) -> list[Path]:
     task = settings.task
     recording = recording_of(settings.replace({"task": {"recording": str(path), "files": {}}}))
     recording, _ = crop(recording, task.start, task.stop)
-    found = find_cycles(resolve(recording, task.base, task.points, None))
+    found = find_cycles(recording, task.base, task.points)
     chosen = found.every if which == "all" else (found.every[found.typical],)
     return [Path(part_name(path, cycle.start, cycle.stop)) for cycle in chosen]
 

@@ -15,7 +15,6 @@ from armdesign.cli.command_options import ConfigOption, option, settings_from_fl
 from armdesign.cli.input_recordings import named_source
 from armdesign.cli.screen import say
 from armdesign.cli.setting_flags import Given, takes_settings
-from armdesign.demonstration import resolve
 from armdesign.demonstration.cleaning.cleaning import crop
 from armdesign.demonstration.convert import convert as converted
 from armdesign.demonstration.convert import task_json_beside, write_conversion
@@ -137,7 +136,7 @@ def cycles(
     settings = settings_of(file, config, given)
     source = named_source(settings, "recording cycles")
     recording, _ = crop(recording_of(settings), settings.task.start, settings.task.stop)
-    found = find_cycles(resolve(recording, settings.task.base, settings.task.points, None))
+    found = find_cycles(recording, settings.task.base, settings.task.points)
     if as_json:
         every = [cycle._asdict() for cycle in found.every]
         typer.echo(json.dumps({"cycles": every, "typical": found.typical, "pose": found.pose}, indent=2))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.points.selection import Selection
+from armdesign.demonstration.points.selection import resolve
 from armdesign.demonstration.recording import Recording
 from armdesign.errors import RecordingError
 
@@ -44,15 +44,19 @@ class Cycles(NamedTuple):
     pose: float  # time of the pose that each comes back to [s]
 
 
-def find_cycles(selection: Selection) -> Cycles:
-    """The cycles of the points selected from a recording.
+def find_cycles(recording: Recording, base: str | None = None, points: Sequence[str] = ()) -> Cycles:
+    """The times that the same job is done in a recording.
 
     Args:
-        selection: Base and points, from ``resolve``.
+        recording: In metres with z up.
+        base: The shoulder, a name or an expression; None for a guess.
+        points: Those that come back to the same pose, names or expressions; empty for a guess.
 
     Raises:
+        TaskError: A point is unknown.
         RecordingError: The points do not come back to a pose at least twice, or what they do between is not alike.
     """
+    selection = resolve(recording, base, points, None)
     recording = selection.recording
     time, pose = _poses(recording, [selection.base, *selection.points])
     frames = np.unique(np.linspace(0, len(time) - 1, _POSES + 1).astype(int))

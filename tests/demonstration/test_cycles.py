@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from armdesign.demonstration import Recording, read_recording, resolve, write_plain_csv
+from armdesign.demonstration import Recording, read_recording, write_plain_csv
 from armdesign.demonstration.cycles import find_cycles
 from armdesign.demonstration.files.stretch import part_name, part_of
 from armdesign.errors import ArmDesignError, RecordingError
@@ -33,7 +33,7 @@ def done(lengths, rest=0.4, odd=None, seed=0) -> tuple[Recording, list[float]]:
 
 
 def cycles(recording):
-    return find_cycles(resolve(recording, None, (), None))
+    return find_cycles(recording)
 
 
 @pytest.mark.parametrize("rest", [0.0, 0.4, 3.0])

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from takes import read_as, steps, table
+from takes import read_as, refused_as, steps, table
 
 from armdesign.demonstration.files.formats import trc
 from armdesign.errors import RecordingError
@@ -37,6 +37,19 @@ def trc_lines(values=VALUES, first=1, times=None, hidden="", **facts):
         "",
         *(f"{first + i}\t{times[i]:.5f}\t" + "\t".join(cells(row, hidden)) for i, row in enumerate(values)),
     ]
+
+
+def test_markerless_files_of_sports2d(tmp_path):
+    names = ("Hip", "RShoulder", "RElbow", "RWrist")
+    lines = ["PathFileType\t4\t(X/Y/Z)\tsports2d_m.trc", "\t".join(KEYS), "30.0\t30.0\t4\t4\tm\t30.0\t0\t4"]
+    lines += ["Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t"]
+    lines += ["\t\t" + "\t".join(f"{axis}{i + 1}" for i in range(4) for axis in "XYZ")]
+    lines += [f"{i}\t{i / 30.0}\t" + "\t".join(["0.1", f"1.{i}", ""] * 4) for i in range(2)]
+    lines += [f"{i}\t{i / 30.0}\t" + "\t".join(["0.1", f"1.{i}", "0.0"] * 4) for i in range(2, 4)]
+    take = read(tmp_path, lines)
+    assert (take.units, list(take.points)) == ("m", list(names))
+    assert np.isnan(take.points["RWrist"]).any(axis=1).tolist() == [True, True, False, False]
+    assert "metres" in refused_as(trc, tmp_path, [line.replace("\tm\t", "\tpx\t") for line in lines])
 
 
 def variant(index, line):

@@ -28,6 +28,8 @@ def read_units(word: str, place: Place) -> str | None:
     word = word.strip()
     if word and word.lower() not in UNITS:
         fix = "Correct it in the file, or export positions in one of these"
+        if word.lower() in ("px", "pixel", "pixels"):
+            fix = "Take the file in metres that Sports2D or Pose2Sim writes beside this one"
         message = f"{place}: the unit '{shown(word)}' is none of length"
         raise RecordingError(message, value=word, allowed=("m", "cm", "mm", "in"), fix=fix)
     return UNITS.get(word.lower())
