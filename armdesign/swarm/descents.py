@@ -14,9 +14,10 @@ descent costs beyond its gain is cut: after a few rounds the worse ones are give
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.swarm.checks import Mask, SavedState
@@ -32,8 +33,12 @@ LONGEST, SHORTEST = 0.3, 1e-6
 GROW, SHRINK = 2.0, 0.5
 GOOD, POOR = 0.5, 0.2
 """Shares of the gain which the model promises, from which the next step may be longer, or below which shorter."""
+ACTIVE_SETS, SETS_AT_ONCE = 25, 6
+"""Active sets tried for a step, and how many of them may differ from the one before in more than one entry."""
+SOFT, ROUNDING = 1e-12, 1e-12
+"""What keeps a slab that nothing can move along from being singular; how far beyond a bound is none."""
 ROUNDS = 80
-"""Rounds of accelerated projected gradients spent on a step."""
+"""Rounds of accelerated projected gradients spent on a step that no active set was found for."""
 DAMPED = 0.2
 """Share of the known curvature below which a change of the gradient is damped (Powell 1978)."""
 
@@ -316,7 +321,9 @@ def updated(B: Array, step: Array, change: Array, *, first: bool) -> Array:
 def best_steps(region: Region, U: Array, gradient: Array, B: Array, reach: Array, margin: float) -> Array:
     """Minimise g p + p B p / 2 over |p|_inf <= reach with U + p in the region, row by row.
 
-    Accelerated projected gradients; the rows go side by side.
+    The active set is found by Newton's method on the conditions of optimality (Hintermueller, Ito and Kunisch 2002, The
+    primal-dual active set strategy); where that goes in circles, by accelerated projected gradients. The rows go side
+    by side.
 
     Args:
         region: Box and slab.
@@ -330,14 +337,103 @@ def best_steps(region: Region, U: Array, gradient: Array, B: Array, reach: Array
         The steps, shape (N, K).
     """
     total = U @ region.weights
-    lower, upper = np.maximum(-U, -reach[:, None]), np.minimum(1.0 - U, reach[:, None])
-    slab = region.weights, region.low + margin - total, region.high - margin - total
+    model = Models(
+        gradient, B, np.maximum(-U, -reach[:, None]), np.minimum(1.0 - U, reach[:, None]),
+        region.low + margin - total, region.high - margin - total,
+    )  # fmt: skip
+    steps, settled = active_set_steps(model, region.weights)
+    rest = np.flatnonzero(~settled)
+    if len(rest):
+        steps[rest] = projected_steps(model.part(rest), region.weights)
+    return steps
+
+
+class Models(NamedTuple):
+    """Quadratic models g p + p B p / 2 in a box and a slab, N of them.
+
+    Attributes:
+        gradient: g, shape (N, K).
+        B: Shape (N, K, K).
+        lower: Lower bounds of p, shape (N, K).
+        upper: Upper bounds of p, shape (N, K).
+        low: Lower bound of weights p, shape (N,).
+        high: Upper bound of weights p, shape (N,).
+    """
+
+    gradient: Array
+    B: Array
+    lower: Array
+    upper: Array
+    low: Array
+    high: Array
+
+    def part(self, rows: NDArray[np.intp]) -> Models:
+        """Some of them."""
+        return Models(*(values[rows] for values in self))
+
+
+def active_set_steps(models: Models, weights: Array) -> tuple[Array, Mask]:
+    """Their minima by the primal-dual active set strategy, and which were found, shapes (N, K) and (N,).
+
+    Args:
+        models: The models.
+        weights: Weights of the slab, shape (K,), none negative.
+    """
+    N, K = models.gradient.shape
+    steps, settled = np.zeros((N, K)), np.zeros(N, dtype=bool)
+    # a box beside the slab has no such minimum
+    rows = np.flatnonzero((models.lower @ weights < models.high) & (models.upper @ weights > models.low))
+    at_low, at_high = np.zeros((N, K), dtype=bool), np.zeros((N, K), dtype=bool)
+    side = np.zeros(N)  # 1 and -1: at the upper and the lower bound of the slab
+    for tried in range(ACTIVE_SETS):
+        if not len(rows):
+            break
+        g, B, lower, upper, low, high = models.part(rows)
+        down, up, edge = at_low[rows], at_high[rows], side[rows]
+        held = down | up
+        system, right = np.zeros((len(rows), K + 1, K + 1)), np.zeros((len(rows), K + 1))
+        system[:, :K, :K] = np.where(held[:, :, None], np.eye(K), B)
+        system[:, :K, K] = np.where(held, 0.0, weights)
+        system[:, K, :K] = np.where(edge[:, None] != 0.0, weights, 0.0)
+        system[:, K, K] = np.where(edge != 0.0, -SOFT, 1.0)
+        right[:, :K] = np.where(down, lower, np.where(up, upper, -g))
+        right[:, K] = np.where(edge > 0.0, high, np.where(edge < 0.0, low, 0.0))
+        found = np.linalg.solve(system, right[:, :, None])[:, :, 0]
+        p, t = found[:, :K], found[:, K]
+        push = g + (B @ p[:, :, None])[:, :, 0] + t[:, None] * weights  # minus the multipliers of the bounds
+        total = p @ weights
+        now_down = np.where(down, push >= 0.0, ~up & (p < lower - ROUNDING))
+        now_up = np.where(up, push <= 0.0, ~down & (p > upper + ROUNDING))
+        beyond = np.where(total > high + ROUNDING, 1.0, np.where(total < low - ROUNDING, -1.0, 0.0))
+        now_edge = np.where(edge == 0.0, beyond, np.where(edge * t >= 0.0, edge, 0.0))
+        if tried >= SETS_AT_ONCE:  # it may go in circles: only what is most wrong changes
+            wrong = np.where(held, np.abs(push) / np.einsum("nii->ni", B), np.maximum(lower - p, p - upper))
+            wrong = np.where((now_down != down) | (now_up != up), wrong, -np.inf)
+            first = np.arange(K) == np.argmax(wrong, axis=1)[:, None]
+            now_down, now_up = np.where(first, now_down, down), np.where(first, now_up, up)
+            now_edge = np.where(np.isfinite(wrong).any(axis=1), edge, now_edge)
+        same = (now_down == down).all(axis=1) & (now_up == up).all(axis=1) & (now_edge == edge)
+        steps[rows] = np.clip(p, lower, upper)
+        settled[rows[same]] = True
+        at_low[rows], at_high[rows], side[rows] = now_down, now_up, now_edge
+        rows = rows[~same]
+    return steps, settled
+
+
+def projected_steps(models: Models, weights: Array) -> Array:
+    """Their minima by accelerated projected gradients, shape (N, K).
+
+    Args:
+        models: The models.
+        weights: Weights of the slab, shape (K,).
+    """
+    g, B, lower, upper, low, high = models
     stiff = np.linalg.norm(B, axis=(1, 2))[:, None] + 1e-12  # the Frobenius norm bounds the largest eigenvalue
-    P = ahead = np.zeros_like(U)
+    P = ahead = np.zeros_like(g)
     t = 1.0
     for _ in range(ROUNDS):
-        slope = gradient + (B @ ahead[:, :, None])[:, :, 0]
-        P_next = project(ahead - slope / stiff, lower, upper, *slab)
+        slope = g + (B @ ahead[:, :, None])[:, :, 0]
+        P_next = project(ahead - slope / stiff, lower, upper, weights, low, high)
         # Nesterov's momentum: t grows by about 1/2 a round
         t_next = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * t * t))
         ahead = P_next + (t - 1.0) / t_next * (P_next - P)

@@ -7,8 +7,17 @@ import pytest
 
 from armdesign.errors import SettingsError
 from armdesign.swarm import Box, SearchSpace, Slab
+from armdesign.swarm import descents as descents_module
 from armdesign.swarm.checks import SavedState
-from armdesign.swarm.descents import Descents, Patience, best_steps, updated
+from armdesign.swarm.descents import (
+    Descents,
+    Models,
+    Patience,
+    active_set_steps,
+    best_steps,
+    projected_steps,
+    updated,
+)
 from armdesign.swarm.evolution import Evolution
 from armdesign.swarm.space import Region, project
 
@@ -78,6 +87,48 @@ def test_step_minimises_the_model_in_box_slab_and_reach():
             if space.low <= space.weights @ other <= space.high:
                 move = other - u
                 assert model <= gradient @ move + 0.5 * move @ H @ move + 1e-9
+
+
+def models(rng, count, *, stiff):
+    """Models of every kind: at the bounds or not, the slab met or not, curvatures from round to flat."""
+    width = rng.uniform(0.01, 0.3, (count, 1))
+    U = rng.random((count, K)) * (rng.random((count, K)) < 0.8)
+    turn = np.linalg.qr(rng.normal(size=(count, K, K)))[0]
+    curvature = 10.0 ** rng.uniform(-stiff, 0.0, (count, K))
+    weights = rng.random(K) * (rng.random(K) < 0.7)
+    total = U @ weights
+    return Models(
+        rng.normal(size=(count, K)) * 10.0 ** rng.uniform(-3.0, 1.0, (count, 1)),
+        np.einsum("nij,nj,nkj->nik", turn, curvature, turn),
+        np.maximum(-U, -width), np.minimum(1.0 - U, width),
+        -rng.uniform(0.0, 0.2, count), rng.uniform(0.0, 0.2, count) + 0.0 * total,
+    ), weights  # fmt: skip
+
+
+def value(model, P):
+    return np.sum(model.gradient * P, axis=1) + 0.5 * np.einsum("ni,nij,nj->n", P, model.B, P)
+
+
+@pytest.mark.parametrize("stiff", [0.0, 1.0, 4.0])
+def test_active_sets_give_the_minimum_that_gradients_creep_to(stiff, monkeypatch):
+    model, weights = models(np.random.default_rng(5), 300, stiff=stiff)
+    steps, settled = active_set_steps(model, weights)
+    assert settled.mean() > 0.95
+    assert (steps >= model.lower).all()
+    assert (steps <= model.upper).all()
+    total = steps @ weights
+    assert (total[settled] <= model.high[settled] + 1e-9).all()
+    assert (total[settled] >= model.low[settled] - 1e-9).all()
+    monkeypatch.setattr(descents_module, "ROUNDS", 3000)
+    crept = projected_steps(model, weights)
+    assert (value(model, steps) <= value(model, crept) + 1e-8)[settled].all()
+
+
+def test_a_box_beside_the_slab_is_left_to_the_projection():
+    model, weights = models(np.random.default_rng(6), 20, stiff=1.0)
+    beside = model._replace(low=model.high + 100.0, high=model.high + 101.0)
+    _, settled = active_set_steps(beside, weights)
+    assert not settled.any()
 
 
 def test_curvature_meets_the_last_change_and_stays_definite():
