@@ -207,6 +207,7 @@ class Take:
         timed: Whether the file has times or a frame rate.
         time_unit: Unit that the reader took times to be in, ``s``, ``ms``, ``us`` or ``ns``.
         unordered: Names whose quaternions' order the file does not tell; they are as in the file.
+        usual_order: The order that these mostly have, ``xyzw`` or ``wxyz``; None to leave them out unless it is said.
         confidence: Name to how well a point was seen, from 0 to 1, each of shape (T,); NaN where that is not said.
         steps: What was odd in the file and what the reader made of it.
     """
@@ -225,5 +226,6 @@ class Take:
     timed: bool = True
     time_unit: str = "s"
     unordered: frozenset[str] = frozenset()
+    usual_order: str | None = None
     confidence: Mapping[str, Array] = field(default_factory=dict)
     steps: tuple[Step, ...] = ()

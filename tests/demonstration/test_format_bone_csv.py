@@ -35,7 +35,9 @@ def test_a_bone_has_its_files_name_and_the_rate_given(tmp_path):
     np.testing.assert_array_equal(take.points["RHand"], table[:, :3])
     np.testing.assert_array_equal(take.orientations["RHand"], table[:, 3:])
     assert (take.rate, take.units, take.up, take.captured) == (120.0, None, None, True)
-    assert "x, y, z, w" in take.steps[0].sentence
+    assert "x, y, z, w" in {step.name: step.sentence for step in take.steps}["quaternions"]
+    scalar_first = read_take(tmp_path / "RHand.csv", Hints(rate=120.0, quaternions="wxyz"))
+    np.testing.assert_array_equal(scalar_first.orientations["RHand"], table[:, [4, 5, 6, 3]])
 
 
 def test_columns_in_another_order_other_names_and_times(tmp_path):

@@ -43,18 +43,20 @@ def frames(kind: str) -> object:
             return [{"frame": i, "landmarks": each} for i, each in enumerate(marks)]
         case "rows":
             return {"fps": 30, "frames": [{"pose_world_landmarks": [[*p, 0.8] for p in f]} for f in BODY.tolist()]}
+        case "people":
+            return [{"timestamp": 0.033 * i, "pose_world_landmarks": [each, marks[0]]} for i, each in enumerate(marks)]
         case "both":
             image = [{"x": 0.5, "y": 0.5, "z": 0.0, "visibility": 0.8}] * 33
             return [{"poseLandmarks": image, "poseWorldLandmarks": each} for each in marks]
     return [{"timestamp_ms": 33 * i, "landmarks": dict(zip(MEDIAPIPE, m, strict=True))} for i, m in enumerate(marks)]
 
 
-@pytest.mark.parametrize("kind", ["landmarks", "rows", "both", "by name"])
+@pytest.mark.parametrize("kind", ["landmarks", "rows", "both", "people", "by name"])
 def test_mediapipe_as_json(tmp_path, kind):
     take = read_as(mediapipe, tmp_path, json.dumps(frames(kind)))
     np.testing.assert_allclose(take.points["left_elbow"], BODY[:, 13])
     np.testing.assert_allclose(take.confidence["left_elbow"], 0.8)
-    assert take.timed == (kind == "by name")
+    assert take.timed == (kind in ("by name", "people"))
     if take.timed:
         np.testing.assert_allclose(take.time, 0.033 * np.arange(4))
 

@@ -91,6 +91,13 @@ def test_times_since_1970_count_from_the_first(tmp_path):
     assert "1700000000" in steps(take)["start"]
 
 
+def test_dates_are_times(tmp_path):
+    rows = [f"2024-05-01T23:59:59.{i}+02:00,{i},0,1" for i in range(5, 9)]
+    read_as(tracker_csv, tmp_path, ["timestamp,hand_x,hand_y,hand_z", *rows])
+    np.testing.assert_allclose(read_take(tmp_path / "take.any").time, [0.0, 0.1, 0.2, 0.3], atol=1e-6)
+    assert "'noon'" in refused_as(tracker_csv, tmp_path, ["timestamp,hand_x,hand_y,hand_z", *rows, "noon,1,2,3"])
+
+
 def test_of_a_long_take_only_the_part_that_is_wanted_is_looked_at(tmp_path, monkeypatch):
     rows = [f"{0.5 * i},{i},0,1" for i in range(200)]
     read_as(tracker_csv, tmp_path, ["timestamp,hand_x,hand_y,hand_z", *rows])

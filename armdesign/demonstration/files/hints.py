@@ -130,7 +130,8 @@ def _with_quaternions(take: Take, hints: Hints) -> Take:
     if not unknown:
         return take
     turns = dict(take.orientations)
-    if hints.quaternions is None:
+    known = hints.quaternions or take.usual_order
+    if known is None:
         for name in unknown:
             del turns[name]
         sentence = (
@@ -138,8 +139,9 @@ def _with_quaternions(take: Take, hints: Hints) -> Take:
             "--quaternions xyzw or --quaternions wxyz."
         )
     else:
-        order = [hints.quaternions.index(letter) for letter in "xyzw"]
+        order = [known.index(letter) for letter in "xyzw"]
         turns |= {name: np.asarray(turns[name])[:, order] for name in unknown}
-        sentence = f"Quaternions were taken as {', '.join(hints.quaternions)}, as asked for."
-    step = Step("quaternions", sentence, {"names": unknown, "order": hints.quaternions})
+        why = "as asked for" if hints.quaternions else f"as is usual for {take.format} (otherwise use --quaternions)"
+        sentence = f"Quaternions were taken as {', '.join(known)}, {why}."
+    step = Step("quaternions", sentence, {"names": unknown, "order": known})
     return replace(take, orientations=turns, unordered=frozenset(), steps=(*take.steps, step))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -145,10 +146,13 @@ def read_columns(path: Path, form: str, rename: Callable[[str], str] = str) -> T
         check_names(columns.names, len(columns.names), place)
         if not columns.points:
             raise RecordingError(f"{place}: no three columns are the x, y and z of a point", fix=_FIX)
-        time, unit = _time_column(columns, lines.skip_blank(), delimiter)
+        row = lines.skip_blank()
+        time, unit = _time_column(columns, row, delimiter)
+        dated = None if time is not None else _date_column(columns, row, delimiter)
+        time = dated if time is None else time
         wanted = _wanted(columns, time)
-        if len(wanted) < len(columns.names):
-            lines.change = _selection(wanted, len(columns.names), delimiter, lines)
+        if len(wanted) < len(columns.names) or dated is not None:
+            lines.change = _selection(wanted, len(columns.names), delimiter, lines, dated)
         rows = read_table(
             lines, delimiter, [columns.names[i] for i in wanted], keep_empty=time is None and columns.frame is None
         )
@@ -232,6 +236,22 @@ def _time_column(columns: Columns, row: str, delimiter: str) -> tuple[int | None
     return None, None
 
 
+def _date_column(columns: Columns, row: str, delimiter: str) -> int | None:
+    """The column of the times where they are dates with a time, as in ``2024-05-01T12:30:00.25``."""
+    cells = read_cells(row, delimiter)
+    dates = (column for column, _ in columns.times if column < len(cells) and _seconds(cells[column]) is not None)
+    return next(dates, None)
+
+
+def _seconds(text: str) -> float | None:
+    """Seconds since 1970 of a date with a time; None where it is none."""
+    try:
+        date = datetime.fromisoformat(text.strip())
+    except ValueError:
+        return None
+    return (date if date.tzinfo is not None else date.replace(tzinfo=UTC)).timestamp()
+
+
 def _wanted(columns: Columns, time: int | None) -> list[int]:
     """All columns that are read."""
     every = {column for each in (*columns.points.values(), *columns.turns.values()) for column in each}
@@ -239,8 +259,10 @@ def _wanted(columns: Columns, time: int | None) -> list[int]:
     return sorted(every)
 
 
-def _selection(wanted: list[int], width: int, delimiter: str, lines: LinesAhead) -> Callable[[str], str]:
-    """A function that gives a line's cells in these columns alone."""
+def _selection(
+    wanted: list[int], width: int, delimiter: str, lines: LinesAhead, dated: int | None
+) -> Callable[[str], str]:
+    """A function that gives a line's cells in these columns alone, a date as seconds."""
 
     def selected(text: str) -> str:
         end = "\n" * text.endswith("\n")
@@ -251,6 +273,8 @@ def _selection(wanted: list[int], width: int, delimiter: str, lines: LinesAhead)
             place = Place(lines.place.source, lines.place.line - 1)
             message = f"{place}: too many cells, {len(cells)} where the header has {width} columns"
             raise RecordingError(message, value=len(cells), fix="Complete or remove the line")
+        if dated is not None and dated < len(cells) and (seconds := _seconds(cells[dated])) is not None:
+            cells[dated] = f"{seconds:.6f}"
         kept = [cells[i] for i in wanted if i < len(cells)]
         if len(cells) <= wanted[-1] and not end:
             kept = kept[: len(wanted) - 1]  # a last line that was cut off

@@ -17,7 +17,7 @@ from armdesign.demonstration.files.csv_cells import MISSING, Dialect, read_cells
 from armdesign.demonstration.files.formats.frame_clock import check_frames
 from armdesign.demonstration.files.formats.marker_tables import row_steps
 from armdesign.demonstration.files.text_files import LinesAhead, open_text, shown, text_head
-from armdesign.demonstration.recording import Step, Take
+from armdesign.demonstration.recording import Take
 from armdesign.errors import RecordingError
 
 _POSITION = ("x", "y", "z")
@@ -50,8 +50,6 @@ def read(path: Path) -> Take:
         rows = read_rows(lines, names, lines.place, dialect)
     check_frames(rows)
     quaternion = _quaternion(names) or ()
-    sentence = "The columns q0, q1, q2, q3 were taken as x, y, z, w (scalar last)."
-    scalar_last = [Step("quaternions", sentence)] if "q0" in quaternion else []
     body = "".join(letter for letter in path.stem if ord(letter) >= 32).strip() or "bone"
     timed = _TIME in names
     return Take(
@@ -61,7 +59,9 @@ def read(path: Path) -> Take:
         source=str(path),
         format="bone CSV",
         timed=timed,
-        steps=(*row_steps(rows), *scalar_last),
+        unordered=frozenset({body} if "q0" in quaternion else ()),
+        usual_order="xyzw",
+        steps=tuple(row_steps(rows)),
     )
 
 

@@ -29,7 +29,7 @@ from armdesign.errors import RecordingError
 _WORLD = ("pose_world_landmarks", "poseWorldLandmarks", "world_landmarks", "worldLandmarks")
 _ANY = (*_WORLD, "pose_landmarks", "poseLandmarks", "landmarks")
 _TIMES = {"timestamp_ms": 1e-3, "time_ms": 1e-3, "timestampMs": 1e-3, "timestamp": 1.0, "time": 1.0, "t": 1.0}
-_NUMBER = re.compile(r"(?:(?:pose[ _]?)?(?:world[ _]?)?(?:landmark|lm|point|kp)[ _]?)?(\d{1,2})", re.IGNORECASE)
+_NUMBER = re.compile(r"(?:(?:pose[ _]?)?(?:world[ _]?)?(?:landmarks?|lm|point|kp)[ _]?)?(\d{1,2})", re.IGNORECASE)
 _FORM = "MediaPipe landmarks"
 
 
@@ -75,6 +75,11 @@ def _name(name: str, first: int = 0) -> str:
     return MEDIAPIPE[index] if 0 <= index < len(MEDIAPIPE) else name
 
 
+def _is_list_of_lists(value: object) -> bool:
+    """Whether a value holds landmarks, not numbers."""
+    return isinstance(value, list) and bool(value) and isinstance(value[0], (list, Mapping))
+
+
 def _read_json(path: Path) -> Take:
     """Frames of a JSON file."""
     content = read_json(path)
@@ -91,7 +96,7 @@ def _frame(each: Mapping[str, Any], key: str, path: Path) -> Frame | None:
     landmarks = each[key]
     if isinstance(landmarks, Mapping):  # by name
         landmarks = [landmarks.get(name, landmarks.get(name.upper(), {})) for name in MEDIAPIPE]
-    while isinstance(landmarks, list) and len(landmarks) == 1 and isinstance(landmarks[0], list):  # of one person
+    while isinstance(landmarks, list) and landmarks and _is_list_of_lists(landmarks[0]):  # of people, the first
         landmarks = landmarks[0]
     known = ((number(each[name]) * factor) for name, factor in _TIMES.items() if name in each)
     time = next(known, float("nan"))
