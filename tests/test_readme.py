@@ -1,4 +1,4 @@
-"""The README's code blocks run as they stand."""
+"""The code blocks of the README and of the pages that it leads to run as they stand."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ from armdesign.cli import app
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = ("long-searches", "robot-files")
+"""Pages in docs with shell blocks, in the order in which they run, behind the README's."""
 
 
-def blocks(language: str) -> list[str]:
+def blocks(language: str, text: str = README) -> list[str]:
     """Code blocks of one language."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
 def shell_lines() -> list[str]:
     """The armdesign commands of all shell blocks; installing and testing is what runs this."""
-    lines = [line for block in blocks("bash") for line in block.splitlines()]
+    pages = [README, *((ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in PAGES)]
+    lines = [line for page in pages for block in blocks("bash", page) for line in block.splitlines()]
     return [part.strip() for line in lines for part in line.split("&&") if part.strip().startswith("armdesign")]
 
 
@@ -71,8 +74,9 @@ def test_python_blocks_run(workplace):
 
 
 def test_linked_files_exist():
-    for target in re.findall(r"\]\((?!https?://)([^)#]+)\)", README):
-        assert (ROOT / target).exists(), target
+    for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")):
+        for target in re.findall(r"\]\((?!https?://)([^)#]+)\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / target).exists(), (page.name, target)
 
 
 def test_files_and_functions_that_the_architecture_names_are_there():
