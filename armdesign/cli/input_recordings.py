@@ -157,7 +157,7 @@ def split_recordings(
     seen = [path for i, path in enumerate(named) if (i + 1) % every]
     unseen = [path for i, path in enumerate(named) if not (i + 1) % every]
     if not unseen:
-        message = f"--holdout-every is {every}, but there are {counted(len(named), 'demonstration')}"
+        message = f"--holdout-every is {every}, for {counted(len(named), 'demonstration')}"
         raise SettingsError(message, value=every, fix="Name more recordings, or a smaller number")
     held = [*(task.holdouts or ()), *(str(path.resolve()) for path in unseen)]
     return seen, settings.replace({"task": {"holdouts": held}})

@@ -172,6 +172,9 @@ def search(
     settings = settings_from_flags(config, given)
     refuse_other_algorithms(given["search"], [settings.search.algorithm])
     if write_config:
+        if cycles is not None or holdout_every is not None:
+            message = "--cycles and --holdout-every are settled when the recordings are read"
+            raise SettingsError(message, fix="Leave them out; the run's settings.toml names the parts")
         if recordings:
             first, *more = (str(path.resolve()) for path in recordings)
             settings = settings.replace({"task": {"recording": first, "more_recordings": more or None}})

@@ -48,6 +48,12 @@ def test_all_cycles_are_demonstrations_and_every_third_is_held_out(take):
     assert best.frames < 120
 
 
+def test_settings_alone_have_no_cycles(run, take):
+    outcome = run("search", take, "--write-config", "--cycles", "all")
+    assert outcome.exit_code == 2
+    assert "--cycles" in outcome.output
+
+
 def test_folders_and_patterns_are_their_files_in_order(tmp_path, take):
     for name in ("b.csv", "a.csv", ".hidden"):
         (tmp_path / "takes").mkdir(exist_ok=True)

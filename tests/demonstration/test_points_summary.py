@@ -119,3 +119,11 @@ def test_everything_can_be_drawn(source):
 def test_another_kind_is_refused():
     with pytest.raises(SettingsError, match=r"a picture cannot be written as '.gif'; allowed: .png, .svg, .pdf"):
         check_kind("gif")
+
+
+def test_points_that_were_never_seen_are_listed_in_a_line():
+    values = np.tile([0.0, 0.0, 1.0], (9, 1))
+    points = {"a": values, "b": np.full((9, 3), np.nan), "c": np.full((9, 3), np.nan)}
+    text = summary_text(summarise(Recording(np.arange(9) / 10.0, points)))
+    assert "never seen: b, c" in text
+    assert "with gaps" not in text
