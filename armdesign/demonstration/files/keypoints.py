@@ -12,9 +12,10 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.files.body_names import BY_COUNT, COCO, HUMAN36M, SMPL_X
 from armdesign.demonstration.files.formats.marker_tables import clean_name, once_each
-from armdesign.demonstration.recording import Step, Take, first_bad_step, median_seen
+from armdesign.demonstration.recording import Step, Take, describe_bad_step, first_bad_step, median_seen
 from armdesign.errors import RecordingError
 
+_FIX = "Export the recording again"
 _MIDDLE = 0.05  # of the hips' width; a point that is the middle of the hips
 _CENTRED = 0.02  # [m] from the middle of the hips to the origin
 CAMERA_UP = "-y"
@@ -30,6 +31,15 @@ class Frame(NamedTuple):
     turns: Array | None = None  # (K, 4), x, y, z, w
 
 
+class Seen(NamedTuple):
+    """What was seen in all frames."""
+
+    time: Array  # (T,) in the file's unit; NaN where it is not said
+    places: Array  # (T, K, 3)
+    confidence: Array | None = None  # (T, K), from 0 to 1
+    turns: Array | None = None  # (T, K, 4), x, y, z, w
+
+
 def names_of(places: Array) -> tuple[str, ...]:
     """Names of K points that come without, by their number, shape (T, K, 3); ``point 1`` and so on where unknown."""
     count = places.shape[1]
@@ -43,9 +53,7 @@ def names_of(places: Array) -> tuple[str, ...]:
     return BY_COUNT.get(count) or tuple(f"point {i + 1}" for i in range(count))
 
 
-def take_of_frames(
-    path: Path, form: str, frames: Sequence[Frame], names: Sequence[object] | None, **said: object
-) -> Take:
+def take_of_frames(path: Path, form: str, frames: Sequence[Frame], names: Sequence[object] | None) -> Take:
     """Frames as a take.
 
     Args:
@@ -53,38 +61,47 @@ def take_of_frames(
         form: What the format is called.
         frames: All with as many points.
         names: Of the points; None to take them by their number.
-        said: What else a ``Take`` says, such as ``units``.
 
     Raises:
         RecordingError: There are no frames, they do not fit together, or times are there that do not increase.
     """
-    fix = "Export the recording again"
     if not frames:
-        raise RecordingError(f"{path} holds no frame with a body", value=0, fix=fix)
+        raise RecordingError(f"{path} holds no frame with a body", value=0, fix=_FIX)
     count = len(frames[0].places) if names is None else len(names)
-    wrong = next((i for i, frame in enumerate(frames) if frame.places.shape != (count, 3)), None)
-    if wrong is not None or not count:
-        found = frames[wrong or 0].places.shape
-        message = f"{path}, frame {(wrong or 0) + 1}: positions of shape {found} for {count} points"
-        raise RecordingError(message, value=found, allowed=f"({count}, 3)", fix=fix)
-    places = np.stack([frame.places for frame in frames])
-    if np.isinf(places).any():
-        at = int(np.argmax(np.isinf(places).any(axis=(1, 2))))
-        raise RecordingError(f"{path}, frame {at + 1}: a position is infinite", value=at + 1, fix=fix)
+    places = _together([frame.places for frame in frames], (count, 3), path, "positions")
+    shown = _together([frame.confidence for frame in frames], (count,), path, "confidences")
+    turned = _together([frame.turns for frame in frames], (count, 4), path, "orientations")
     time = np.array([frame.time for frame in frames], dtype=float)
+    return take_of_arrays(path, form, Seen(time, np.asarray(places), shown, turned), names)
+
+
+def take_of_arrays(path: Path, form: str, seen: Seen, names: Sequence[object] | None) -> Take:
+    """What was seen in all frames as a take.
+
+    Args:
+        path: The file.
+        form: What the format is called.
+        seen: Times, positions, and what goes with them.
+        names: Of the points; None to take them by their number.
+
+    Raises:
+        RecordingError: There are no points, a number is infinite, or times are there that do not increase.
+    """
+    time, places, shown, turned = seen
+    for what, values in (("a position", places), ("a confidence", shown), ("an orientation", turned)):
+        if values is not None and np.isinf(values).any():
+            at = int(np.argmax(np.isinf(values).reshape(len(values), -1).any(axis=1)))
+            raise RecordingError(f"{path}, frame {at + 1}: {what} is infinite", value=at + 1, fix=_FIX)
+    if not places.size:
+        raise RecordingError(f"{path} holds no points", value=places.shape, fix=_FIX)
     timed = not np.isnan(time).any()
     bad = first_bad_step(time) if timed else None
     if bad is not None:
-        message = (
-            f"{path}, frame {bad + 1}: the time does not increase, {time[bad]:.12g} comes after {time[bad - 1]:.12g}"
-        )
-        raise RecordingError(message, value=float(time[bad]), fix=fix)
+        raise RecordingError(f"{path}, frame {bad + 1}: {describe_bad_step(time, bad)}", value=bad + 1, fix=_FIX)
     said_names = names_of(places) if names is None else names
     chosen, steps = once_each([clean_name(str(name)) or f"point {i + 1}" for i, name in enumerate(said_names)])
-    shown = _together([frame.confidence for frame in frames], (count,), path, "confidences")
-    turned = _together([frame.turns for frame in frames], (count, 4), path, "orientations")
     return Take(
-        time=time if timed else np.arange(float(len(frames))),
+        time=time if timed else np.arange(float(len(time))),
         points={name: places[:, i] for i, name in enumerate(chosen)},
         orientations={} if turned is None else {name: turned[:, i] for i, name in enumerate(chosen)},
         source=str(path),
@@ -92,7 +109,6 @@ def take_of_frames(
         timed=timed,
         confidence={} if shown is None else {name: shown[:, i] for i, name in enumerate(chosen)},
         steps=tuple(steps),
-        **said,  # type: ignore[arg-type]
     )
 
 
@@ -104,11 +120,8 @@ def _together(values: Sequence[Array | None], shape: tuple[int, ...], path: Path
     wrong = next((each.shape for each in found if each.shape != shape), None)
     if wrong is not None:
         message = f"{path}: {what} of shape {wrong} for {shape[0]} points"
-        raise RecordingError(message, value=wrong, allowed=str(shape), fix="Export the recording again")
-    together = np.stack(found)
-    if np.isinf(together).any():
-        raise RecordingError(f"{path}: {what} are infinite", fix="Export the recording again")
-    return together
+        raise RecordingError(message, value=wrong, allowed=str(shape), fix=_FIX)
+    return np.stack(found)
 
 
 def world_landmarks(take: Take) -> Take:

@@ -20,9 +20,10 @@ from pathlib import Path
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.demonstration.files.formats.frame_clock import MAX_RATE, MIN_RATE
 from armdesign.demonstration.files.formats.marker_tables import UNITS
-from armdesign.demonstration.files.keypoints import Frame, take_of_frames
+from armdesign.demonstration.files.keypoints import Seen, take_of_arrays
 from armdesign.demonstration.files.text_files import MAX_NUMBERS
 from armdesign.demonstration.recording import Take
 from armdesign.errors import RecordingError
@@ -67,20 +68,9 @@ def read(path: Path) -> Take:
     times = np.full(frames, np.nan) if time is None else np.asarray(time, dtype=float)
     if time is not None and np.isnan(times).any():
         raise RecordingError(f"{path}: times are missing", fix=_FIX)
-    take = take_of_frames(
-        path,
-        "NumPy NPZ" if len(arrays) > 1 or "arr" not in arrays else "NumPy NPY",
-        [
-            Frame(
-                float(times[i]),
-                np.asarray(places[i], dtype=float),
-                None if confidence is None else np.asarray(confidence[i], dtype=float),
-                None if turns is None else np.asarray(turns[i], dtype=float),
-            )
-            for i in range(frames)
-        ],
-        None if names is None else [_text(name) for name in names],
-    )
+    form = "NumPy NPZ" if len(arrays) > 1 or "arr" not in arrays else "NumPy NPY"
+    seen = Seen(times, _numbers(places), *(None if a is None else _numbers(a) for a in (confidence, turns)))
+    take = take_of_arrays(path, form, seen, None if names is None else [_text(name) for name in names])
     unit, up = (_word(arrays, key).lower() for key in ("units", "up"))
     declared = None if rate is None else float(rate.reshape(-1)[0])
     if declared is not None and not MIN_RATE <= declared <= MAX_RATE:
@@ -88,7 +78,7 @@ def read(path: Path) -> Take:
         raise RecordingError(f"{path}: the rate is {declared:g}", value=declared, allowed=allowed, fix=_FIX)
     if declared is not None and not take.timed:
         take = replace(take, time=take.time / declared, timed=True)
-    return replace(take, units=UNITS.get(unit), up=up if up in ("x", "y", "z") else None, rate=declared)
+    return replace(take, units=UNITS.get(unit), up=up if up.lstrip("-") in ("x", "y", "z") else None, rate=declared)
 
 
 def _arrays(path: Path) -> Arrays:
@@ -137,6 +127,11 @@ def _word(arrays: Arrays, name: str) -> str:
     """A text in an array; empty where there is none."""
     array = arrays.get(name)
     return _text(array.reshape(-1)[0]) if array is not None and array.size == 1 and array.dtype.kind in "US" else ""
+
+
+def _numbers(array: np.ndarray) -> Array:
+    """An array of any kind of numbers, in any order of its bytes."""
+    return np.asarray(array, dtype=float)
 
 
 def _text(value: object) -> str:
