@@ -14,6 +14,7 @@ from armdesign.cli.screen import say
 from armdesign.demonstration import Recording
 from armdesign.demonstration.cleaning.cleaning import crop
 from armdesign.demonstration.cycles import find_cycles
+from armdesign.demonstration.files.formats.openpose import first_of_each_take
 from armdesign.demonstration.files.formats.ros_bag import is_bag_folder
 from armdesign.demonstration.files.stretch import file_exists, part_name, part_of
 from armdesign.demonstration.points.selection import ORIGIN
@@ -119,7 +120,7 @@ def every_recording(named: Sequence[Path]) -> list[Path]:
             files = [path]
         if not files:
             raise SettingsError(f"{path} holds no recording", value=str(path), fix="Name the recordings' files")
-        found += files
+        found += first_of_each_take(files) if len(files) > 1 else files
     return found
 
 

@@ -62,6 +62,9 @@ def test_folders_and_patterns_are_their_files_in_order(tmp_path, take):
     assert every_recording([tmp_path / "takes"]) == every_recording([tmp_path / "takes" / "*.csv"]) == wanted
     opened = open_demonstrations([tmp_path / "takes"], Settings(), None, None, split=Split(None, 2))
     assert [Path(each.source).name for each in (*opened.seen, *opened.unseen)] == ["a.csv", "b.csv"]
+    for i in range(12):
+        (tmp_path / "takes" / f"x_{i:04d}_keypoints.json").write_text("{}")  # of OpenPose, a file a frame
+    assert every_recording([tmp_path / "takes"]) == [*wanted, tmp_path / "takes" / "x_0000_keypoints.json"]
     with pytest.raises(SettingsError, match="no recording"):
         every_recording([tmp_path / "takes" / "*.bvh"])
 

@@ -10,6 +10,7 @@ not in the files. Of several people the first is taken. Keypoints in the image a
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from armdesign.errors import RecordingError
 
 _NAME = re.compile(r"(?P<before>.*?)(?P<number>\d+)(?P<after>\D*)")
 _KEY = "pose_keypoints_3d"
+_ENDING = "_keypoints.json"
 _MOST_FILES = 200_000
 
 
@@ -51,12 +53,27 @@ def read(path: Path) -> Take:
     return replace(take, steps=(*take.steps, Step("people", sentence, {"people": most})))
 
 
+def first_of_each_take(files: Sequence[Path]) -> list[Path]:
+    """Files of which those that OpenPose wrote for one take are named by the first."""
+    found: dict[tuple[Path, str, str], Path] = {}
+    for file in files:
+        parts = _parts(file.name) if file.name.endswith(_ENDING) else None
+        found.setdefault((file.parent, *(parts or (file.name, ""))), file)
+    return list(found.values())
+
+
+def _parts(name: str) -> tuple[str, str] | None:
+    """What stands before and behind the last number in a name; None where there is none."""
+    match = _NAME.fullmatch(name[::-1])  # from behind, so that the last number is found
+    return None if match is None else (match["after"][::-1], match["before"][::-1])
+
+
 def _files(path: Path) -> list[Path]:
     """All files of the take, in their order: those of the same name but for its last number."""
-    match = _NAME.fullmatch(path.name[::-1])  # from behind, so that the last number is found
-    if match is None:
+    parts = _parts(path.name)
+    if parts is None:
         return [path]
-    before, after = match["after"][::-1], match["before"][::-1]
+    before, after = parts
     numbered: list[tuple[int, Path]] = []
     for file in path.parent.iterdir():
         middle = file.name[len(before) : len(file.name) - len(after)]
