@@ -31,7 +31,7 @@ plate to the origin, or, where no side is given, neither.
 * two modules, whichever: also those of neighbouring joints, which one link ties to each other;
 * a module and what belongs to neither link j - 1 nor link j: it is round about its axis, so it stands still in both;
 * parts of links that differ by two or more, whole;
-* parts of neighbours j - 1 and j, their tubes cut off inside the sphere of radius R_c = ``Body.reach`` about m_j; a
+* parts of neighbours j - 1 and j, their tubes cut off inside the sphere about m_j of radius ``Body.reach_about``; a
   rail's own link is not cut, since the sphere slides along it.
 
 Tubes of one link never. Cut is so that the whole solid that remains is outside the sphere, ``Cylinder.outside``.
@@ -54,7 +54,7 @@ from armdesign.bodies.inertia import Inertial, combine
 from armdesign.errors import DesignError
 from armdesign.kinematics.dh import DHTable, rot_x, translation
 from armdesign.kinematics.models import default_limits
-from armdesign.settings import Body
+from armdesign.settings.sections import Body, Module
 
 SIDES = ("below", "above", "behind", "left", "right", "front")
 """Sides of the base that a plate may stand on: -z, +z, -x, +y, -y, +x."""
@@ -147,7 +147,7 @@ class ArmBody:
         return tuple(bodies)
 
     def sphere(self, joint: int, link: int) -> Array:
-        """Centre of the sphere of radius ``Body.reach`` about the module of a joint.
+        """Centre of the sphere about the module of a joint, whose radius is ``reaches``.
 
         Args:
             joint: Number of the joint, 1..n.
@@ -163,6 +163,11 @@ class ArmBody:
         return centre
 
     @cached_property
+    def reaches(self) -> tuple[float, ...]:
+        """Radii of the spheres about the modules of all joints, n of them [m]."""
+        return tuple(self.options.reach_about(module) for module in self.options.modules_of(self.table.dof))
+
+    @cached_property
     def _shapes_and_pairs(self) -> tuple[tuple[Part, ...], NDArray[np.int64]]:
         """Shapes and pairs, made together, because the pairs say which cut pieces there are."""
         shapes, pairs = list(self.parts), []
@@ -174,7 +179,7 @@ class ArmBody:
             if part.fixed or (part.link < joint and self.table.prismatic[joint - 1]):
                 return [index]
             if (index, joint) not in cut:
-                rest = part.solid.outside(self.sphere(joint, part.link), self.options.reach)
+                rest = part.solid.outside(self.sphere(joint, part.link), self.reaches[joint - 1])
                 whole = len(rest) == 1 and rest[0] is part.solid
                 cut[index, joint] = [index] if whole else list(range(len(shapes), len(shapes) + len(rest)))
                 shapes.extend([] if whole else [part._replace(solid=solid) for solid in rest])
@@ -196,7 +201,7 @@ class ArmBody:
             own = joint == part.link  # along the next joint's axis, where that slides, its sphere does
             if not part.fixed and 1 <= joint <= self.table.dof and (own or not self.table.prismatic[joint - 1]):
                 centre = self.sphere(joint, part.link)
-                pieces = [rest for piece in pieces for rest in piece.outside(centre, self.options.reach)]
+                pieces = [rest for piece in pieces for rest in piece.outside(centre, self.reaches[joint - 1])]
         return pieces
 
 
@@ -222,6 +227,7 @@ def arm_body(
 
     Raises:
         DesignError: The slides do not fit the arm.
+        SettingsError: The body has modules for another number of joints.
     """
     s = np.array(table.d[:-1] if slides is None else slides, dtype=float)
     if s.shape != (table.dof,) or not np.isfinite(s).all():
@@ -231,10 +237,10 @@ def arm_body(
     ends = default_limits(table) if limits is None else np.asarray(limits, dtype=float)
     if ends.shape != (table.dof, 2):
         raise DesignError(f"joint limits have shape {ends.shape}", allowed=f"({table.dof}, 2)")
-    parts = [*_base(options, placed=placed, side=side)]
+    modules, parts = options.modules_of(table.dof), [*_base(options, placed=placed, side=side)]
     for link in range(table.dof + 1):
         if link:
-            parts.append(_module(link, float(s[link - 1] - table.d[link - 1]), options))
+            parts.append(_module(link, float(s[link - 1] - table.d[link - 1]), modules[link - 1]))
         corners = _polyline(table, link, s)
         parts += [
             Part(f"tube of {link_name(link)}", link, tube(start, end, options))
@@ -280,10 +286,9 @@ def _base(options: Body, *, placed: bool, side: str | None) -> Iterator[Part]:
         yield Part("post of base_link", 0, tube(np.zeros(3), -options.reach * turn[:3, 2], options))
 
 
-def _module(joint: int, height: float, options: Body) -> Part:
+def _module(joint: int, height: float, module: Module) -> Part:
     """The module of a joint, ``height`` above the origin of the joint's frame along its axis [m]."""
-    radius, length = options.joint_diameter / 2.0, options.joint_length
-    solid = Cylinder(translation(0.0, 0.0, height), radius, length, options.joint_mass, "joint")
+    solid = Cylinder(translation(0.0, 0.0, height), module.diameter / 2.0, module.length, module.mass, "joint")
     return Part(f"module of joint_{joint}", joint, solid, module=joint, fixed=True)
 
 

@@ -28,9 +28,10 @@ def capsule_sizes(
     """
     sizes = np.zeros(1, dtype=SIZES)
     record = sizes[0]
-    record["tube"], record["reach"] = body.tube_diameter / 2.0, body.reach
-    record["slide"] = body.module_slide
-    record["housing_half"], record["housing"] = capsule_about(body.joint_diameter / 2.0, body.joint_length)
+    record["tube"], record["slide"] = body.tube_diameter / 2.0, body.module_slide
+    for j, module in enumerate(body.modules_of(len(limits))):
+        record["housing_half"][j], record["housing"][j] = capsule_about(module.diameter / 2.0, module.length)
+        record["reach"][j] = body.reach_about(module)
     record["plate_half"], record["plate"] = capsule_about(body.base_diameter / 2.0, body.base_height)
     record["placed"], record["plate_centre"] = placed, body.base_height / 2.0
     record["prismatic"][: len(prismatic)] = prismatic

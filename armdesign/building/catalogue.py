@@ -241,11 +241,11 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
 def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
     """What is wrong with the head of a catalogue."""
     known = {"family": str, "maker": str, "units": dict, "source": list, "actuator": list}
-    for name, kind in known.items():
+    for name, wanted in known.items():
         if name not in content:
             yield f"'{name}' is missing"
-        elif not isinstance(content[name], kind) or not content[name]:
-            yield f"'{name}' is {content[name]!r}, not {'a text' if kind is str else 'filled in'}"
+        elif not isinstance(content[name], wanted) or not content[name]:
+            yield f"'{name}' is {content[name]!r}, not {'a text' if wanted is str else 'filled in'}"
     for name in content:
         if name not in (*known, "currency", "rated_share"):
             yield f"unknown entry '{name}'; allowed: {', '.join(known)}, currency, rated_share"
@@ -254,7 +254,7 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
         yield f"'rated_share' is {share!r}; allowed: above 0, at most 1"
     if not isinstance(content.get("currency", ""), str):
         yield f"'currency' is {content['currency']!r}, not a text"
-    units = content.get("units")
+    units: Any = content.get("units")
     for kind, allowed in UNITS.items() if isinstance(units, dict) else ():
         if units.get(kind) not in allowed:
             given = f"is {units[kind]!r}" if kind in units else "is missing"

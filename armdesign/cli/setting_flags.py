@@ -85,7 +85,18 @@ def takes_settings(
 def flagged(section: type[Section]) -> dict[str, dataclasses.Field[Any]]:
     """The entries of a section that have a flag, by name."""
     entries = dataclasses.fields(section)  # type: ignore[arg-type]
-    return {entry.name: entry for entry in entries if entry.metadata["panel"] or section.panel}
+    return {entry.name: entry for entry in entries if panel_of(entry, section)}
+
+
+def panel_of(entry: dataclasses.Field[Any], section: type[Section]) -> str | None:
+    """Where the help lists the flag of an entry; none where it has no flag.
+
+    Args:
+        entry: The entry.
+        section: Its section.
+    """
+    panel: str | None = entry.metadata["panel"]
+    return section.panel if panel is None else panel
 
 
 def flag(section: type[Section], name: str, kind: Kind) -> inspect.Parameter:
@@ -112,7 +123,7 @@ def flag(section: type[Section], name: str, kind: Kind) -> inspect.Parameter:
         declared,
         help=help_text,
         metavar=metavar(kind),
-        rich_help_panel=entry.metadata["panel"] or section.panel,
+        rich_help_panel=panel_of(entry, section),
         show_default=False,
         autocompletion=(lambda: list(options)) if options else None,
     )

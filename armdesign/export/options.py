@@ -189,10 +189,13 @@ class Assumption:
 def assumptions(options: RobotOptions | None = None) -> tuple[Assumption, ...]:
     """Every assumption in the robot files: body, limits, simulation."""
     chosen = options or RobotOptions()
-    sections = (chosen.body or Body(), chosen.limits, chosen.simulation)
+    body = chosen.body or Body()
+    sections = (body, chosen.limits, chosen.simulation)
+    left_out = ["kind", "modules"]  # those of single joints are parts that were chosen, and instead of those assumed
+    left_out += [] if body.modules is None else ["joint_mass", "joint_diameter", "joint_length"]
     return tuple(
         Assumption(entry.name, getattr(section, entry.name), str(entry.metadata["doc"]), flag_name(entry))
         for section in sections
         for entry in dataclasses.fields(section)
-        if entry.name != "kind"
+        if entry.name not in left_out
     )

@@ -244,7 +244,7 @@ def parameter(
         doc: One or two lines for the TOML comment and the manual, with the unit.
         optional: Whether None is allowed.
         panel: Where the help of a command lists its flag; an entry without a panel has no flag, unless its section
-            has one for all entries.
+            has one for all entries; one with the panel "" never has.
         flag: Its flag where that is not called like the entry.
         short: What the flag's help says where ``doc`` is for a file of settings only.
     """

@@ -13,7 +13,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from armdesign.errors import SettingsError, counted
 from armdesign.settings.kinds import (
@@ -300,6 +300,20 @@ def mass_parameter(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclas
     return parameter(default, Number(LIGHTEST, 1000.0, "kg", above=True), f"{doc} [kg].")
 
 
+class Module(NamedTuple):
+    """The module of a joint, motor and gear in a cylinder about its axis.
+
+    Attributes:
+        diameter: Its diameter [m].
+        length: Its length along the axis [m].
+        mass: Its mass [kg].
+    """
+
+    diameter: float
+    length: float
+    mass: float
+
+
 @dataclass(frozen=True, repr=False)
 class Body(Section):
     """What the arm is built of: assumptions, since the design is but lines; lengths in metres, masses in kilograms.
@@ -337,6 +351,11 @@ class Body(Section):
         "[m]: the bracket allows as much.",
     )  # fmt: skip
     clearance: float = size_parameter(5e-3, "Least gap between bodies that are not neighbours, and to obstacles")
+    modules: tuple[tuple[float, float, float], ...] | None = parameter(
+        None, Several(Several(Number(0.0, 1000.0, above=True), 3, 3), 1, 10),
+        "Modules of every joint from the base on, each with diameter [m], length [m] and mass [kg], over the\n"
+        "joint_... above, as armdesign build chooses them; not set: all alike.", optional=True, panel="",
+    )  # fmt: skip
 
     @classmethod
     def title(cls) -> str:
@@ -356,11 +375,30 @@ class Body(Section):
                 f"setting 'body.tube_wall' is {self.tube_wall!r} m", value=self.tube_wall, allowed=allowed
             )
 
+    def modules_of(self, dof: int) -> tuple[Module, ...]:
+        """The modules of an arm's n joints.
+
+        Raises:
+            SettingsError: ``modules`` are those of another number of joints.
+        """
+        if self.modules is None:
+            return (Module(self.joint_diameter, self.joint_length, self.joint_mass),) * dof
+        if len(self.modules) != dof:
+            raise SettingsError(
+                f"setting 'body.modules' has {counted(len(self.modules), 'module')} for {counted(dof, 'joint')}",
+                value=self.modules, allowed=f"{counted(dof, 'module')}, one per joint", fix="Leave body.modules out",
+            )  # fmt: skip
+        return tuple(Module(*module) for module in self.modules)
+
+    def reach_about(self, module: Module) -> float:
+        """Radius of the sphere about a joint that its housing stays within and the link before it stays out of [m]."""
+        housing = math.hypot(module.diameter, module.length) / 2.0
+        return max(housing, self.tube_diameter / 2.0) + self.clearance
+
     @property
     def reach(self) -> float:
-        """Radius of the sphere about a joint that its housing stays within and the link before it stays out of [m]."""
-        housing = math.hypot(self.joint_diameter, self.joint_length) / 2.0
-        return max(housing, self.tube_diameter / 2.0) + self.clearance
+        """The largest ``reach_about`` of its modules: how far away the plate of an arm that hangs stands [m]."""
+        return max(self.reach_about(module) for module in self.modules_of(len(self.modules or (None,))))
 
 
 @dataclass(frozen=True, repr=False)

@@ -273,3 +273,15 @@ def test_a_joint_that_slides_has_its_carriage_on_a_rail():
 def test_slides_that_do_not_fit_are_refused(slides):
     with pytest.raises(DesignError, match="slides"):
         arm_body(WRIST, OPTIONS, slides)
+
+
+def test_every_joint_may_have_its_own_module():
+    table = DHTable.from_rows([(0, 0, 0.2), (np.pi / 2, 0.3, 0), (0, 0, 0.1)])
+    body = Body(modules=[(0.1, 0.05, 2.0), (0.04, 0.03, 0.3)])
+    arm = arm_body(table, body)
+    modules = [part.solid for part in arm.parts if part.module]
+    assert [(m.radius, m.length, m.mass) for m in modules] == [(0.05, 0.05, 2.0), (0.02, 0.03, 0.3)]
+    assert arm.reaches == pytest.approx((np.hypot(0.1, 0.05) / 2 + 0.005, np.hypot(0.04, 0.03) / 2 + 0.005))
+    assert body.reach == arm.reaches[0]
+    with pytest.raises(SettingsError, match="2 modules for 1 joint"):
+        arm_body(DHTable.from_rows([(0, 0, 0.2), (0, 0, 0.1)]), body)

@@ -43,6 +43,15 @@ def built(table, body, slides, *, placed=True):
     return bodies[0]
 
 
+def random_body(rng, n):
+    """All modules alike, or every joint with its own."""
+    if rng.random() < 0.5:
+        return Body()
+    return Body(
+        modules=[tuple(module) for module in rng.uniform([0.03, 0.03, 0.1], [0.12, 0.12, 2.0], (n, 3)).tolist()]
+    )
+
+
 def random_arm(rng, n):
     """A table with some lengths of 0 and some negative ones, and slides on both sides of the joints."""
     table = DHTable(
@@ -60,8 +69,9 @@ def test_capsules_are_about_the_parts_of_the_exact_body_in_their_order(placed):
     rng = np.random.default_rng(3)
     for _ in range(40):
         table, slides = random_arm(rng, int(rng.integers(1, 7)))
-        exact = arm_body(table, Body(), slides, placed=placed, side=None)
-        record = built(table, Body(), slides, placed=placed)
+        body = random_body(rng, table.dof)
+        exact = arm_body(table, body, slides, placed=placed, side=None)
+        record = built(table, body, slides, placed=placed)
         assert record["parts"] == len(exact.parts)
         for k, part in enumerate(exact.parts):
             assert (record["link"][k], record["module"][k]) == (part.link, part.module)
@@ -85,7 +95,8 @@ def test_pairs_are_those_of_the_exact_body_cut_at_the_same_spheres():
     rng = np.random.default_rng(4)
     for _ in range(60):
         table, slides = random_arm(rng, int(rng.integers(2, 7)))
-        exact, record = arm_body(table, Body(), slides, placed=True), built(table, Body(), slides)
+        body = random_body(rng, table.dof)
+        exact, record = arm_body(table, body, slides, placed=True), built(table, body, slides)
 
         def seen(link, ends):
             return (link, *np.round(np.sum(ends, axis=0), 6) + 0.0, round(float(np.linalg.norm(ends[1] - ends[0])), 6))

@@ -35,9 +35,9 @@ WHOLE, APART = 0, -1
 SIZES = np.dtype(
     [
         ("tube", np.float64),  # radius of the tubes [m]
-        ("housing_half", np.float64),  # half length of the segment inside a module's housing [m]
-        ("housing", np.float64),  # radius of its capsule [m]
-        ("reach", np.float64),  # radius of the sphere about a joint that cuts its two links [m], Body.reach
+        ("housing_half", np.float64, MAX_DOF),  # half length of the segment inside a module's housing [m]
+        ("housing", np.float64, MAX_DOF),  # radius of its capsule [m]
+        ("reach", np.float64, MAX_DOF),  # radius of the sphere about a joint that cuts its two links [m], Body.reaches
         ("slide", np.float64),  # how far a module may sit beyond the piece along its axis [m]
         ("placed", np.int64),  # 1: there is a base plate
         ("plate_centre", np.float64),  # its height above the base's origin [m]
@@ -171,10 +171,10 @@ def build_body(body, sizes, rows, slides):
         body.fixed[k] = 1
     for link in range(n + 1):
         if link > 0:
-            k = new_capsule(body, link, sizes.housing)
+            k = new_capsule(body, link, sizes.housing[link - 1])
             slides_itself = sizes.prismatic[link - 1] == 1
             lifted = 0.0 if slides_itself else slides[link - 1] - rows[link - 1, 2]
-            set_on_axis(body, k, lifted, sizes.housing_half, 4 * link + 1 if slides_itself else 4 * link - 1)
+            set_on_axis(body, k, lifted, sizes.housing_half[link - 1], 4 * link + 1 if slides_itself else 4 * link - 1)
             body.module[k], body.fixed[k] = link, 1
         add_tubes(body, sizes, rows, slides, link)
     body.parts = body.capsules
@@ -319,9 +319,10 @@ def cut_part(body, sizes, rows, slides, i, joint):
     foot = x * ux + y * uy + z * uz
     x, y, z = x - foot * ux, y - foot * uy, z - foot * uz
     gap = max(np.sqrt(x * x + y * y + z * z) - body.radius[i], 0.0)
-    if gap >= sizes.reach:
+    reach = sizes.reach[joint - 1]
+    if gap >= reach:
         return
-    inside = np.sqrt(sizes.reach * sizes.reach - gap * gap)
+    inside = np.sqrt(reach * reach - gap * gap)
     if foot - inside >= length or foot + inside <= 0.0:
         return
     body.piece[i, at, 0], body.piece[i, at, 1] = body.capsules, 0

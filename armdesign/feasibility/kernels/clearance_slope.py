@@ -228,7 +228,7 @@ def add_pull(glide, traced, room, ends, k, along, sign):
         ax, ay, az = ax - foot * ux, ay - foot * uy, az - foot * uz
         away = np.sqrt(ax * ax + ay * ay + az * az)
         gap = max(away - body.radius[k], 0.0)
-        inside = np.sqrt(max(room.sizes[0].reach ** 2 - gap * gap, 1e-24))
+        inside = np.sqrt(max(room.sizes[0].reach[joint - 1] ** 2 - gap * gap, 1e-24))
     for c in range(max(body.movers[part, 0], body.movers[part, 1])):
         px, py, pz = moved(glide.axis[c], p, c < body.movers[part, 0])
         qx, qy, qz = moved(glide.axis[c], q, c < body.movers[part, 1])

@@ -158,7 +158,7 @@ def bounds_of(run: Result, motion: Motion) -> Array:
     """Lowest and highest corner of what a run passes through in the room, its base and solids included."""
     body, base = run.problem.settings.body, run.base_pose
     corners = run.table.skeleton(run.evaluation.path.q).reshape(-1, 3)
-    thick = body.joint_diameter / 2.0
+    thick = max(module.diameter for module in body.modules_of(run.table.dof)) / 2.0
     passed = np.concatenate([corners, motion.points.reshape(-1, 3), motion.arm.reshape(-1, 3)])
     plate = np.array([body.base_diameter / 2.0, body.base_diameter / 2.0, body.reach + body.base_height])
     plate[2] = 0.0 if run.problem.first.base is not None else plate[2]  # a placed arm stands on its plate's face
