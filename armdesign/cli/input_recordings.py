@@ -17,6 +17,7 @@ from armdesign.demonstration.cycles import find_cycles
 from armdesign.demonstration.files.formats.openpose import first_of_each_take
 from armdesign.demonstration.files.formats.ros_bag import is_bag_folder
 from armdesign.demonstration.files.stretch import file_exists, part_name, part_of
+from armdesign.demonstration.files.text_files import unreadable
 from armdesign.demonstration.points.selection import ORIGIN
 from armdesign.errors import SettingsError, counted
 from armdesign.runs.folder import DEMONSTRATIONS, HOLDOUTS, TASK, TASK_JSON, inner_folders, old_name_note
@@ -113,7 +114,11 @@ def every_recording(named: Sequence[Path]) -> list[Path]:
     found: list[Path] = []
     for path in named:
         if os.path.isdir(path) and not is_bag_folder(path):  # False for names too long, too
-            files = [each for each in sorted(path.iterdir()) if each.suffix.lower() in ENDINGS and each.is_file()]
+            try:
+                inside = sorted(path.iterdir())
+            except OSError as error:
+                raise unreadable(path, error) from error
+            files = [each for each in inside if each.suffix.lower() in ENDINGS and each.is_file()]
         elif not file_exists(str(path)) and set(str(path)) & set("*?["):
             files = [Path(name) for name in sorted(glob(str(path), recursive=True)) if Path(name).is_file()]
         else:

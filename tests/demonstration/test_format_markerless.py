@@ -91,6 +91,8 @@ def test_openpose_reads_all_files_of_a_take_in_their_order(tmp_path):
     wanted[5] = np.nan
     np.testing.assert_allclose(take.points["RWrist"], wanted)
     assert "people" in steps(take)
+    (tmp_path / "other_97_keypoints.json").unlink()
+    np.testing.assert_array_equal(read_take(tmp_path, Hints(rate=30.0)).points["RWrist"], take.points["RWrist"])
 
 
 def test_keypoints_in_the_image_are_refused(tmp_path):

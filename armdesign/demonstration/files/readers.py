@@ -17,6 +17,7 @@ import numpy as np
 from armdesign.demonstration.cleaning.cleaning import crop
 from armdesign.demonstration.files import formats
 from armdesign.demonstration.files.foreign import foreign_format
+from armdesign.demonstration.files.formats.openpose import file_in_folder
 from armdesign.demonstration.files.formats.ros_bag import is_bag_folder
 from armdesign.demonstration.files.formats.ros_bag import read as read_bag
 from armdesign.demonstration.files.hints import Hints, completed
@@ -75,6 +76,7 @@ def read_take(path: str | os.PathLike[str], hints: Hints = NO_HINTS) -> Take:
     source = Path(path)
     if is_bag_folder(source):
         return hide_unseen(completed(read_bag(source), hints), hints.confidence)
+    source = file_in_folder(source)
     head = read_head(source)
     form = next((form for form in formats.FORMATS if form.matches(head)), None)
     known = [form.name for form in formats.FORMATS]

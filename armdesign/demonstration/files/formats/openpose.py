@@ -9,6 +9,7 @@ not in the files. Of several people the first is taken. Keypoints in the image a
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,6 +20,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.files.json_text import json_head, numbers, objects_with, read_json
 from armdesign.demonstration.files.keypoints import Frame, take_of_frames
+from armdesign.demonstration.files.text_files import unreadable
 from armdesign.demonstration.recording import Step, Take
 from armdesign.errors import RecordingError
 
@@ -53,6 +55,13 @@ def read(path: Path) -> Take:
     return replace(take, steps=(*take.steps, Step("people", sentence, {"people": most})))
 
 
+def file_in_folder(path: Path) -> Path:
+    """A file of the take that a folder of OpenPose holds; any other path as it is."""
+    if not os.path.isdir(path):  # False for names too long, too
+        return path
+    return min((file for file in _listed(path) if file.name.endswith(_ENDING)), default=path)
+
+
 def first_of_each_take(files: Sequence[Path]) -> list[Path]:
     """Files of which those that OpenPose wrote for one take are named by the first."""
     found: dict[tuple[Path, str, str], Path] = {}
@@ -60,6 +69,14 @@ def first_of_each_take(files: Sequence[Path]) -> list[Path]:
         parts = _parts(file.name) if file.name.endswith(_ENDING) else None
         found.setdefault((file.parent, *(parts or (file.name, ""))), file)
     return list(found.values())
+
+
+def _listed(folder: Path) -> list[Path]:
+    """The files in a folder."""
+    try:
+        return list(folder.iterdir())
+    except OSError as error:
+        raise unreadable(folder, error) from error
 
 
 def _parts(name: str) -> tuple[str, str] | None:
@@ -75,7 +92,7 @@ def _files(path: Path) -> list[Path]:
         return [path]
     before, after = parts
     numbered: list[tuple[int, Path]] = []
-    for file in path.parent.iterdir():
+    for file in _listed(path.parent):
         middle = file.name[len(before) : len(file.name) - len(after)]
         alike = file.name.startswith(before) and file.name.endswith(after)
         if alike and middle.isascii() and middle.isdecimal() and len(middle) < 16:
