@@ -116,6 +116,8 @@ def test_seventeen_points_are_told_apart():
     coco[:, 0] = 0.5 * (coco[:, 1] + coco[:, 4])
     assert names_of(coco) == HUMAN36M
     assert names_of(coco[:, :3]) == ("point 1", "point 2", "point 3")
+    holistic = names_of(np.zeros((1, 553, 3)))  # body, hands and face of FreeMoCap
+    assert (len(holistic), holistic[:33], holistic[33]) == (553, MEDIAPIPE, "point 34")
 
 
 def test_a_camera_without_confidence_and_with_names_of_its_own(tmp_path):

@@ -10,11 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.demonstration.files.body_names import BY_COUNT, COCO, HUMAN36M, SMPL_X
+from armdesign.demonstration.files.body_names import BY_COUNT, COCO, HUMAN36M, MEDIAPIPE, SMPL_X
 from armdesign.demonstration.files.formats.marker_tables import clean_name, once_each
 from armdesign.demonstration.recording import Step, Take, describe_bad_step, first_bad_step, median_seen
 from armdesign.errors import RecordingError
 
+_FIRST = {127: SMPL_X, 144: SMPL_X, 75: MEDIAPIPE, 543: MEDIAPIPE, 553: MEDIAPIPE}
+"""Number of points to the names of the first: behind them are landmarks of the face, or MediaPipe's hands and face."""
 _FIX = "Export the recording again"
 _MIDDLE = 0.05  # of the hips' width; a point that is the middle of the hips
 _CENTRED = 0.02  # [m] from the middle of the hips to the origin
@@ -48,9 +50,8 @@ def names_of(places: Array) -> tuple[str, ...]:
             middle = np.linalg.norm(places[:, 0] - 0.5 * (places[:, 1] + places[:, 4]), axis=1)
             width = np.linalg.norm(places[:, 1] - places[:, 4], axis=1)
         return HUMAN36M if median_seen(middle) < _MIDDLE * median_seen(width) else COCO
-    if count > len(SMPL_X) and count in (127, 144):  # SMPL-X with landmarks of the face behind the joints
-        return (*SMPL_X, *(f"point {i + 1}" for i in range(len(SMPL_X), count)))
-    return BY_COUNT.get(count) or tuple(f"point {i + 1}" for i in range(count))
+    known = BY_COUNT.get(count) or _FIRST.get(count, ())
+    return (*known, *(f"point {i + 1}" for i in range(len(known), count)))
 
 
 def take_of_frames(path: Path, form: str, frames: Sequence[Frame], names: Sequence[object] | None) -> Take:
