@@ -34,8 +34,8 @@ def export(
         option(
             "--format",
             "NAME,...",
-            "Robot files, one or more of urdf, xacro, mjcf, sdf, dh-csv, dh-toml (default urdf, or none with "
-            "--trajectory).",
+            "Robot files, one or more of urdf, xacro, mjcf, sdf, srdf, moveit (YAML), controllers (ros2_control), "
+            "dh-csv, dh-toml (default urdf, or none with --trajectory or --package).",
         ),
     ] = None,
     trajectory: Annotated[
@@ -45,6 +45,10 @@ def export(
             "NAME,...",
             "Trajectory files, one or more of csv, ros (ROS 2 YAML), ros2-bag, npz (default none).",
         ),
+    ] = None,
+    package: Annotated[
+        str | None,
+        option("--package", "NAME", "A ROS 2 description package: URDF, SRDF, controllers, MoveIt, launch files."),
     ] = None,
     out: Annotated[Path | None, option("--out", "DIR", "Folder to write to (default RUN/export).")] = None,
     overwrite: Annotated[bool, option("--overwrite", None, "Replace files of the same names.")] = False,
@@ -95,7 +99,7 @@ def export(
 
     What a robot file assumes beyond the design (tubes, motors, loads) is an option below, with its default.
     """
-    wanted = robot_format if robot_format is not None or trajectory is not None else "urdf"
+    wanted = robot_format if any(each is not None for each in (robot_format, trajectory, package)) else "urdf"
     kinds = [] if wanted is None else chosen(wanted, tuple(FORMATS), "--format")
     motions = [] if trajectory is None else chosen(trajectory, tuple(FILES), "--trajectory")
     check_convention(convention)
@@ -103,7 +107,7 @@ def export(
         "rate": rate, "speed": speed, "fit_limits": fit_limits, "max_velocity": max_velocity,
         "max_acceleration": max_acceleration, "cutoff": cutoff, "ramp": ramp,
     }  # fmt: skip
-    if not kinds:
+    if not kinds and package is None:
         robot_flags = [f"--{name.replace('_', '-')}" for section in given.values() for name in section]
         refuse_without("--format", dict.fromkeys(robot_flags, True))
     if not motions:
@@ -117,7 +121,7 @@ def export(
     done = write_export(
         finished, out if out is not None else run / FOLDER, kinds, motions, options=options, convention=convention,
         timing=TrajectoryOptions(**{name: value for name, value in timing.items() if value is not None}),
-        overwrite=overwrite,
+        package=package, overwrite=overwrite,
     )  # fmt: skip
     if not quiet:
         for note in done.notes:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from itertools import combinations
 
 import coal
+import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody, link_name
@@ -27,6 +29,21 @@ def touching_links(arm: ArmBody, q: Array) -> dict[Pair, int]:
         arm: The arm and its solids.
         q: Joint angles, shape (T, n) [rad; m of prismatic joints].
     """
+    pairs, hits = contacts(arm, q)
+    counts = hits.sum(axis=0)
+    return {pair: int(count) for pair, count in zip(pairs, counts, strict=True) if count}
+
+
+def contacts(arm: ArmBody, q: Array) -> tuple[list[Pair], NDArray[np.bool_]]:
+    """Which links touch in each of some poses, by their collision shapes; a carriage on its rail does not count.
+
+    Args:
+        arm: The arm and its solids.
+        q: Joint angles, shape (T, n) [rad; m of prismatic joints].
+
+    Returns:
+        The pairs of links that could, ascending, and whether they do, shape (T, pairs).
+    """
     model, shapes = arm_model(arm.table), pin.GeometryModel()
     carriages: set[int] = set()
     for link, body in enumerate(arm.links):
@@ -41,13 +58,15 @@ def touching_links(arm: ArmBody, q: Array) -> dict[Pair, int]:
         if links[0] != links[1] and not (j in carriages and links[1] == links[0] + 1):
             shapes.addCollisionPair(pin.CollisionPair(k, j))
     data, room = model.createData(), pin.GeometryData(shapes)
-    both = [sorted((parts[pair.first].parentJoint, parts[pair.second].parentJoint)) for pair in shapes.collisionPairs]
-    counts: dict[Pair, int] = {}
-    for angles in q:
+    both = [(parts[pair.first].parentJoint, parts[pair.second].parentJoint) for pair in shapes.collisionPairs]
+    pairs = sorted(set(both))
+    owner = np.array([pairs.index(pair) for pair in both], dtype=np.intp)
+    hits = np.zeros((len(q), len(pairs)), dtype=bool)
+    for t, angles in enumerate(q):
         pin.computeCollisions(model, data, shapes, room, angles, False)
-        for i, j in {tuple(pair) for pair, hit in zip(both, room.collisionResults, strict=True) if hit.isCollision()}:
-            counts[i, j] = counts.get((i, j), 0) + 1
-    return dict(sorted(counts.items()))
+        hit = np.array([result.isCollision() for result in room.collisionResults], dtype=bool)
+        hits[t, owner[hit]] = True
+    return pairs, hits
 
 
 def touching_notes(touching: dict[Pair, int], frames: int) -> tuple[str, ...]:

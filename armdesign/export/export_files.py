@@ -11,7 +11,9 @@ from armdesign.export.dh_text import check_convention
 from armdesign.export.formats import FORMATS, check_places, chosen, robot_files
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import finished_robot
+from armdesign.export.ros_package import check_package_name, ros_package
 from armdesign.export.trajectory.exporting import FILES, TrajectoryOptions, export_trajectory, place_for
+from armdesign.export.urdf import HARDWARE
 from armdesign.export.urdf_check import check_urdf
 from armdesign.files import write_whole
 from armdesign.search.result import Result
@@ -39,6 +41,7 @@ def export(
     options: RobotOptions | None = None,
     convention: str = "modified",
     timing: TrajectoryOptions | None = None,
+    package: str | None = None,
     overwrite: bool = False,
 ) -> Export:
     """Write robot files and trajectories of a result.
@@ -46,11 +49,13 @@ def export(
     Args:
         result: The arm with its motion.
         folder: Where to; made where it is missing.
-        formats: Robot files: ``urdf``, ``xacro``, ``mjcf``, ``sdf``, ``dh-csv``, ``dh-toml``; a list, or by commas.
+        formats: Robot files: ``urdf``, ``xacro``, ``mjcf``, ``sdf``, ``srdf``, ``moveit``, ``controllers``, ``dh-csv``,
+            ``dh-toml``; a list, or by commas. With ros2_control for Gazebo the controllers come along.
         trajectories: Trajectories: ``csv``, ``ros`` (ROS 2 YAML), ``ros2-bag``, ``npz``; a list, or by commas.
         options: What the robot files assume beyond the design.
         convention: Of the DH tables, ``modified`` or ``classic``.
         timing: How the trajectories are smoothed, timed and sampled.
+        package: Name of a ROS 2 package to write into a folder of that name.
         overwrite: Whether files of the same names are replaced.
 
     Raises:
@@ -62,18 +67,26 @@ def export(
     place = Path(folder)
     kinds, motions = names(formats, tuple(FORMATS), "the format"), names(trajectories, tuple(FILES), "the trajectory")
     check_convention(convention)
+    hardware = (options or RobotOptions()).tags.ros2_control
+    if hardware in ("gazebo", HARDWARE["gazebo"]) and {"urdf", "xacro"} & set(kinds) and "controllers" not in kinds:
+        kinds.append("controllers")
     check_places(place, [name for kind in kinds for name in FORMATS[kind]], overwrite=overwrite)
+    if package is not None:
+        check_places(place, [f"{check_package_name(package)}/package.xml"], overwrite=overwrite)
     for kind in motions:
         place_for(kind, place, overwrite=overwrite)
     files: dict[str, str] = {}
     notes: list[str] = []
-    if kinds:
+    if kinds or package is not None:
         robot = finished_robot(result, options)
         files = {name: text for kind in kinds for name, text in robot_files(robot, kind, convention).items()}
         for name in FORMATS["urdf"]:
             if name in files:
                 check_urdf(files[name], robot)
         notes += robot.notes
+        if package is not None:
+            files |= {f"{package}/{name}": text for name, text in ros_package(robot, package).items()}
+            check_urdf(files[f"{package}/urdf/{robot.name}.urdf"], robot)
     try:
         place.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -82,6 +95,7 @@ def export(
             fix="Name a folder you may write to with --out",
         ) from error  # fmt: skip
     for name, text in files.items():
+        (place / name).parent.mkdir(parents=True, exist_ok=True)
         write_whole(place / name, text)
     paths = [place / name for name in files]
     for kind in motions:

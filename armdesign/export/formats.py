@@ -8,9 +8,16 @@ from pathlib import Path
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.export.dh_text import dh_csv, dh_toml
 from armdesign.export.mjcf import robot_mjcf
+from armdesign.export.planning import (
+    controllers_yaml,
+    joint_limits_yaml,
+    kinematics_yaml,
+    moveit_controllers_yaml,
+    robot_srdf,
+)
 from armdesign.export.robot_file import Robot
 from armdesign.export.sdf import robot_sdf
-from armdesign.export.urdf import robot_urdf
+from armdesign.export.urdf import CONTROLLERS, robot_urdf
 from armdesign.export.xacro import robot_xacro, robot_xacro_macro
 
 FORMATS: dict[str, tuple[str, ...]] = {
@@ -18,6 +25,9 @@ FORMATS: dict[str, tuple[str, ...]] = {
     "xacro": ("arm.xacro", "arm_macro.xacro"),
     "mjcf": ("arm.xml",),
     "sdf": ("arm.sdf",),
+    "srdf": ("arm.srdf",),
+    "moveit": ("joint_limits.yaml", "kinematics.yaml", "moveit_controllers.yaml"),
+    "controllers": (CONTROLLERS,),
     "dh-csv": ("dh.csv",),
     "dh-toml": ("dh.toml",),
 }
@@ -41,7 +51,12 @@ def robot_files(robot: Robot, kind: str, convention: str = "modified") -> dict[s
     if kind in ("dh-csv", "dh-toml"):
         writer = dh_csv if kind == "dh-csv" else dh_toml
         return {names[0]: writer(robot.table, convention)}
-    writers = {"urdf": robot_urdf, "mjcf": robot_mjcf, "sdf": robot_sdf}
+    if kind == "moveit":
+        texts = joint_limits_yaml(robot), kinematics_yaml(robot), moveit_controllers_yaml(robot)
+        return dict(zip(names, texts, strict=True))
+    writers = {
+        "urdf": robot_urdf, "mjcf": robot_mjcf, "sdf": robot_sdf, "srdf": robot_srdf, "controllers": controllers_yaml,
+    }  # fmt: skip
     return {names[0]: writers[kind](robot)}
 
 

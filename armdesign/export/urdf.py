@@ -26,6 +26,8 @@ __all__ = ["HARDWARE", "MATERIALS", "result_urdf", "robot_urdf", "tag_parts", "u
 TEMPLATE = "arm.urdf.j2"
 HARDWARE = {"mock": "mock_components/GenericSystem", "gazebo": "gz_ros2_control/GazeboSimSystem"}
 """Hardware plugins of ros2_control by their short names."""
+CONTROLLERS = "controllers.yaml"
+"""The file of the controllers that Gazebo's plugin is told, beside the URDF."""
 
 
 def urdf_text(
@@ -83,7 +85,8 @@ def tag_parts(robot: Robot) -> dict[str, Any]:
     ]
     wanted = tags.ros2_control
     hardware = None if wanted is None else HARDWARE.get(wanted, wanted)
-    return {"hardware": hardware, "transmissions": tags.transmissions, "moving": joints}
+    simulated = CONTROLLERS if hardware == HARDWARE["gazebo"] else None
+    return {"hardware": hardware, "controllers": simulated, "transmissions": tags.transmissions, "moving": joints}
 
 
 def result_urdf(result: Result) -> str:

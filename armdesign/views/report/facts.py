@@ -11,6 +11,7 @@ from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.export.joints import JointLimits
 from armdesign.export.limits import exported_limits
 from armdesign.export.options import RobotOptions
+from armdesign.export.planning import FEW, sampled_contacts
 from armdesign.export.robot_file import resolved_options, result_arm
 from armdesign.kinematics.motion import SmoothMotion, smooth_motion
 from armdesign.search.result import Result
@@ -73,6 +74,7 @@ class JointLoads:
         limits: Limits of the joints, as in the URDF.
         masses: Of base_link, link_1, ..., link_n, shape (n + 1,) [kg].
         prismatic: Which joints slide, n of them.
+        free: Share of random poses within the joint limits that are free of self-collision.
     """
 
     time: Array
@@ -81,6 +83,7 @@ class JointLoads:
     limits: JointLimits
     masses: Array
     prismatic: tuple[bool, ...]
+    free: float
 
 
 def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
@@ -101,4 +104,5 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
         limits=exported_limits(run, arm, limits)[0],
         masses=np.array([each.inertial.mass for each in arm.links]),
         prismatic=run.table.prismatic,
+        free=sampled_contacts(arm, run.limits, samples=FEW).free,
     )

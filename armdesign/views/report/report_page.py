@@ -78,6 +78,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "modified": modified_rows(run.table, bound_marks(run, facts)),
         "classic": run.table.to_classic().rows.tolist(),  # alpha, a, d, theta [rad, m, m, rad]
         "joints": joint_rows(loads),
+        "free": loads.free,
         "masses": loads.masses,
         "payload": payload,
         "orientation": orientation_row(run),
