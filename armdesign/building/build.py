@@ -1,0 +1,274 @@
+"""From a finished design to an arm of parts: tubes by stiffness, actuators by torque and speed, to a fixed point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from armdesign.bodies.arm_body import ArmBody
+from armdesign.bodies.loads import base_gravity
+from armdesign.building.catalogue import Actuator, find_catalogue, shipped
+from armdesign.building.choice import Choice, Duty, choose, duty_of, weakest
+from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
+from armdesign.errors import CatalogueError, SettingsError
+from armdesign.kinematics.motion import smooth_motion
+from armdesign.search.design_problem import Demonstration, DesignProblem
+from armdesign.search.evaluation import motions
+from armdesign.search.result import Result
+
+ROUNDS = 8
+"""Most times that actuators are chosen anew because their housings have moved the modules."""
+SLOWEST = 0.02
+"""Share of the demonstrated speed below which an arm counts as too weak to move."""
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """What an arm is built of, and how well.
+
+    Attributes:
+        catalogue: A family or a catalogue file.
+        least: What is minimised: ``mass`` or ``price``.
+        margin: Factor on the torques that are needed.
+        payload: Point mass at the tool [kg]; None for the task's.
+        speed: Share of the demonstrated speed; ``auto`` for the largest at which there is a choice.
+        stock: Tubes to choose from, ``aluminium`` or a file; None to keep those of the design.
+        deflection: How far the tool may sag under the payload [m].
+    """
+
+    catalogue: str
+    least: str = "mass"
+    margin: float = 1.2
+    payload: float | None = None
+    speed: float | str = 1.0
+    stock: str | None = None
+    deflection: float = 1e-3
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            SettingsError: A value is not allowed.
+        """
+        if self.least not in ("mass", "price"):
+            raise SettingsError(f"--for is {self.least!r}", value=self.least, allowed=["mass", "price"])
+        if isinstance(self.speed, str) and self.speed != "auto":
+            raise SettingsError(f"--speed is {self.speed!r}", value=self.speed, allowed="auto, or a number")
+        for name, number, low, high in (
+            ("--margin", self.margin, 1.0, 100.0),
+            ("--payload", self.payload or 0.0, 0.0, 1000.0),
+            ("--deflection", self.deflection, 1e-6, 1.0),
+            ("--speed", 1.0 if isinstance(self.speed, str) else self.speed, SLOWEST, 1.0),
+        ):
+            if not low <= number <= high:
+                raise SettingsError(f"{name} is {number:g}", value=number, allowed=f"{low:g} to {high:g}")
+
+
+@dataclass(frozen=True, eq=False)
+class Build:
+    """An arm of parts.
+
+    Attributes:
+        result: The arm with the bodies, masses and limits of its parts, slowed down where it had to be.
+        choice: Its actuators.
+        tube: Its tubes; None where they are those that the design had assumed.
+        sag: How far its tool sags under the payload at worst [m]; None without a tube of known stiffness.
+        speed: Share of the demonstrated speed.
+        options: What was asked for.
+        currency: Of the actuators' prices.
+    """
+
+    result: Result
+    choice: Choice
+    tube: Tube | None
+    sag: float | None
+    speed: float
+    options: BuildOptions
+    currency: str
+
+
+def build(result: Result, options: BuildOptions) -> Build:
+    """Pick the parts of a finished design.
+
+    Args:
+        result: The design with its paths.
+        options: What it is built of.
+
+    Raises:
+        CatalogueError: No choice of actuators or tubes meets what is asked; which joint, by how much, and what would.
+    """
+    catalogue = find_catalogue(options.catalogue)
+    sizes = priced(catalogue.actuators, options)
+    payload = result.problem.settings.needs.payload if options.payload is None else options.payload
+    changes: dict[str, dict[str, Any]] = {"body": {"kind": "tube"}, "needs": {"payload": payload}}
+    changes["needs"] |= {"max_torque": None, "max_speed": None}
+    plain = changed(result, changes)
+    tube, sag = None, None
+    if options.stock is not None:
+        tube, sag = choose_tube(plain, find_stock(options.stock), options, payload)
+        changes["body"] |= {"tube_diameter": tube.diameter, "tube_wall": tube.wall, "tube_density": tube.density}
+    arm, speed, choice = changed(result, changes), 1.0, None
+    for _ in range(ROUNDS):
+        speed, found = settled(arm, sizes, options, payload)
+        if choice is not None and found.actuators == choice.actuators:
+            break
+        choice = found
+        changes["body"]["modules"] = tuple((a.diameter, a.length, a.mass) for a in choice.actuators)
+        arm = changed(result, changes)
+    else:
+        raise CatalogueError(
+            "the choice of actuators goes in a circle: each moves the modules so that another is better",
+            value=options.catalogue, fix="Raise or lower --margin a little",
+        )  # fmt: skip
+    changes["needs"] |= {
+        "max_torque": tuple(a.peak_torque for a in found.actuators),
+        "max_speed": tuple(float(np.degrees(a.no_load_speed)) for a in found.actuators),
+    }
+    final = changed(result, changes, speed)
+    return Build(final, found, tube, sag, speed, options, catalogue.currency)
+
+
+def priced(actuators: Sequence[Actuator], options: BuildOptions) -> tuple[Actuator, ...]:
+    """The actuators whose cost is known.
+
+    Raises:
+        CatalogueError: None has a price, where the cheapest choice is asked for.
+    """
+    sizes = tuple(a for a in actuators if options.least == "mass" or a.price is not None)
+    if not sizes:
+        raise CatalogueError(
+            f"no price is known of any actuator in '{options.catalogue}'", value=options.least,
+            fix="Choose by --for mass, or add prices to a catalogue of your own",
+        )  # fmt: skip
+    return sizes
+
+
+def changed(result: Result, changes: dict[str, dict[str, Any]], speed: float = 1.0) -> Result:
+    """A design under other settings of body and needs, with its modules put in their places anew.
+
+    Args:
+        result: The design.
+        changes: {section: {entry: value}}.
+        speed: Share of the demonstrated speed.
+    """
+    problem = slowed(result.problem.with_settings(changes), speed)
+    return Result(problem, result.evaluation, name=result.name)
+
+
+def slowed(problem: DesignProblem, share: float) -> DesignProblem:
+    """Demonstrations slowed down; the frames and what counts from frame to frame stay.
+
+    Args:
+        problem: The demonstrations.
+        share: Of their speed.
+    """
+    if share == 1.0:
+        return problem
+    limit = problem.settings.fitness.continuity_speed
+    if limit is not None:
+        problem = problem.with_settings({"fitness": {"continuity_speed": limit * share}})
+
+    def slow(each: Demonstration) -> Demonstration:
+        time = each.task.time[0] + (each.task.time - each.task.time[0]) / share
+        room = None if each.room is None else slow(each.room)
+        return replace(each, task=replace(each.task, time=time), room=room)
+
+    seen, unseen = (tuple(map(slow, part)) for part in (problem.demonstrations, problem.holdouts))
+    return DesignProblem(problem.settings, seen, unseen)
+
+
+def choose_tube(result: Result, stock: Stock, options: BuildOptions, payload: float) -> tuple[Tube, float]:
+    """The lightest or cheapest tube with which the tool sags little enough, and how far it does.
+
+    Raises:
+        CatalogueError: None does, there is no payload, or no price is known.
+    """
+    if payload <= 0.0:
+        raise CatalogueError(
+            "tubes are chosen by how far the payload bends them, and there is none", value=payload,
+            fix="Give --payload, or leave --stock out",
+        )  # fmt: skip
+    force = payload * base_gravity(result.base_pose)
+    tubes = [each for each in stock.tubes if options.least == "mass" or each.price is not None]
+    if not tubes:
+        raise CatalogueError(f"no price is known of any tube in '{options.stock}'", fix="Choose by --for mass")
+    paths = [q for _, q in motions(result.evaluation, result.problem)]
+    sags = {}
+    for each in sorted(tubes, key=lambda t: t.area * t.density if options.least == "mass" else float(t.price or 0.0)):
+        sags[each.name] = worst_deflection(result.body, paths, force, each)
+        if sags[each.name] <= options.deflection:
+            return each, sags[each.name]
+    name = min(sags, key=lambda name: sags[name])
+    raise CatalogueError(
+        f"under {payload:g} kg the tool sags {sags[name] * 1e3:.3g} mm even with {name}", value=sags[name],
+        allowed=f"at most {options.deflection * 1e3:g} mm (--deflection)",
+        fix="Take thicker tubes, a smaller payload, or a shorter arm",
+    )  # fmt: skip
+
+
+def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, payload: float) -> tuple[float, Choice]:
+    """Speed and actuators of an arm.
+
+    Raises:
+        CatalogueError: There is no choice; it says which joint lacks how much, and what would help.
+    """
+    costs = [a.mass if options.least == "mass" else float(a.price or 0.0) for a in sizes]
+    body: ArmBody = result.body
+    paths = motions(result.evaluation, result.problem)
+
+    def duty(speed: float, carried: float = payload, among: tuple[Actuator, ...] = sizes) -> Duty:
+        moved = [smooth_motion(time / speed, q) for time, q in paths]
+        return duty_of(body, moved, among, result.base_pose, payload=carried, margin=options.margin)
+
+    wanted = 1.0 if isinstance(options.speed, str) else options.speed
+    found = choose(duty(wanted), costs)
+    if found is not None:
+        return wanted, found
+    slower = largest(lambda speed: choose(duty(speed), costs) is not None, wanted)
+    if slower is not None and options.speed == "auto":
+        choice = choose(duty(slower), costs)
+        if choice is not None:
+            return slower, choice
+    joint, short, best = weakest(duty(wanted))
+    helps = [] if slower is None else [f"{slower * 100:.0f} % of the speed (--speed {slower:g})"]
+    carried = largest(lambda share: choose(duty(wanted, share * payload), costs) is not None, 1.0) if payload else None
+    helps += [] if carried is None else [f"a payload of {carried * payload:.3g} kg"]
+    for name in shipped():
+        among = find_catalogue(name).actuators
+        if name != options.catalogue and choose(duty(wanted, payload, among), [a.mass for a in among]) is not None:
+            helps.append(f"--catalogue {name}")
+    raise CatalogueError(
+        f"no actuator of '{options.catalogue}' is enough for joint {joint + 1}: the best, {best.name}, would need "
+        f"{max(short):.3g} times its {short.worst}, the margin of {options.margin:g} included", value=max(short),
+        allowed="at most 1",
+        fix=f"What would do: {'; '.join(helps)}" if helps else "A shorter or lighter arm, or another family, would do",
+    )  # fmt: skip
+
+
+def largest(holds: Callable[[float], bool], most: float) -> float | None:
+    """The largest share below ``most`` at which something holds, in hundredths, by bisection; None for none.
+
+    Args:
+        holds: Whether it does; where it does, it does at smaller shares, too.
+        most: A share at which it does not.
+    """
+    low, high = round(SLOWEST * 100), round(most * 100)
+    if not holds(low / 100):
+        return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if holds(middle / 100) else (low, middle)
+    return low / 100
+
+
+def tube_lengths(arm: ArmBody) -> list[tuple[str, float]]:
+    """The tubes of an arm: what they belong to, and their lengths [m]."""
+    return [(part.name, part.solid.length) for part in arm.parts if part.solid.material == "tube"]
+
+
+def arm_mass(arm: ArmBody) -> float:
+    """Mass of what moves, from link 1 on [kg]."""
+    return float(np.sum([part.solid.mass for part in arm.parts if part.link > 0]))

@@ -1,0 +1,99 @@
+"""``armdesign build``: pick the parts of a finished design."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from armdesign.building.build import Build, BuildOptions, arm_mass
+from armdesign.building.build import build as build_of
+from armdesign.building.part_lists import part_lists
+from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.command_options import OUTPUT, OverwriteOption, QuietOption, option
+from armdesign.cli.screen import compiling, say, show_table, show_text, written_text
+from armdesign.errors import SettingsError
+from armdesign.feasibility.words import summary
+from armdesign.runs.checking import finished_arm
+from armdesign.runs.folder import claim_folder
+from armdesign.runs.writing import write_files, write_result
+
+
+@one_sentence_errors
+def build(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder of a search or an evaluation.")],
+    catalogue: Annotated[
+        str, option("--catalogue", "NAME", "Family of actuators, see catalogue list, or a catalogue file.")
+    ],
+    payload: Annotated[
+        float | None, option("--payload", "KG", "Point mass at the tool [kg]; default: the task's.")
+    ] = None,
+    least: Annotated[str, option("--for", "mass|price", "What is to be least.")] = "mass",
+    margin: Annotated[float, option("--margin", "X", "Factor on the torques that are needed.")] = 1.2,
+    speed: Annotated[
+        str, option("--speed", "auto|X", "Share of the demonstrated speed; auto: as fast as the family can.")
+    ] = "1",
+    stock: Annotated[
+        str | None,
+        option("--stock", "FILE", "Tubes to choose from: aluminium, or a TOML file; default: the design's own."),
+    ] = None,
+    deflection: Annotated[
+        str, option("--deflection", "MM", "How far the tool may sag under the payload, with --stock.")
+    ] = "1mm",
+    out: Annotated[Path | None, option("--out", "DIR", "Run folder to write; default: build/RUN.", OUTPUT)] = None,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Pick the parts of a finished design.
+
+    Actuators out of a catalogue, the lightest or cheapest that bear the demonstrated motion with their own masses;
+    tubes by stiffness. The build is a run folder, with a bill of materials and a cut list in it.
+    """
+    options = BuildOptions(
+        catalogue, least, margin, payload, "auto" if speed == "auto" else number(speed, "--speed", "auto, or a number"),
+        stock, 1e-3 * number(deflection.removesuffix("mm"), "--deflection", "millimetres, such as 1mm"),
+    )  # fmt: skip
+    design = finished_arm(run)
+    with compiling(quiet=quiet):
+        made = build_of(design, options)
+    place = out or Path("build") / design.name
+    claim_folder(place, overwrite=overwrite)
+    written = write_result(place, made.result)
+    written += write_files(place, part_lists(made))
+    if not quiet:
+        show_build(made)
+        typer.echo(written_text([place / name for name in written]))
+
+
+def number(text: str, flag: str, allowed: str) -> float:
+    """A number of a flag.
+
+    Args:
+        text: What was given.
+        flag: The flag.
+        allowed: What it takes.
+    """
+    try:
+        return float(text)
+    except ValueError as error:
+        raise SettingsError(f"{flag} is {text!r}", value=text, allowed=allowed) from error
+
+
+def show_build(made: Build) -> None:
+    """Print the actuators with what they use of their limits, and the verdict on the arm."""
+    rows = []
+    for j, (a, used) in enumerate(zip(made.choice.actuators, made.choice.shortfalls, strict=True), start=1):
+        shares = (f"{100.0 * share:.0f}" for share in (used.rms, used.peak, used.speed))
+        price = "-" if a.price is None else f"{a.price:.0f} {made.currency}"
+        rows.append((f"joint {j}", a.name, *shares, f"{a.mass:.3g}", price))
+    show_table(("", "actuator", "rated [%]", "peak [%]", "speed [%]", "mass [kg]", "price"), rows, left=(0, 1))
+    least = "lighter" if made.options.least == "mass" else "cheaper"
+    show_text(f"No {least} choice meets the margin of {made.options.margin:g}: proven in {made.choice.nodes} steps.")
+    if made.tube is not None and made.sag is not None:
+        show_text(f"Tubes: {made.tube.name}; the tool sags {made.sag * 1e3:.2f} mm under the payload at most.")
+    if made.speed < 1.0:
+        say(f"The motion is slowed down to {made.speed * 100:.0f} % of the demonstrated speed.")
+    show_text(f"What moves weighs {arm_mass(made.result.body):.2f} kg.")
+    result = made.result
+    show_text("\n".join(summary(result.verdict, result.problem.settings, result.base_pose)))

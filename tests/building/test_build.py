@@ -1,0 +1,97 @@
+"""Builds: run folders like any other, with the masses and limits of their parts, and the lists of what they take."""
+
+import csv
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import armdesign
+from armdesign.building.build import BuildOptions, build
+from armdesign.building.catalogue import find_catalogue
+from armdesign.cli import app
+from armdesign.errors import CatalogueError, SettingsError
+from armdesign.runs.reading import read_result
+from armdesign.runs.writing import write_result
+from armdesign.search.evaluation import evaluate_design
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "packaging.csv"
+
+
+@pytest.fixture(scope="module")
+def design():
+    return armdesign.design(EXAMPLE, dof=3, budget=300)
+
+
+@pytest.fixture(scope="module")
+def folder(design, tmp_path_factory):
+    place = tmp_path_factory.mktemp("build") / "run"
+    write_result(place, design)
+    return place
+
+
+def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
+    out = tmp_path / "arm"
+    flags = ["--catalogue", "rmd", "--payload", "0.5", "--stock", "aluminium", "--out", str(out)]
+    outcome = CliRunner().invoke(app, ["build", str(folder), *flags])
+    assert outcome.exit_code == 0, outcome.stderr
+    built = read_result(out)
+    again = evaluate_design(built.table, built.problem)
+    assert built.fitness == pytest.approx(design.fitness, abs=1e-9)
+    assert again.fitness == pytest.approx(built.fitness, abs=1e-9)
+    by_name = {a.name: a for a in find_catalogue("rmd").actuators}
+    parts = list(csv.DictReader((out / "parts.csv").open()))
+    pieces = [by_name[row["part"]] for row in parts if row["part"] in by_name for _ in range(int(row["quantity"]))]
+    modules = built.problem.settings.body.modules
+    assert sorted(m[2] for m in modules) == sorted(a.mass for a in pieces)
+    moving = sum(part.solid.mass for part in built.body.parts)
+    assert float(parts[-1]["mass [kg]"]) == pytest.approx(moving, rel=1e-3)
+    limits = [
+        joint.find("limit") for joint in ET.parse(out / "arm.urdf").iter("joint") if joint.find("limit") is not None
+    ]
+    assert sorted(float(x.get("effort")) for x in limits) == sorted(a.peak_torque for a in pieces)
+    cuts = list(csv.DictReader((out / "cuts.csv").open()))
+    tubes = [part.solid.length * 1e3 for part in built.body.parts if part.solid.material == "tube"]
+    assert [float(row["length [mm]"]) for row in cuts] == pytest.approx(tubes, abs=0.06)
+    for command in (["check"], ["export", "--format", "mjcf", "--out", str(tmp_path / "x")]):
+        assert CliRunner().invoke(app, [command[0], str(out), *command[1:]]).exit_code in (0, 3)
+
+
+def test_slower_where_asked(design):
+    with pytest.raises(CatalogueError) as error:
+        build(design, BuildOptions("dynamixel-p", payload=40.0))
+    assert "joint" in str(error.value)
+    assert error.value.value > 1.0
+    fast = build(design, BuildOptions("rmd", payload=1.0, speed=0.5))
+    task, before = fast.result.problem.task, design.problem.task
+    assert np.ptp(task.time) == pytest.approx(2.0 * np.ptp(before.time))
+    assert np.asarray(fast.result.verdict.peak_speed) == pytest.approx(
+        np.asarray(build(design, BuildOptions("rmd", payload=1.0)).result.verdict.peak_speed) / 2.0, rel=0.1
+    )
+
+
+def test_cheapest_is_no_dearer_than_the_lightest(design):
+    light = build(design, BuildOptions("rmd", payload=1.0)).choice.actuators
+    cheap = build(design, BuildOptions("rmd", payload=1.0, least="price")).choice
+    assert all(a.price is not None for a in cheap.actuators)
+    if all(a.price is not None for a in light):
+        assert cheap.cost <= sum(a.price for a in light)
+
+
+def test_bad_input(design, folder):
+    for bad, value in (({"least": "size"}, "size"), ({"margin": 0.5}, 0.5), ({"speed": 2.0}, 2.0)):
+        with pytest.raises(SettingsError) as error:
+            BuildOptions("rmd", **bad)
+        assert error.value.value == value
+    with pytest.raises(CatalogueError, match="no price is known"):
+        build(design, BuildOptions("dynamixel-x", least="price"))
+    with pytest.raises(CatalogueError, match="sags"):
+        build(design, BuildOptions("rmd", payload=1.0, stock="aluminium", deflection=1e-6))
+    with pytest.raises(CatalogueError, match="there is none"):
+        build(design, BuildOptions("rmd", stock="aluminium"))
+    outcome = CliRunner().invoke(app, ["build", str(folder), "--catalogue", "rmd", "--speed", "fast"])
+    assert (outcome.exit_code, "--speed" in outcome.stderr) == (2, True)
+    assert json.loads((folder / "result.json").read_text())["dof"] == 3

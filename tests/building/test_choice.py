@@ -1,0 +1,132 @@
+"""The choice of actuators against brute force, inverse dynamics and torques by hand; what the tool sags."""
+
+from dataclasses import replace
+from importlib import resources
+from itertools import product
+
+import numpy as np
+import pytest
+
+from armdesign.bodies.arm_body import arm_body
+from armdesign.bodies.loads import joint_torques
+from armdesign.building.catalogue import Actuator
+from armdesign.building.choice import choose, duty_of, weakest
+from armdesign.building.tubes import Tube, deflection, find_stock
+from armdesign.errors import CatalogueError
+from armdesign.kinematics.base_pose import BasePose
+from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.motion import SmoothMotion
+from armdesign.settings import Body
+
+TABLE = DHTable.from_rows([(0, 0, 0.2), (np.pi / 2, 0, 0), (0, 0.3, 0.0), (np.pi / 2, 0.2, 0.1)])
+
+
+def motion_of(rng, n=3, frames=60):
+    t = np.linspace(0.0, 2.0, frames)[:, None]
+    size, rate = rng.uniform(0.2, 0.8, n), rng.uniform(1.0, 3.0, n)
+    return SmoothMotion(size * np.sin(rate * t), size * rate * np.cos(rate * t), -size * rate**2 * np.sin(rate * t))
+
+
+def sizes_of(rng, count):
+    strong = np.sort(rng.uniform(0.3, 6.0, count))
+    return tuple(
+        Actuator("f", f"A{k}", s, 3.0 * s, rng.uniform(2.0, 12.0), None, 0.1 * s * rng.uniform(0.5, 2.0) + 0.05,
+                 0.04 + 0.01 * rng.random(), 0.05, price=float(rng.uniform(50, 500)))
+        for k, s in enumerate(strong)
+    )  # fmt: skip
+
+
+def with_modules(arm, actuators):
+    body = replace(arm.options, modules=[(a.diameter, a.length, a.mass) for a in actuators])
+    return arm_body(arm.table, body, arm.slides, arm.limits)
+
+
+def test_torques_are_those_of_inverse_dynamics_with_the_modules_in_place():
+    rng = np.random.default_rng(0)
+    arm, motion, sizes = arm_body(TABLE, Body(), [0.25, 0.05, -0.02]), motion_of(rng), sizes_of(rng, 4)
+    duty = duty_of(arm, [motion], sizes, BasePose(), payload=0.7, margin=1.0)
+    for chosen in ((0, 1, 2), (3, 3, 0)):
+        built = with_modules(arm, [sizes[s] for s in chosen])
+        assert duty.torque(chosen) == pytest.approx(joint_torques(built, motion, 0.7), abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_choice_is_that_of_brute_force(seed):
+    rng = np.random.default_rng(seed)
+    arm, sizes = arm_body(TABLE, Body(), [0.25, 0.05, -0.02]), sizes_of(rng, 5)
+    duty = duty_of(arm, [motion_of(rng)], sizes, BasePose(), payload=0.4 * rng.random(), margin=1.2)
+    costs = [a.mass if seed % 2 else a.price for a in sizes]
+    feasible = []
+    for chosen in product(range(5), repeat=3):
+        torque = duty.torque(chosen)
+        if all(duty.shortfall(j, s, torque[:, j]).met for j, s in enumerate(chosen)):
+            feasible.append(sum(costs[s] for s in chosen))
+    found = choose(duty, costs)
+    if not feasible:
+        assert found is None
+        assert max(weakest(duty)[1]) > 1.0
+        return
+    assert found.cost == pytest.approx(min(feasible))
+    assert all(used.met for used in found.shortfalls)
+    assert found.nodes <= 5 + 25 + 125
+
+
+def test_torque_by_hand():
+    """One joint that holds a payload at arm's length: m g l, and half of the tube's weight."""
+    table = DHTable.from_rows([(np.pi / 2, 0, 0), (0, 0.5, 0)])
+    arm = arm_body(table, Body(), side=None)
+    still = SmoothMotion(*(np.zeros((5, 1)) for _ in range(3)))
+    size = Actuator("f", "A", 12.0, 24.0, 3.0, None, 0.5, 0.06, 0.06)
+    duty = duty_of(arm, [still], [size], BasePose(), payload=2.0, margin=1.0)
+    tube = next(part.solid.mass for part in arm.parts if part.solid.material == "tube")
+    expected = 9.81 * (2.0 * 0.5 + tube * 0.25 + 1e-4 * 0.5)
+    used = duty.shortfall(0, 0, duty.torque([0])[:, 0])
+    assert used.rms == pytest.approx(expected / 12.0)
+    assert used.peak == pytest.approx(expected / 24.0)
+    assert choose(duty, [1.0]).actuators == (size,)
+    heavy = duty_of(arm, [still], [size], BasePose(), payload=4.0, margin=1.0)
+    joint, short, best = weakest(heavy)
+    assert (choose(heavy, [1.0]), joint, short.worst, best) == (None, 0, "rated torque", size)
+
+
+def test_speed_counts_at_the_torque():
+    size = Actuator("f", "A", 1.0, 2.0, 4.0, None, 0.5, 0.06, 0.06)
+    arm = arm_body(DHTable.from_rows([(0, 0, 0), (0, 0.5, 0)]), Body(), side=None)
+    turning = SmoothMotion(np.zeros((5, 1)), np.full((5, 1), 1.5), np.zeros((5, 1)))
+    duty = duty_of(arm, [turning], [size], BasePose(), payload=0.0, margin=1.0)
+    assert duty.shortfall(0, 0, np.full(5, 1.0)).speed == pytest.approx(1.5 / 2.0)
+    assert not duty.shortfall(0, 0, np.full(5, 1.5)).met
+
+
+def test_arm_with_a_slide_is_refused():
+    arm = arm_body(DHTable.from_rows([(0, 0, 0.1), (0, 0, 0.1)], joints="P"), Body())
+    with pytest.raises(CatalogueError, match="joint 1 slides"):
+        duty_of(arm, [], [], BasePose(), payload=0.0, margin=1.0)
+
+
+def test_deflection_of_a_cantilever_and_of_a_bent_arm():
+    tube = Tube("t", 0.03, 0.002, 2700.0, 70e9, 27e9)
+    EI, GJ = tube.youngs_modulus * tube.second_moment, 2.0 * tube.shear_modulus * tube.second_moment
+    force = np.array([0.0, 0.0, -10.0])
+    straight = arm_body(DHTable.from_rows([(0, 0, 0), (0, 0.4, 0)]), Body(), side=None)
+    assert deflection(straight, np.zeros(1), force, tube) == pytest.approx([0, 0, -10.0 * 0.4**3 / (3 * EI)])
+    # an L in the floor's plane: both legs bend, and the first is twisted by the second
+    bent = arm_body(DHTable.from_rows([(0, 0.0, 0), (0, 0.4, 0), (0, 0.3, 0)]), Body(), side=None)
+    expected = 10.0 * (0.4**3 / (3 * EI) + 0.3**3 / (3 * EI) + 0.3**2 * 0.4 / GJ)
+    assert deflection(bent, np.array([0.0, np.pi / 2]), force, tube)[2] == pytest.approx(-expected)
+    stretched = deflection(straight, np.zeros(1), np.array([10.0, 0, 0]), tube)
+    assert stretched == pytest.approx([10.0 * 0.4 / (70e9 * tube.area), 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [("diameter = 0.016", "diameter = 16", "in mm"), ("wall = 0.0015", "wall = 0.02", "more than half"),
+     ("cut = 0.001", "cut = 0", "'cut' is 0"), ("density = 2700.0", "densty = 1", "densty")],
+)  # fmt: skip
+def test_stock_is_checked(tmp_path, old, new, words):
+    text = (resources.files("armdesign.building") / "stock" / "aluminium.toml").read_text()
+    file = tmp_path / "stock.toml"
+    file.write_text(text.replace(old, new, 1))
+    with pytest.raises(CatalogueError, match=words):
+        find_stock(str(file))
+    assert len(find_stock("aluminium").tubes) > 5
