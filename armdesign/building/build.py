@@ -12,6 +12,7 @@ from armdesign.bodies.arm_body import ArmBody
 from armdesign.bodies.loads import base_gravity
 from armdesign.building.catalogue import Actuator, find_catalogue, shipped
 from armdesign.building.choice import Choice, Duty, choose, duty_of, weakest
+from armdesign.building.snapping import snapped
 from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
 from armdesign.errors import CatalogueError, SettingsError
 from armdesign.kinematics.motion import smooth_motion
@@ -21,6 +22,8 @@ from armdesign.search.result import Result
 
 ROUNDS = 8
 """Most times that actuators are chosen anew because their housings have moved the modules."""
+CUT = 1e-3
+"""What tubes are cut to where no stock says it [m]."""
 SLOWEST = 0.02
 """Share of the demonstrated speed below which an arm counts as too weak to move."""
 
@@ -37,6 +40,8 @@ class BuildOptions:
         speed: Share of the demonstrated speed; ``auto`` for the largest at which there is a choice.
         stock: Tubes to choose from, ``aluminium`` or a file; None to keep those of the design.
         deflection: How far the tool may sag under the payload [m].
+        snap: Whether lengths become what tubes are cut to, and twists those of brackets.
+        printed: Whether brackets of any angle can be had.
     """
 
     catalogue: str
@@ -46,6 +51,8 @@ class BuildOptions:
     speed: float | str = 1.0
     stock: str | None = None
     deflection: float = 1e-3
+    snap: bool = True
+    printed: bool = False
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -79,6 +86,7 @@ class Build:
         speed: Share of the demonstrated speed.
         options: What was asked for.
         currency: Of the actuators' prices.
+        before: The same before lengths and twists were snapped; None where they were not.
     """
 
     result: Result
@@ -88,10 +96,32 @@ class Build:
     speed: float
     options: BuildOptions
     currency: str
+    before: Result | None = None
 
 
 def build(result: Result, options: BuildOptions) -> Build:
     """Pick the parts of a finished design.
+
+    Snapping is done with the bodies of a first choice, and the parts are chosen anew for what it gives.
+
+    Args:
+        result: The design with its paths.
+        options: What it is built of.
+
+    Raises:
+        CatalogueError: No choice of actuators or tubes meets what is asked; which joint, by how much, and what would.
+    """
+    first = chosen_parts(result, options)
+    if not options.snap:
+        return first
+    body = {"body": vars(first.result.problem.settings.body)}
+    fitted = snapped(changed(result, body), CUT if options.stock is None else find_stock(options.stock).cut,
+                     printed=options.printed)  # fmt: skip
+    return replace(chosen_parts(fitted, options), before=first.result)
+
+
+def chosen_parts(result: Result, options: BuildOptions) -> Build:
+    """Pick the parts of a design as it is.
 
     Args:
         result: The design with its paths.

@@ -18,6 +18,7 @@ from armdesign.feasibility.words import summary
 from armdesign.runs.checking import finished_arm
 from armdesign.runs.folder import claim_folder
 from armdesign.runs.writing import write_files, write_result
+from armdesign.search.result import Result
 
 
 @one_sentence_errors
@@ -41,6 +42,10 @@ def build(
     deflection: Annotated[
         str, option("--deflection", "MM", "How far the tool may sag under the payload, with --stock.")
     ] = "1mm",
+    snap: Annotated[
+        bool, option("--snap/--no-snap", None, "Lengths to what tubes are cut to, twists to 0 and 90 deg, refitted.")
+    ] = True,
+    printed: Annotated[bool, option("--printed", None, "Brackets of any angle: twists stay as they are.")] = False,
     out: Annotated[Path | None, option("--out", "DIR", "Run folder to write; default: build/RUN.", OUTPUT)] = None,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
@@ -53,9 +58,10 @@ def build(
     options = BuildOptions(
         catalogue, least, margin, payload, "auto" if speed == "auto" else number(speed, "--speed", "auto, or a number"),
         stock, 1e-3 * number(deflection.removesuffix("mm"), "--deflection", "millimetres, such as 1mm"),
+        snap, printed,
     )  # fmt: skip
     design = finished_arm(run)
-    with compiling(quiet=quiet):
+    with compiling(quiet=quiet, slopes=snap, bodies=snap):
         made = build_of(design, options)
     place = out or Path("build") / design.name
     claim_folder(place, overwrite=overwrite)
@@ -92,8 +98,26 @@ def show_build(made: Build) -> None:
     show_text(f"No {least} choice meets the margin of {made.options.margin:g}: proven in {made.choice.nodes} steps.")
     if made.tube is not None and made.sag is not None:
         show_text(f"Tubes: {made.tube.name}; the tool sags {made.sag * 1e3:.2f} mm under the payload at most.")
+    if made.before is not None:
+        show_snapping(made.before, made.result)
     if made.speed < 1.0:
         say(f"The motion is slowed down to {made.speed * 100:.0f} % of the demonstrated speed.")
     show_text(f"What moves weighs {arm_mass(made.result.body):.2f} kg.")
     result = made.result
     show_text("\n".join(summary(result.verdict, result.problem.settings, result.base_pose)))
+
+
+def show_snapping(before: Result, after: Result) -> None:
+    """Print what lengths and twists of parts have cost.
+
+    Args:
+        before: The arm of the design's own lengths and twists, with its parts.
+        after: That of cut tubes and brackets.
+    """
+    rows = []
+    for name, arm in (("as designed", before), ("as built", after)):
+        gap = arm.verdict.self_clearance
+        error = arm.verdict.hand_error
+        cells = (f"{arm.fitness:.4f}", *(f"{x * 1e3:.2f}" for x in (error.mean, error.p95, error.max)))
+        rows.append((name, *cells, "-" if gap is None else f"{gap.value * 1e3:.1f}"))
+    show_table(("", "r [m]", "hand mean [mm]", "95 % [mm]", "largest [mm]", "clearance [mm]"), rows)

@@ -35,7 +35,7 @@ def folder(design, tmp_path_factory):
 
 def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
     out = tmp_path / "arm"
-    flags = ["--catalogue", "rmd", "--payload", "0.5", "--stock", "aluminium", "--out", str(out)]
+    flags = ["--catalogue", "rmd", "--payload", "0.5", "--stock", "aluminium", "--no-snap", "--out", str(out)]
     outcome = CliRunner().invoke(app, ["build", str(folder), *flags])
     assert outcome.exit_code == 0, outcome.stderr
     built = read_result(out)
@@ -65,20 +65,48 @@ def test_slower_where_asked(design):
         build(design, BuildOptions("dynamixel-p", payload=40.0))
     assert "joint" in str(error.value)
     assert error.value.value > 1.0
-    fast = build(design, BuildOptions("rmd", payload=1.0, speed=0.5))
+    fast = build(design, BuildOptions("rmd", payload=1.0, speed=0.5, snap=False))
     task, before = fast.result.problem.task, design.problem.task
     assert np.ptp(task.time) == pytest.approx(2.0 * np.ptp(before.time))
     assert np.asarray(fast.result.verdict.peak_speed) == pytest.approx(
-        np.asarray(build(design, BuildOptions("rmd", payload=1.0)).result.verdict.peak_speed) / 2.0, rel=0.1
+        np.asarray(build(design, BuildOptions("rmd", payload=1.0, snap=False)).result.verdict.peak_speed) / 2.0, rel=0.1
     )
 
 
 def test_cheapest_is_no_dearer_than_the_lightest(design):
-    light = build(design, BuildOptions("rmd", payload=1.0)).choice.actuators
-    cheap = build(design, BuildOptions("rmd", payload=1.0, least="price")).choice
+    light = build(design, BuildOptions("rmd", payload=1.0, snap=False)).choice.actuators
+    cheap = build(design, BuildOptions("rmd", payload=1.0, least="price", snap=False)).choice
     assert all(a.price is not None for a in cheap.actuators)
     if all(a.price is not None for a in light):
         assert cheap.cost <= sum(a.price for a in light)
+
+
+@pytest.mark.parametrize("printed", [False, True])
+def test_snapped_lengths_are_whole_cuts_and_twists_those_of_brackets(design, printed, tmp_path):
+    made = build(design, BuildOptions("rmd", payload=0.5, printed=printed))
+    table, before = made.result.table, made.before
+    free = np.r_[table.a[1:-1], table.d[1:-1]] * 1e3
+    assert free == pytest.approx(np.round(free), abs=1e-9)
+    turns = table.alpha / (np.pi / 2.0)
+    assert printed or turns == pytest.approx(np.round(turns), abs=1e-12)
+    # any twist cannot be much worse than the design: lengths move by half a millimetre, and all is fitted again
+    assert not printed or made.result.fitness < 1.05 * before.fitness
+    rounded = build(design, BuildOptions("rmd", payload=0.5, snap=False)).result
+    assert before.fitness == rounded.fitness
+    write_result(tmp_path / "arm", made.result)
+    again = read_result(tmp_path / "arm")
+    assert evaluate_design(again.table, again.problem).fitness == pytest.approx(made.result.fitness, abs=1e-9)
+
+
+def test_snapping_beats_rounding_alone(design):
+    made = build(design, BuildOptions("rmd", payload=0.5))
+    table, space = design.table, design.problem.space
+    rows = np.stack(
+        [np.round(table.alpha / (np.pi / 2)) * np.pi / 2, np.round(table.a, 3), np.round(table.d, 3)], axis=1
+    )
+    rounded = armdesign.DHTable.from_rows(rows, table.base_yaw)
+    scores, _ = made.before.problem.objective().evaluate(space.phi(rounded)[None])
+    assert made.result.fitness < scores.fitness[0]
 
 
 def test_bad_input(design, folder):
