@@ -585,7 +585,7 @@ class Search(Section):
         panel=SEARCH,
     )  # fmt: skip
     coarse: int = parameter(
-        60, Number(0, 10**6, integer=True),
+        100, Number(0, 10**6, integer=True),
         "Frames of each demonstration on which multibasin looks at candidates that only lead the way; what counts is\n"
         "the fitness on all frames. 0: all frames.",
     )  # fmt: skip

@@ -16,7 +16,7 @@ LEVELS: Mapping[str, float] = MappingProxyType({"quick": 0.25, "normal": 0.1, "t
 """The chance of a better basin at which a search ends, by its effort."""
 BEST, ENTRIES, FADING = 0.8, 8, 5.0
 """Calibrated, see ``docs/search.md``: of the beginnings that end in the best basin or in the one most often taken for
-it, the share of the best, on the hardest task with ENTRIES free entries; with FADING more it is e times smaller."""
+it, the share of the best, on most tasks with ENTRIES free entries; with FADING more it is e times smaller."""
 
 
 class Agreement(NamedTuple):
@@ -25,8 +25,8 @@ class Agreement(NamedTuple):
     Attributes:
         agreeing: Beginnings that have ended within 1 % of the best of them.
         beginnings: Those that have ended.
-        chance: p, the share of searches that miss a basin better by more than 1 % where so many beginnings agree, on
-            the hardest task on which it was calibrated; 1 before two agree.
+        chance: p, of searches that end once so many beginnings agree, the share that misses a basin better by more
+            than 1 %, on tasks like those on which it was calibrated; 1 before two agree.
         descents: Descents of all beginnings whose ends were evaluated in full.
         once: Basins among their ends that only one of them has met.
     """

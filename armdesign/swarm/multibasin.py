@@ -65,7 +65,7 @@ class MultiBasinParameters:
         screened: Children evaluated for each of them.
         parents: How many of the best basins have children.
         bar: Rank of the basin that a descent has to compare with in order not to be given up early.
-        stall: Share of the scale without a gain after which a beginning ends, its basins kept aside.
+        stall: Candidates per free entry squared without a gain after which a beginning ends, its basins kept aside.
         checked: Share of the descents whose ends are evaluated in full, the best.
         polished: Basins that descend in full where descents were coarse, the best.
         together: Share of the budget kept for the basins of all beginnings together, where these do not agree.
@@ -76,7 +76,7 @@ class MultiBasinParameters:
 
     budget: int = 50000
     effort: str = "normal"
-    coarse: int = 60
+    coarse: int = 100
     scale: int = 2000
     sample: float = 0.06
     candidates_per_start: int = 400
@@ -87,7 +87,7 @@ class MultiBasinParameters:
     screened: int = 6
     parents: int = 8
     bar: int = 3
-    stall: float = 0.1
+    stall: float = 25.0
     checked: float = 0.5
     polished: int = 4
     together: float = 0.2
@@ -381,7 +381,7 @@ class MultiBasin(Algorithm):
             self._ended(told)
         elif self._archive.best < self._mark * (1.0 - GAIN):
             self._mark, self._mark_at = self._archive.best, told
-        elif told - self._mark_at > self.parameters.stall * self._scale:
+        elif told - self._mark_at > self._patience:
             if self.parameters.coarse and len(self._archive):
                 self._polish()
             else:
@@ -404,7 +404,7 @@ class MultiBasin(Algorithm):
     def _anew(self, told: int) -> None:
         """Keep what was found aside and begin anew, or put all together where the budget does not allow that."""
         self._aside = self._aside.merged(self._archive)
-        another = (self.parameters.sample + 2.0 * self.parameters.stall) * self._scale
+        another = self.parameters.sample * self._scale + 2.0 * self._patience
         if len(self._aside) and told + max(another, self.parameters.together * self.budget) > self._last:
             self._archive, self._aside = self._aside, Archive(self.region)
             self._mark_at, self._stage = self.budget, SCREEN  # never again
@@ -419,6 +419,11 @@ class MultiBasin(Algorithm):
     def _sample_size(self) -> int:
         """Number of candidates of a sample."""
         return min(self.budget, max(LEAST, round(self.parameters.sample * self._scale)))
+
+    @property
+    def _patience(self) -> float:
+        """Candidates without a gain after which a beginning ends."""
+        return min(self.parameters.stall * self.region.dimension**2, 0.2 * self.budget)
 
     @property
     def _last(self) -> int:

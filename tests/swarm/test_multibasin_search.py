@@ -82,10 +82,9 @@ def beginnings(stall):
 
 
 def test_without_gain_it_begins_anew_and_forgets_nothing():
-    drawn, search = beginnings(stall=0.1)
+    drawn, search = beginnings(stall=3.0)
     assert drawn["sample"] == 1
-    assert drawn["anew"] >= 1
-    assert beginnings(stall=1.0)[0] == {"sample": 1, "anew": 0}
+    assert drawn["anew"] > beginnings(stall=1e6)[0]["anew"]
     assert search.basins[1][0] <= search.best_fitness + 1e-12
     assert search.best_fitness < 0.01
 
