@@ -30,7 +30,7 @@ def prepared(**changes):
             "task": {"recording": str(RECORDING), "rate": 10.0},
             "design": {"dof": 4},
             "solver": {"descents": 12, "starts": 64},
-            "search": {"algorithm": "multibasin", "budget": 1600, "seed": 3},
+            "search": {"algorithm": "multibasin", "budget": 3000, "seed": 3},
         }
     )
     settings = settings.replace({"search": changes})
