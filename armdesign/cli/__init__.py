@@ -26,6 +26,8 @@ COMMANDS = {
     "report": ("report_command", "Write the report of a run as one HTML page."),
     "preview": ("preview_command", "Show arms performing their task in the browser."),
     "build": ("build_command", "Pick the parts of a finished design."),
+    "tolerance": ("tolerance_command", "Say how accurate arms are whose parts deviate."),
+    "importance": ("importance_command", "Say which entries of a design matter for its fitness r."),
     "catalogue": ("catalogue_command", "Show and check catalogues of actuators."),
     "compare": ("compare_command", "Compare designs and ready-made arms on the same task."),
     "recording": ("recording_command", "Look at a recording, draw it, or convert it to plain CSV."),

@@ -1,0 +1,286 @@
+"""How sure a built arm is of its accuracy: what deviations of its dimensions do to the hand's error.
+
+Every entry of the DH table, theta included, deviates on its own: lengths a and d, twists alpha, zeros theta. Of a
+tolerance t a Gaussian deviation has the standard deviation t / 2, so that 95 % of the parts are within it; a uniform
+one, anything up to t, has t / sqrt(3).
+
+**First order.** The tool moves by J_t delta at frame t; its root mean square over frames and arms is
+
+    u^2 = sum_k sigma_k^2 mean_t |J_tk|^2,
+
+a sum over dimensions: the budget. **Monte Carlo** draws arms, without calibration on the nominal arm's joint path, and
+with it, where the dimensions are measured and the path is solved again for the arm as made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.errors import DesignError, SettingsError
+from armdesign.fitness.block import BlockEvaluator, as_rows, batch_of
+from armdesign.kinematics.dh import DHTable
+from armdesign.search.design_problem import Demonstration
+from armdesign.search.evaluation import PathEvaluation
+from armdesign.search.result import Result
+
+COLUMNS = ("alpha", "a", "d", "theta")
+FRAMES = 60
+"""Frames of each demonstration that arms are drawn on, evenly spread, and those are looked at that are worst."""
+CALIBRATED = 200
+"""Most arms whose path is solved again."""
+CHUNK = 500
+"""Arms drawn at once."""
+STEP = 1e-6
+"""Step of the central differences [rad; m]."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """How far dimensions may deviate, and how many arms are drawn.
+
+    Attributes:
+        length: Of a and d [m].
+        twist: Of alpha [rad].
+        zero: Of theta [rad].
+        samples: Arms that are drawn.
+        uniform: Whether deviations are uniform, not Gaussian.
+        seed: Of the random numbers.
+    """
+
+    length: float = 0.5e-3
+    twist: float = float(np.deg2rad(0.2))
+    zero: float = float(np.deg2rad(0.1))
+    samples: int = 10000
+    uniform: bool = False
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            SettingsError: A value is not allowed.
+        """
+        for name, value, high in (
+            ("--length", self.length, 0.1), ("--twist", self.twist, 0.5), ("--zero", self.zero, 0.5)
+        ):  # fmt: skip
+            if not 0.0 <= value <= high:
+                raise SettingsError(f"{name} is {value:g} in metres or radians", value=value, allowed=f"0 to {high:g}")
+        if self.length == self.twist == self.zero == 0.0:
+            raise SettingsError("no dimension deviates: every tolerance is 0", value=0.0, allowed="one above 0")
+        if not 10 <= self.samples <= 10**6:
+            raise SettingsError(f"--samples is {self.samples}", value=self.samples, allowed="10 to 1000000")
+
+    def sigmas(self, dof: int) -> Array:
+        """Standard deviations of the entries of an arm's table, shape (n + 1, 4) [rad, m, m, rad]."""
+        each = np.array([self.twist, self.length, self.length, self.zero])
+        return np.tile(each / (np.sqrt(3.0) if self.uniform else 2.0), (dof + 1, 1))
+
+    def drawn(self, rng: np.random.Generator, sigmas: Array, count: int) -> Array:
+        """Deviations of arms, shape (count, n + 1, 4)."""
+        shape = (count, *sigmas.shape)
+        if self.uniform:
+            even: Array = sigmas * np.sqrt(3.0) * rng.uniform(-1.0, 1.0, shape)
+            return even
+        deviations: Array = sigmas * rng.standard_normal(shape)
+        return deviations
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one dimension adds.
+
+    Attributes:
+        name: The dimension, such as ``alpha_2``.
+        moved: How far it moves the tool, root mean square over frames and arms [m].
+    """
+
+    name: str
+    moved: float
+
+
+@dataclass(frozen=True)
+class Band:
+    """The largest hand error of an arm, over arms [m]: that of the arm as designed, the median, and what 95 % keep."""
+
+    nominal: float
+    median: float
+    p95: float
+
+
+@dataclass(frozen=True)
+class ToleranceReport:
+    """What tolerances do to an arm.
+
+    Attributes:
+        band: Without calibration.
+        calibrated: With it; None where no arm has found its path.
+        moved: How far the tool moves from where the nominal arm's is, root mean square over frames and arms, by the
+            arms drawn [m].
+        first_order: The same in first order [m].
+        budget: Every dimension's part in that, largest first.
+        arms: Arms drawn, and those whose path was solved again.
+    """
+
+    band: Band
+    calibrated: Band | None
+    moved: float
+    first_order: float
+    budget: tuple[Share, ...]
+    arms: tuple[int, int]
+
+
+def tool_points(rows: Array, yaw: float, q: Array, sliding: Sequence[bool]) -> Array:
+    """Where the tools of many arms are on a joint path, shape (S, T, 3) [m].
+
+    Args:
+        rows: DH rows (alpha, a, d, theta), tool last, shape (S, n + 1, 4).
+        yaw: Their base yaw [rad].
+        q: The path, shape (T, n), or one for each arm, shape (S, T, n) [rad; m of joints that slide].
+        sliding: Which joints slide, n of them.
+    """
+    shape = (len(rows), q.shape[-2])
+    x, y, z = (np.zeros(shape) for _ in range(3))
+    for i in range(rows.shape[1] - 1, -1, -1):
+        alpha, a, d, theta = (rows[:, None, i, k] for k in range(4))
+        motion = np.zeros(shape[1]) if i == rows.shape[1] - 1 else q[..., i]
+        turn, lift = (theta, d + motion) if i < len(sliding) and sliding[i] else (theta + motion, d)
+        x, y, z = x * np.cos(turn) - y * np.sin(turn) + a, x * np.sin(turn) + y * np.cos(turn), z + lift
+        y, z = y * np.cos(alpha) - z * np.sin(alpha), y * np.sin(alpha) + z * np.cos(alpha)
+    return np.stack([x * np.cos(yaw) - y * np.sin(yaw), x * np.sin(yaw) + y * np.cos(yaw), z], axis=2)
+
+
+def sensitivities(table: DHTable, q: Array) -> Array:
+    """Derivatives of the tool's place by every entry of the table, shape (T, 3, n + 1, 4), by central differences.
+
+    Args:
+        table: The arm.
+        q: Joint path, shape (T, n).
+    """
+    rows, _ = as_rows([table])
+    size = rows[0].size
+    steps = STEP * np.eye(size).reshape(size, *rows[0].shape)
+    ends = (tool_points(rows + sign * steps, table.base_yaw, q, table.prismatic) for sign in (1.0, -1.0))
+    above, below = ends
+    slopes: Array = ((above - below) / (2.0 * STEP)).transpose(1, 2, 0).reshape(len(q), 3, *rows[0].shape)
+    return slopes
+
+
+def tolerance(result: Result, tolerances: Tolerances | None = None) -> ToleranceReport:
+    """What tolerances do to a finished arm.
+
+    Args:
+        result: The arm with its paths.
+        tolerances: How far its dimensions may deviate.
+    """
+    chosen, table = tolerances or Tolerances(), result.table
+    pairs = list(zip(result.problem.demonstrations, result.evaluation.demonstrations, strict=True))
+    taken = [looked_at(*pair) for pair in pairs]
+    q = np.concatenate([scored.path.q[frames] for (_, scored), frames in zip(pairs, taken, strict=True)])
+    hand = np.concatenate([shown.task.P[frames, -1] for (shown, _), frames in zip(pairs, taken, strict=True)])
+    sigmas = chosen.sigmas(table.dof)
+    J = sensitivities(table, q)
+    parts = sigmas * np.sqrt(np.mean(np.sum(J**2, axis=1), axis=0))
+    labels = [*map(str, range(table.dof)), "tool"]
+    budget = [Share(f"{COLUMNS[k]}_{labels[i]}", float(parts[i, k])) for i in range(len(labels)) for k in range(4)]
+    rows, rng = as_rows([table])[0], np.random.default_rng(chosen.seed)
+    at = tool_points(rows, table.base_yaw, q, table.prismatic)
+    errors, squares, first = [], 0.0, np.zeros((0, *sigmas.shape))
+    for start in range(0, chosen.samples, CHUNK):
+        deviations = chosen.drawn(rng, sigmas, min(CHUNK, chosen.samples - start))
+        points = tool_points(rows + deviations, table.base_yaw, q, table.prismatic)
+        errors.append(np.linalg.norm(points - hand, axis=2).max(axis=1))
+        squares += float(np.sum((points - at) ** 2)) / len(q)
+        first = np.concatenate([first, deviations[: max(CALIBRATED - len(first), 0)]])
+    nominal = float(np.linalg.norm(at[0] - hand, axis=1).max())
+    again = [resolved(table, rows + first, *pair) for pair in pairs]
+    worst = np.max(again, axis=0)
+    worst = worst[np.isfinite(worst)]
+    return ToleranceReport(
+        band_of(nominal, np.concatenate(errors)),
+        band_of(nominal, worst) if len(worst) else None,
+        float(np.sqrt(squares / chosen.samples)),
+        float(np.sqrt(np.sum(parts**2))),
+        tuple(sorted(budget, key=lambda share: -share.moved)),
+        (chosen.samples, len(worst)),
+    )
+
+
+def looked_at(shown: Demonstration, scored: PathEvaluation) -> Array:
+    """Numbers of frames evenly spread over a demonstration, with the one in which the hand's error is largest."""
+    count = len(scored.path.q)
+    worst = int(np.argmax(np.linalg.norm(scored.path.distance[:, -1:], axis=1)))
+    even = np.linspace(0, len(shown.task.time) - 1, min(FRAMES, count)).round().astype(np.intp)
+    return np.unique(np.append(even, worst))
+
+
+def resolved(table: DHTable, rows: Array, shown: Demonstration, scored: PathEvaluation) -> Array:
+    """The largest hand error of arms as made, their paths solved again, shape (S,) [m]; infinite where there is none.
+
+    Args:
+        table: The arm as designed.
+        rows: Those as made, shape (S, n + 1, 4).
+        shown: The demonstration.
+        scored: The path of the arm as designed, whose start and mount hold.
+    """
+    count, path = len(rows), scored.path
+    poses, mounts = np.tile(path.q[0], (count, 1)), np.tile(path.mount, (count, 1, 1))
+    batch = batch_of(rows, np.full(count, table.base_yaw), None, poses, mounts)
+    _, paths = BlockEvaluator(shown.path_problem).with_paths(batch)
+    points = tool_points(rows, table.base_yaw, paths, table.prismatic)
+    worst: Array = np.linalg.norm(points - shown.task.P[None, :, -1], axis=2).max(axis=1)
+    return np.where(np.isfinite(worst), worst, np.inf)
+
+
+def band_of(nominal: float, errors: Array) -> Band:
+    """The band of largest errors, shape (S,) [m], of arms."""
+    return Band(nominal, float(np.median(errors)), float(np.percentile(errors, 95.0)))
+
+
+@dataclass(frozen=True)
+class Importance:
+    """What an entry of the design means to r.
+
+    Attributes:
+        name: The entry.
+        value: What it is [rad; m].
+        step: How far it was moved either way [rad; m].
+        worse: By how much r grows, the larger of both ways; infinite where the arm then does not begin the task [m].
+    """
+
+    name: str
+    value: float
+    step: float
+    worse: float
+
+
+def importance(result: Result, length: float = 1e-3, angle: float = float(np.deg2rad(1.0))) -> tuple[Importance, ...]:
+    """Which entries of a design matter for r, most important first: each moved both ways, the path solved again.
+
+    Args:
+        result: The arm.
+        length: How far lengths are moved [m].
+        angle: How far angles are moved [rad].
+
+    Raises:
+        DesignError: The arm is outside the bounds of its settings.
+    """
+    problem = result.problem.in_room
+    space, Phi = problem.space, problem.space.phi(result.table, result.problem.first.base)
+    names = [name for name, free in zip(space.names, space.free, strict=True) if free]
+    steps = np.where(space.angular, angle, length)
+    lower, upper = space.bounds
+    moved = np.concatenate([np.clip(Phi + sign * np.diag(steps), lower, upper) for sign in (1.0, -1.0)])
+    scores, _ = problem.objective().evaluate(np.vstack([Phi, moved]))
+    worse = (scores.fitness[1:] - scores.fitness[0]).reshape(2, -1).max(axis=0)
+    if not np.isfinite(scores.fitness[0]):
+        raise DesignError(
+            "the arm is none of those that its settings search for: it is outside their bounds", value=result.name,
+            fix="Widen [design] in its settings, or take the run of a search",
+        )  # fmt: skip
+    columns = zip(names, Phi.tolist(), steps.tolist(), worse.tolist(), strict=True)
+    found = [Importance(*column) for column in columns]
+    return tuple(sorted(found, key=lambda each: -each.worse))

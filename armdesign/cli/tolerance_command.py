@@ -1,0 +1,87 @@
+"""``armdesign tolerance``: what deviations of an arm's dimensions do to the hand's error."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from math import radians
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from armdesign.building.tolerance import Band, Tolerances
+from armdesign.building.tolerance import tolerance as tolerance_of
+from armdesign.cli.command_errors import one_sentence_errors
+from armdesign.cli.command_options import OUTPUT, option
+from armdesign.cli.screen import compiling, show_table, show_text
+from armdesign.errors import SettingsError, counted
+from armdesign.runs.checking import finished_arm
+
+SHOWN = 8
+"""Dimensions of the budget that are shown."""
+
+
+@one_sentence_errors
+def tolerance(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder of a search, an evaluation or a build.")],
+    length: Annotated[str, option("--length", "MM", "Tolerance of lengths a and d.")] = "0.5mm",
+    twist: Annotated[str, option("--twist", "DEG", "Tolerance of twists alpha.")] = "0.2deg",
+    zero: Annotated[str, option("--zero", "DEG", "Tolerance of the joints' zeros.")] = "0.1deg",
+    samples: Annotated[int, option("--samples", "N", "Arms that are drawn.")] = 10000,
+    uniform: Annotated[
+        bool, option("--uniform", None, "Deviations spread evenly up to the tolerance, not Gaussian with 95 % in it.")
+    ] = False,
+    seed: Annotated[int, option("--seed", "N", "Seed of the random numbers.")] = 0,
+    as_json: Annotated[bool, option("--json", None, "Print the same as JSON: metres.", OUTPUT)] = False,
+) -> None:
+    """Say how accurate arms are whose parts deviate.
+
+    Many arms are drawn, with and without calibration; beside it the budget in first order, which dimension costs what.
+    """
+    chosen = Tolerances(
+        1e-3 * measured(length, "mm", "--length"), radians(measured(twist, "deg", "--twist")),
+        radians(measured(zero, "deg", "--zero")), samples, uniform, seed,
+    )  # fmt: skip
+    result = finished_arm(run)
+    with compiling(quiet=as_json):
+        report = tolerance_of(result, chosen)
+    if as_json:
+        typer.echo(json.dumps(asdict(report), indent=2))
+        return
+    rows = [cells("as built", report.band)]
+    if report.calibrated is not None:
+        rows.append(cells("calibrated", report.calibrated))
+    show_table(("largest hand error", "designed [mm]", "median [mm]", "95 % keep [mm]"), rows)
+    words = f"95 % of arms built like this meet {report.band.p95 * 1e3:.2f} mm"
+    words += f"; {report.budget[0].name} matters most"
+    if report.calibrated is not None:
+        words += f"; after calibration {report.calibrated.p95 * 1e3:.2f} mm"
+    show_text(f"{words}. Drawn: {counted(report.arms[0], 'arm')}, {report.arms[1]} of them calibrated.")
+    show_table(
+        ("dimension", "moves the tool by [mm]"),
+        [(share.name, f"{share.moved * 1e3:.3f}") for share in report.budget[:SHOWN]],
+    )
+    show_text(
+        f"All together {report.first_order * 1e3:.3f} mm root mean square in first order, "
+        f"{report.moved * 1e3:.3f} mm by the arms drawn."
+    )
+
+
+def cells(name: str, band: Band) -> tuple[str, ...]:
+    """A band as a row of text."""
+    return (name, *(f"{value * 1e3:.2f}" for value in (band.nominal, band.median, band.p95)))
+
+
+def measured(text: str, unit: str, flag: str) -> float:
+    """A number of a flag, with its unit or without.
+
+    Args:
+        text: What was given.
+        unit: The unit.
+        flag: The flag.
+    """
+    try:
+        return float(text.removesuffix(unit))
+    except ValueError as error:
+        raise SettingsError(f"{flag} is {text!r}", value=text, allowed=f"a number, such as 0.5{unit}") from error
