@@ -75,7 +75,7 @@ def generation_rows(plan: Plan, counts: Sequence[int]) -> list[Row]:
     problem = PACKAGING.problem(3)
     Phi, never = designs(problem, max(counts)), np.full(max(counts), np.inf)
     with InProcess(problem) as backend:
-        compile_kernels(backend.fitness.problem)
+        compile_kernels(problem.path_problem)
 
         def measure(count: int) -> tuple[float, int]:
             began = time.perf_counter()

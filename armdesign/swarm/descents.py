@@ -13,7 +13,7 @@ descent costs beyond its gain is cut: after a few rounds the worse ones are give
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -261,7 +261,9 @@ class Descents:
         return {f"descents_{name}": getattr(self, name).copy() for name in names} | {
             "descents_round": self.round,
             "descents_phase": self.phase,
-            "descents_bar": repr(float(self.patience.bar)),  # text: -inf is no JSON
+            "descents_patience": {  # text: inf is no JSON
+                name: repr(float(value)) for name, value in asdict(self.patience).items()
+            },
         }
 
     @classmethod
@@ -277,7 +279,9 @@ class Descents:
         U = saved.array("descents_U", (None, K))
         M = len(U)
         value, hint = saved.array("descents_value", (M,)), saved.array("descents_hint", (M, None), unknown=True)
-        patience = Patience(bar=float(saved.entry("descents_bar")))
+        entries = dict(saved.entry("descents_patience"))
+        usual = asdict(Patience())
+        patience = Patience(**{name: type(value)(float(entries[name])) for name, value in usual.items()})
         descents = cls(region, U, value, hint, patience, sloped=sloped)
         shapes = {
             "B": (M, K, K),
