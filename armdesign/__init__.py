@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any
 from armdesign._version import __version__
 
 if TYPE_CHECKING:
+    from armdesign.building.build import BuildOptions, build
+    from armdesign.building.tolerance import Tolerances, tolerance
     from armdesign.demonstration.convert import convert, write_conversion
     from armdesign.demonstration.cycles import find_cycles
     from armdesign.demonstration.files.hints import Hints
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "ArmDesignError": "errors",
+    "BuildOptions": "building.build",
     "DHTable": "kinematics.dh",
     "Design": "settings.sections",
     "DesignProblem": "search.design_problem",
@@ -55,9 +58,11 @@ _HOMES = {
     "Settings": "settings.sections",
     "Solver": "settings.sections",
     "Task": "settings.sections",
+    "Tolerances": "building.tolerance",
     "alternatives": "runs.alternatives",
     "arm_model": "kinematics.models",
     "auto_dof": "experiments.auto_dof.choose_dof",
+    "build": "building.build",
     "check": "runs.checking",
     "compare": "experiments.compare.comparison",
     "convert": "demonstration.convert",
@@ -74,6 +79,7 @@ _HOMES = {
     "report": "views.writing",
     "search": "search.search",
     "sweep": "experiments.sweep.sweep_call",
+    "tolerance": "building.tolerance",
     "write_conversion": "demonstration.convert",
     "write_result": "runs.writing",
 }
@@ -81,6 +87,7 @@ _HOMES = {
 
 __all__ = [
     "ArmDesignError",
+    "BuildOptions",
     "DHTable",
     "Design",
     "DesignProblem",
@@ -92,10 +99,12 @@ __all__ = [
     "Settings",
     "Solver",
     "Task",
+    "Tolerances",
     "__version__",
     "alternatives",
     "arm_model",
     "auto_dof",
+    "build",
     "check",
     "compare",
     "convert",
@@ -112,6 +121,7 @@ __all__ = [
     "report",
     "search",
     "sweep",
+    "tolerance",
     "write_conversion",
     "write_result",
 ]

@@ -17,6 +17,7 @@ from armdesign.errors import CatalogueError, SettingsError
 from armdesign.runs.reading import read_result
 from armdesign.runs.writing import write_result
 from armdesign.search.evaluation import evaluate_design
+from armdesign.views.report.report_page import bought
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "packaging.csv"
 
@@ -56,6 +57,8 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
     cuts = list(csv.DictReader((out / "cuts.csv").open()))
     tubes = [part.solid.length * 1e3 for part in built.body.parts if part.solid.material == "tube"]
     assert [float(row["length [mm]"]) for row in cuts] == pytest.approx(tubes, abs=0.06)
+    assert [row[0] for row in bought(built)[1:]] == [row["part"] for row in parts]
+    assert bought(design) == []
     for command in (["check"], ["export", "--format", "mjcf", "--out", str(tmp_path / "x")]):
         assert CliRunner().invoke(app, [command[0], str(out), *command[1:]]).exit_code in (0, 3)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import jinja2
 import numpy as np
 
 from armdesign._version import __version__
+from armdesign.building.part_lists import BILL
 from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import resolved_options
@@ -85,6 +87,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "start_error": start_error(run),
         "mount": np.rad2deg(rpy(run.evaluation.path.mount)),
         "assumptions": words.assumptions(chosen),
+        "bought": bought(run),
         "settings": words.changed_settings(run.problem.settings),
         "freedom": words.freedom(run.problem.settings.design),
         "weights": words.weights_sentence(run),
@@ -94,6 +97,18 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "recipes": words.recipes(run),
     }
     return fill(context)
+
+
+def bought(run: Result) -> list[list[str]]:
+    """The bill of materials that lies beside a run which ``armdesign build`` has written; empty for any other.
+
+    Args:
+        run: The run.
+    """
+    if run.folder is None or not (run.folder / BILL).is_file():
+        return []
+    with (run.folder / BILL).open(encoding="utf-8", newline="") as lines:
+        return list(csv.reader(lines))
 
 
 def fill(context: dict[str, Any]) -> str:
