@@ -55,6 +55,15 @@ RECORDINGS = {
     "two.csv": lambda text: text.replace("forearm", "elbow"),
 }
 CASES = [
+    # parts
+    ("catalogue show hebi", "'hebi'", "dynamixel-x", "rmd"),
+    ("catalogue check prose.csv", "prose.csv", "not valid TOML"),
+    ("build runs/none --catalogue rmd", "runs/none"),
+    ("build runs/none --catalogue rmd --speed fast", "--speed", "fast"),
+    ("build runs/none --catalogue rmd --deflection much", "--deflection", "1mm"),
+    ("build runs/none --catalogue rmd --margin 0.5", "--margin", "1 to 100"),
+    ("tolerance runs/none --samples 1", "--samples", "10 to 1000000"),
+    ("importance runs/none", "runs/none"),
     # the recording
     ("search", "no recording", "armdesign search RECORDING"),
     ("search nothing.csv", "nothing.csv", "does not exist"),
