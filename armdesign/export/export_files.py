@@ -12,7 +12,9 @@ from armdesign.export.formats import FORMATS, check_places, chosen, robot_files
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import finished_robot
 from armdesign.export.ros_package import check_package_name, ros_package
-from armdesign.export.trajectory.exporting import FILES, TrajectoryOptions, export_trajectory, place_for
+from armdesign.export.servos import lag_note
+from armdesign.export.trajectory.exporting import FILES, TrajectoryOptions, make_trajectory, place_for, write_trajectory
+from armdesign.export.trajectory.ros2_bag import typestore
 from armdesign.export.urdf import HARDWARE
 from armdesign.export.urdf_check import check_urdf
 from armdesign.files import write_whole
@@ -44,7 +46,7 @@ def export(
     package: str | None = None,
     overwrite: bool = False,
 ) -> Export:
-    """Write robot files and trajectories of a result.
+    """Write robot files and trajectories of a result; all is made and checked before the first is written.
 
     Args:
         result: The arm with its motion.
@@ -73,20 +75,22 @@ def export(
     check_places(place, [name for kind in kinds for name in FORMATS[kind]], overwrite=overwrite)
     if package is not None:
         check_places(place, [f"{check_package_name(package)}/package.xml"], overwrite=overwrite)
-    for kind in motions:
-        place_for(kind, place, overwrite=overwrite)
+    places = {kind: place_for(kind, place, overwrite=overwrite) for kind in motions}
+    if "ros2-bag" in motions:
+        typestore()
     files: dict[str, str] = {}
     notes: list[str] = []
     if kinds or package is not None:
-        robot = finished_robot(result, options)
+        robot = finished_robot(result, options, timing)
         files = {name: text for kind in kinds for name, text in robot_files(robot, kind, convention).items()}
         for name in FORMATS["urdf"]:
             if name in files:
                 check_urdf(files[name], robot)
-        notes += robot.notes
+        notes += [*robot.notes, *([lag_note(robot)] if "mjcf" in kinds else [])]
         if package is not None:
             files |= {f"{package}/{name}": text for name, text in ros_package(robot, package).items()}
             check_urdf(files[f"{package}/urdf/{robot.name}.urdf"], robot)
+    trajectory = make_trajectory(result, timing) if motions else None
     try:
         place.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -97,11 +101,11 @@ def export(
     for name, text in files.items():
         (place / name).parent.mkdir(parents=True, exist_ok=True)
         write_whole(place / name, text)
-    paths = [place / name for name in files]
-    for kind in motions:
-        motion = export_trajectory(result, kind, place, timing, overwrite=overwrite)
-        paths, notes = [*paths, motion.path], [*notes, *motion.notes]
-    return Export(tuple(paths), tuple(dict.fromkeys(notes)))
+    if trajectory is not None:
+        for kind, where in places.items():
+            write_trajectory(trajectory, kind, where, overwrite=overwrite)
+        notes += trajectory.notes
+    return Export((*(place / name for name in files), *places.values()), tuple(dict.fromkeys(notes)))
 
 
 def names(wanted: str | Sequence[str], known: tuple[str, ...], what: str) -> list[str]:

@@ -11,11 +11,11 @@ from armdesign.bodies.arm_body import ArmBody
 from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.errors import DesignError
 from armdesign.export.joints import JointLimits, joint_limits, narrowed
-from armdesign.export.options import LimitOptions
-from armdesign.feasibility.demand import joint_demand, speed_fraction
+from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions
+from armdesign.feasibility.demand import JointDemand, joint_demand, speed_fraction
 from armdesign.feasibility.needs import JointNeeds, joint_needs
 from armdesign.kinematics.base_pose import BasePose
-from armdesign.kinematics.motion import smooth_motion
+from armdesign.kinematics.motion import SmoothMotion, smooth_motion
 from armdesign.search.evaluation import motions
 from armdesign.search.result import Result
 
@@ -25,7 +25,7 @@ LEAST = 1.0
 """Limits by a motion are at least so much [rad/s, N m]: a joint that stands still needs none, but readers insist."""
 
 
-def exported_limits(result: Result, arm: ArmBody, options: LimitOptions) -> tuple[JointLimits, tuple[str, ...]]:
+def exported_limits(result: Result, arm: ArmBody, assumed: RobotOptions) -> tuple[JointLimits, tuple[str, ...]]:
     """The limits that the robot files of a result carry, and what a user should know about them.
 
     Speeds and torques that the task states (``needs.max_speed``, ``needs.max_torque``) go over those of the assumed
@@ -34,13 +34,14 @@ def exported_limits(result: Result, arm: ArmBody, options: LimitOptions) -> tupl
     Args:
         result: The arm with its paths.
         arm: Its solids.
-        options: How the limits come about.
+        assumed: How the limits come about, and what the drives themselves need.
     """
+    options = assumed.limits
     moved, payload = motions(result.evaluation, result.problem), options.payload or 0.0
     needs, base = joint_needs(result.problem.settings), result.base_pose
     velocity, effort = actuator_limits(needs, options)
     if options.margin is not None:
-        velocity, effort = peak_limits(arm, moved, options, base)
+        velocity, effort = peak_limits(arm, moved, assumed, base)
     velocity = np.maximum(velocity, options.velocity_floor or 0.0)
     effort = np.maximum(effort, options.effort_floor or 0.0)
     position, notes = result.limits, []
@@ -50,7 +51,10 @@ def exported_limits(result: Result, arm: ArmBody, options: LimitOptions) -> tupl
         position = narrowed(position, q, margin)
         notes += widened_notes(position, q)
     if options.margin is None:
-        notes += excess_notes(arm, moved, JointNeeds(needs.prismatic, velocity, None, effort), payload, base)
+        stated = JointNeeds(needs.prismatic, velocity, None, effort)
+        demand = joint_demand(arm, moved, payload, base)
+        own = [drive_torques(smooth_motion(*each), assumed.simulation) for each in moved]
+        notes += excess_notes(demand._replace(torque=demand.torque + np.concatenate(own)), stated)
     return joint_limits(arm.table.prismatic, position, velocity, effort), tuple(notes)
 
 
@@ -66,16 +70,16 @@ def actuator_limits(needs: JointNeeds, options: LimitOptions) -> tuple[Array, Ar
     return speed if needs.speed is None else needs.speed, torque if needs.torque is None else needs.torque
 
 
-def peak_limits(arm: ArmBody, moved: Motions, options: LimitOptions, base: BasePose) -> tuple[Array, Array]:
+def peak_limits(arm: ArmBody, moved: Motions, assumed: RobotOptions, base: BasePose) -> tuple[Array, Array]:
     """Peak speeds and peak inverse-dynamics torques of every joint over some motions, times the margin.
 
-    The torque is what holds and moves the arm's own solids and the payload. Friction is not in it; the margin is there
-    to cover it. No limit is below ``LEAST``, unless other floors are given.
+    The torque is what holds and moves the arm's own solids, the payload and the drives themselves, whose armature,
+    damping and friction the simulators' files have. No limit is below ``LEAST``, unless other floors are given.
 
     Args:
         arm: The arm and its solids, n joints.
         moved: The motions, each of three frames or more.
-        options: Payload, margin, floors and smoothing window.
+        assumed: Payload, margin, floors and smoothing window; and the drives.
         base: Where the arm stands.
 
     Returns:
@@ -84,13 +88,14 @@ def peak_limits(arm: ArmBody, moved: Motions, options: LimitOptions, base: BaseP
     Raises:
         DesignError: A motion does not fit the arm, or its times do not increase.
     """
-    speeds, torques = [], []
+    options, speeds, torques = assumed.limits, [], []
     for time, q in moved:
         motion = smooth_motion(time, q, options.window)
         if motion.q.shape[1] != arm.table.dof:
             raise DesignError(f"the motion has {motion.q.shape[1]} joints, but the arm has {arm.table.dof}")
         speeds.append(np.abs(motion.v).max(axis=0))
-        torques.append(np.abs(joint_torques(arm, motion, options.payload or 0.0, base_gravity(base))).max(axis=0))
+        torque = joint_torques(arm, motion, options.payload or 0.0, base_gravity(base))
+        torques.append(np.abs(torque + drive_torques(motion, assumed.simulation)).max(axis=0))
     margin = 1.0 if options.margin is None else options.margin
     floors = (LEAST if floor is None else floor for floor in (options.velocity_floor, options.effort_floor))
     peaks = (margin * np.max(each, axis=0) for each in (speeds, torques))
@@ -98,17 +103,24 @@ def peak_limits(arm: ArmBody, moved: Motions, options: LimitOptions, base: BaseP
     return velocity, effort
 
 
-def excess_notes(arm: ArmBody, moved: Motions, limits: JointNeeds, payload: float, base: BasePose) -> list[str]:
+def drive_torques(motion: SmoothMotion, drives: SimulationOptions) -> Array:
+    """What the drives need for themselves: armature a + damping v + friction sign(v), shape (T, n) [N m; N].
+
+    Args:
+        motion: The motion, T frames.
+        drives: The drives.
+    """
+    torque: Array = drives.joint_armature * motion.a + drives.joint_damping * motion.v
+    return torque + drives.joint_friction * np.sign(motion.v)
+
+
+def excess_notes(demand: JointDemand, limits: JointNeeds) -> list[str]:
     """Which joints need more than their limits at the demonstrated speed, and at which share of it they do not.
 
     Args:
-        arm: The arm and its solids.
-        moved: The motions.
+        demand: What the joints have to do.
         limits: Speed and torque limits.
-        payload: Point mass at the tool [kg].
-        base: Where the arm stands.
     """
-    demand = joint_demand(arm, moved, payload, base)
     speed, torque = demand.speed.max(axis=0), np.abs(demand.torque).max(axis=0)
     over = []
     for i, slides in enumerate(limits.prismatic):

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-import pinocchio as pin
-
-from armdesign._types import Array
 from armdesign.bodies.arm_body import link_name
-from armdesign.bodies.loads import dynamic_model
 from armdesign.export.parts import origin_part, robot_parts
 from armdesign.export.robot_file import Robot
+from armdesign.export.servos import servos
 from armdesign.export.templates import render
 from armdesign.export.xml_text import number, numbers
 
@@ -26,13 +22,14 @@ def robot_mjcf(robot: Robot) -> str:
     """Write a robot for MuJoCo; a pure function of it.
 
     Bodies, joints, position actuators ``joint_i`` and the frames are those of the URDF; the base is fixed to the
-    world, in its origin or, on request, where it stands in the room. Keyframe ``start`` is the first pose of the
-    demonstration. Sites ``demo_POINT_k`` mark where the demonstrated points have been.
+    world, in its origin or, on request, where it stands in the room. Keyframe ``start`` is the first point of the
+    exported trajectory; site ``tool0_site`` is the frame of body ``tool0``; ``demo_POINT_k`` mark where the
+    demonstrated points have been; the numeric ``lag`` says by how long each actuator lags [s]. The portable flavour has
+    the bodies, joints and actuators alone, each attribute at its element.
     """
-    parts = robot_parts(robot)
-    stiffness, damping = gains(robot)
+    parts, drives = robot_parts(robot), servos(robot)
     for i, link in enumerate(parts["links"][1:-1]):
-        link["gains"] = {"kp": number(stiffness[i]), "kv": number(damping[i])}
+        link["gains"] = {"kp": number(drives.kp[i]), "kv": number(drives.kv[i])}
     simulation = robot.options.simulation
     drive = {
         "damping": simulation.joint_damping,
@@ -43,6 +40,10 @@ def robot_mjcf(robot: Robot) -> str:
     pairs = sorted({(i, i + 1) for i in range(robot.table.dof)} | set(robot.touching))
     neighbours = [(link_name(i), link_name(j)) for i, j in pairs]
     extras = {
+        "portable": robot.options.tags.flavour == "portable",
+        "gravitation": "1" if simulation.gravity_compensation else None,
+        "step": number(drives.step),
+        "lag": numbers(drives.lag),
         "gravity": numbers(robot.gravity),
         "root": origin_part(robot.root) if robot.options.tags.world else None,
         "drive": {name: number(value) for name, value in drive.items()},
@@ -51,28 +52,6 @@ def robot_mjcf(robot: Robot) -> str:
         "places": _places(robot),
     }
     return render(TEMPLATE, {**parts, **extras})
-
-
-def gains(robot: Robot) -> tuple[Array, Array]:
-    """Gains of the position actuators: kp = M omega^2 and kv = 2 M omega, unless they are given.
-
-    M is what a joint moves in the start pose, the diagonal of the mass matrix with payload and armature; omega is 2 pi
-    times the bandwidth.
-
-    Returns:
-        Position gains [N m/rad] and velocity gains [N m s/rad], shape (n,) each.
-    """
-    options = robot.options
-    model = dynamic_model(robot.arm, options.limits.payload or 0.0)
-    inertia = np.diag(pin.crba(model, model.createData(), robot.start)) + options.simulation.joint_armature
-    omega = 2.0 * np.pi * options.simulation.bandwidth
-    kp = inertia * omega**2 if options.simulation.kp is None else np.full(robot.table.dof, options.simulation.kp)
-    kv = (
-        2.0 * np.sqrt(kp * inertia)
-        if options.simulation.kv is None
-        else np.full(robot.table.dof, options.simulation.kv)
-    )
-    return kp, kv
 
 
 def _places(robot: Robot) -> list[dict[str, Any]]:

@@ -89,10 +89,12 @@ class SimulationOptions(Section):
     joint_armature: float = parameter(
         0.01, Number(0.0, 1e3, "kg m^2"), "Rotor inertia of a motor behind its gear [kg m^2]; MJCF."
     )
-    bandwidth: float = parameter(
-        20.0, Number(0.1, 200.0, "Hz"),
+    bandwidth: float | None = parameter(
+        None, Number(0.1, 200.0, "Hz"),
         "Natural frequency of the position actuators, critically damped [Hz]; MJCF. Each gain follows from it and the "
-        "inertia its joint moves.",
+        "inertia its joint moves. Not set: by the task, so that the tool lags by no more than 1 mm, within 20 to "
+        "100 Hz.",
+        optional=True,
     )  # fmt: skip
     kp: float | None = parameter(
         None, Number(0.0, 1e9, "N m/rad", above=True),
@@ -102,6 +104,9 @@ class SimulationOptions(Section):
         None, Number(0.0, 1e9, "N m s/rad"), "Velocity gain of every actuator [N m s/rad]; MJCF; not set: critical.",
         optional=True,
     )  # fmt: skip
+    gravity_compensation: bool = parameter(
+        False, Switch(), "Take gravity off the links, as a controller that knows their weight does; MJCF."
+    )
 
     @classmethod
     def title(cls) -> str:
@@ -132,7 +137,16 @@ class TagOptions(Section):
         None, Text("mock, gazebo, or the name of a hardware plugin"),
         "URDF and xacro: add a ros2_control tag with this hardware: mock, gazebo, or a plugin's name.", optional=True,
     )  # fmt: skip
-    transmissions: bool = parameter(False, Switch(), "URDF and xacro: add a simple transmission to every joint.")
+    transmissions: bool = parameter(
+        False, Switch(),
+        "URDF and xacro: add a simple transmission to every joint. Drake makes actuators of these alone: without them "
+        "it reads none.",
+    )  # fmt: skip
+    flavour: str = parameter(
+        "mujoco", Choice(("mujoco", "portable")),
+        "MJCF: mujoco, with default classes, sites and a start keyframe; portable: without them, for the MJCF readers "
+        "of PyBullet, DART, Drake and Pinocchio.",
+    )  # fmt: skip
 
     @classmethod
     def title(cls) -> str:

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +19,9 @@ from armdesign.export.contacts import Pair, thinned, touching_links, touching_no
 from armdesign.export.joints import JointLimits
 from armdesign.export.limits import exported_limits
 from armdesign.export.options import AUTO, RobotOptions
+from armdesign.export.trajectory.exporting import TrajectoryOptions, timed_path
+from armdesign.export.trajectory.scaling import motion_at
+from armdesign.export.trajectory.tool_poses import tool_poses
 from armdesign.export.xml_text import safe_name, safe_names
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
@@ -35,6 +39,22 @@ PLACES = {
 }
 
 
+SAMPLES = 2000
+"""Places of a trajectory that its speeds are looked up at."""
+
+
+class Pace(NamedTuple):
+    """How fast a trajectory is.
+
+    Attributes:
+        joints: Peak speeds of the joints, shape (n,) [rad/s; m/s].
+        tool: Peak speed of tool0 [m/s].
+    """
+
+    joints: Array
+    tool: float
+
+
 @dataclass(frozen=True, eq=False)
 class Robot:
     """An arm ready to be written down.
@@ -44,7 +64,8 @@ class Robot:
         arm: The arm and its solids, n joints.
         limits: Limits of its joints.
         options: What was assumed.
-        start: First pose of the demonstrated motion, shape (n,) [rad]; zeros without one.
+        start: First point of the exported trajectory, shape (n,) [rad; m]; zeros without one.
+        pace: How fast that is.
         base: Where it stands in the room.
         paths: Demonstrated points by safe name, relative to the base, shape (T, 3) each [m].
         touching: Links that touch in the demonstrated motion, with the number of frames.
@@ -56,6 +77,7 @@ class Robot:
     limits: JointLimits
     options: RobotOptions
     start: Array
+    pace: Pace
     base: BasePose = field(default_factory=BasePose)
     paths: Mapping[str, Array] = field(default_factory=dict)
     touching: Mapping[Pair, int] = field(default_factory=dict)
@@ -101,34 +123,52 @@ def make_robot(
         side = chosen.tags.base_side
         arm = arm_body(arm, chosen.body or Body(), None, limits.position, side="below" if side == AUTO else side)
     pose = np.zeros(arm.table.dof) if start is None else np.asarray(start, dtype=float)
-    return Robot(safe_name(chosen.tags.name), arm, limits, chosen, pose)
+    return Robot(safe_name(chosen.tags.name), arm, limits, chosen, pose, Pace(np.zeros(arm.table.dof), 0.0))
 
 
-def finished_robot(result: Result, options: RobotOptions | None = None) -> Robot:
+def finished_robot(
+    result: Result, options: RobotOptions | None = None, timing: TrajectoryOptions | None = None
+) -> Robot:
     """The arm of a finished search or evaluation, with its body and its limits.
 
     Args:
         result: The arm with its paths.
         options: What is assumed.
+        timing: How the trajectory beside it is smoothed and timed, whose first point is the start.
 
     Raises:
         SettingsError: An option is out of range.
     """
-    chosen = resolved_options(options, result)
-    task, q_0 = result.problem.task, result.evaluation.path.q[0]
+    chosen, task = resolved_options(options, result), result.problem.task
     arm, notes = result_arm(result, chosen)
-    limits, of_limits = exported_limits(result, arm, chosen.limits)
+    limits, of_limits = exported_limits(result, arm, chosen)
+    start, pace = trajectory_start(result, timing or TrajectoryOptions())
     q = thinned(np.concatenate([angles for _, angles in motions(result.evaluation, result.problem)]))
     touching = touching_links(arm, q)
-    robot = make_robot(arm, limits, chosen, q_0)
+    robot = make_robot(arm, limits, chosen, start)
     names = safe_names(list(task.points), "point")
     return dataclasses.replace(
         robot,
+        pace=pace,
         base=result.base_pose,
         paths={name: task.P[:, i] for i, name in enumerate(names)},
         touching=touching,
         notes=(*of_limits, *notes, *touching_notes(touching, len(q))),
     )
+
+
+def trajectory_start(result: Result, timing: TrajectoryOptions) -> tuple[Array, Pace]:
+    """First point of the exported trajectory, shape (n,) [rad; m], and how fast the trajectory is.
+
+    Args:
+        result: The arm with its paths.
+        timing: How it is smoothed and timed.
+    """
+    path, timed, _ = timed_path(result, timing)
+    time = np.linspace(0.0, timed.total, SAMPLES)
+    motion = motion_at(path, timed, time)
+    steps = np.linalg.norm(np.diff(tool_poses(result.table, motion.q)[:, :3, 3], axis=0), axis=1)
+    return motion.q[0], Pace(np.abs(motion.v).max(axis=0), float(steps.max() / (time[1] - time[0])))
 
 
 def resolved_options(options: RobotOptions | None, result: Result) -> RobotOptions:

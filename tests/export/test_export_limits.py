@@ -9,9 +9,13 @@ import pytest
 from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.errors import DesignError, SettingsError
+from armdesign.export.joints import joint_limits
 from armdesign.export.limits import actuator_limits, excess_notes, peak_limits
-from armdesign.export.options import LimitOptions
+from armdesign.export.mjcf import robot_mjcf
+from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions
+from armdesign.export.robot_file import make_robot
 from armdesign.export.urdf import urdf_text
+from armdesign.feasibility.demand import joint_demand
 from armdesign.feasibility.needs import JointNeeds
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.kinematics.dh import DHTable
@@ -34,8 +38,13 @@ ARM = DHTable.from_rows(
 PENDULUM = DHTable.from_rows([(np.pi / 2, 0, 0), (0, 0.5, 0)])
 
 
-def peaks(table, time, q, options=None, base=None):
-    return peak_limits(arm_body(table, Body()), [(time, q)], options or LimitOptions(margin=1.5), base or BasePose())
+IDEAL = SimulationOptions(joint_damping=0.0, joint_armature=0.0)
+"""Drives that need nothing for themselves."""
+
+
+def peaks(table, time, q, options=None, base=None, drives=IDEAL):
+    assumed = RobotOptions(limits=options or LimitOptions(margin=1.5), simulation=drives)
+    return peak_limits(arm_body(table, Body()), [(time, q)], assumed, base or BasePose())
 
 
 def wave(frames=201, seconds=2.0, joints=3):
@@ -110,6 +119,23 @@ def test_torques_are_those_of_the_written_file():
     np.testing.assert_allclose(joint_torques(arm_body(ARM, Body()), motion), expected, atol=1e-11)
 
 
+def test_torques_are_those_of_the_written_mjcf_with_its_armature_damping_and_friction():
+    mujoco = pytest.importorskip("mujoco")
+    drives = SimulationOptions(joint_damping=0.3, joint_armature=0.05, joint_friction=0.2)
+    limits = LimitOptions(margin=1.0, velocity_floor=1e-9, effort_floor=1e-9)
+    t, q, _, _ = wave()
+    _, effort = peaks(ARM, t, q, limits, drives=drives)
+    robot = make_robot(ARM, joint_limits(ARM.prismatic), RobotOptions(limits=limits, simulation=drives))
+    model = mujoco.MjModel.from_xml_string(robot_mjcf(robot))
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+    data, motion, needed = mujoco.MjData(model), smooth_motion(t, q), []
+    for angles, speeds, rises in zip(motion.q, motion.v, motion.a, strict=True):
+        data.qpos[:], data.qvel[:], data.qacc[:] = angles, speeds, rises
+        mujoco.mj_inverse(model, data)
+        needed.append(data.qfrc_inverse + data.qfrc_constraint + 0.2 * np.sign(speeds))
+    np.testing.assert_allclose(effort, np.abs(needed).max(axis=0), rtol=1e-9)
+
+
 def test_limits_scale_with_the_margin_and_stop_at_the_floor():
     t, q, _, _ = wave()
     one, two = (peaks(ARM, t, q, LimitOptions(margin=m, velocity_floor=1e-9, effort_floor=1e-9)) for m in (1.0, 2.0))
@@ -139,17 +165,17 @@ def test_stated_needs_go_over_the_assumed_actuator():
 
 def test_what_the_motion_needs_beyond_its_limits_is_said_with_the_speed_that_keeps_them():
     t, q, v, _ = wave()
-    arm, free = arm_body(ARM, Body()), np.full(3, 1e6)
+    demand, free = joint_demand(arm_body(ARM, Body()), [(t, q)], 0.0, BasePose()), np.full(3, 1e6)
     fits = JointNeeds(np.zeros(3, bool), speed=np.full(3, 4.0), torque=free)
-    assert excess_notes(arm, [(t, q)], fits, 0.0, BasePose()) == []
+    assert excess_notes(demand, fits) == []
     limit = 0.5 * np.abs(v).max()
     slow = JointNeeds(np.zeros(3, bool), speed=np.array([limit, 10.0, 10.0]), torque=free)
-    (note,) = excess_notes(arm, [(t, q)], slow, 0.0, BasePose())
+    (note,) = excess_notes(demand, slow)
     assert "joint_1" in note
     assert "joint_2" not in note
     assert "--speed 0.5)" in note or "--speed 0.49)" in note
     weak = JointNeeds(np.zeros(3, bool), speed=np.full(3, 10.0), torque=np.full(3, 1e-3))
-    (note,) = excess_notes(arm, [(t, q)], weak, 0.0, BasePose())
+    (note,) = excess_notes(demand, weak)
     assert "no slower motion" in note
 
 

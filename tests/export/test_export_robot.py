@@ -76,7 +76,9 @@ def test_mujoco_sees_no_contact_along_the_demonstration(each):
 
 
 def test_the_limits_hold_the_motion_with_its_payload(each):
-    options = RobotOptions(limits=LimitOptions(payload=2.0, margin=1.0, velocity_floor=1e-6, effort_floor=1e-6))
+    ideal = SimulationOptions(joint_damping=0.0, joint_armature=0.0)
+    limits = LimitOptions(payload=2.0, margin=1.0, velocity_floor=1e-6, effort_floor=1e-6)
+    options = RobotOptions(limits=limits, simulation=ideal)
     robot, task, q = robot_of(each, options), each.run.problem.task, each.run.evaluation.path.q
     motion = smooth_motion(task.time, q)
     torque = joint_torques(robot.arm, motion, 2.0)
@@ -92,7 +94,7 @@ def test_body_options_reach_mass_and_torque(each):
     for one, other in zip(light.bodies[1:], loaded.bodies[1:], strict=True):
         assert other.inertial.mass > one.inertial.mass + 1.39
     moved = [(each.run.problem.task.time, each.run.evaluation.path.q)]
-    _, effort = peak_limits(loaded.arm, moved, options, each.run.base_pose)
+    _, effort = peak_limits(loaded.arm, moved, RobotOptions(limits=options), each.run.base_pose)
     np.testing.assert_array_equal(loaded.limits.effort, effort)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from armdesign._types import Array
 from armdesign.errors import RunFolderError, SettingsError, counted
-from armdesign.export.trajectory.ros2_bag import write_bag
+from armdesign.export.trajectory.ros2_bag import typestore, write_bag
 from armdesign.export.trajectory.scaling import (
     MAX_ACCELERATION,
     MAX_SLIDE_ACCELERATION,
@@ -96,6 +96,24 @@ class Trajectory:
     notes: tuple[str, ...]
 
 
+def timed_path(run: Result, options: TrajectoryOptions) -> tuple[SmoothPath, Timing, tuple[str, ...]]:
+    """The smooth joint path of a run, when the arm is where on it, and what was slowed down.
+
+    Args:
+        run: The run.
+        options: How it is smoothed and timed.
+
+    Raises:
+        SettingsError: A number is out of range.
+    """
+    path = fit_path(run.problem.task.time, run.evaluation.path.q, run.limits, cutoff=options.cutoff)
+    timing = timing_of(path, speed=options.speed, ramp=options.ramp)
+    if not options.fit_limits:
+        return path, timing, ()
+    timing, note = slowed(path, timing, options, run.table.prismatic)
+    return path, timing, (note,)
+
+
 def make_trajectory(run: Result, options: TrajectoryOptions | None = None) -> Trajectory:
     """Smooth the joint path of a run, time it and sample it.
 
@@ -108,13 +126,9 @@ def make_trajectory(run: Result, options: TrajectoryOptions | None = None) -> Tr
     """
     chosen = options or TrajectoryOptions()
     q, task = run.evaluation.path.q, run.problem.task
-    path = fit_path(task.time, q, run.limits, cutoff=chosen.cutoff)
-    timing = timing_of(path, speed=chosen.speed, ramp=chosen.ramp)
+    path, timing, slower = timed_path(run, chosen)
     deviation = tool_deviation(run.table, q, path)
-    notes = smoothing_notes(path, deviation, run.table.prismatic)
-    if chosen.fit_limits:
-        timing, note = slowed(path, timing, chosen, run.table.prismatic)
-        notes.append(note)
+    notes = [*smoothing_notes(path, deviation, run.table.prismatic), *slower]
     motion = sample(path, timing, 1.0 / task.dt if chosen.rate is None else chosen.rate)
     return Trajectory(path, timing, motion, deviation, (*notes, *timing_notes(timing, motion, run.table.prismatic)))
 
@@ -146,7 +160,26 @@ def export_trajectory(
         MissingExtraError: A bag was asked for, and rosbags is not installed.
     """
     place = place_for(kind, Path(folder_or_path), overwrite=overwrite)
+    if kind == "ros2-bag":
+        typestore()
     trajectory = make_trajectory(run, options)
+    write_trajectory(trajectory, kind, place, overwrite=overwrite)
+    return ExportedTrajectory(place, trajectory.notes)
+
+
+def write_trajectory(trajectory: Trajectory, kind: str, place: Path, *, overwrite: bool = False) -> None:
+    """Write a trajectory.
+
+    Args:
+        trajectory: The trajectory.
+        kind: One of ``FILES``.
+        place: The file, or the bag's folder.
+        overwrite: Replace a bag that is there.
+
+    Raises:
+        RunFolderError: It cannot be written to.
+        MissingExtraError: A bag was asked for, and rosbags is not installed.
+    """
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -159,7 +192,6 @@ def export_trajectory(
     else:
         writers: dict[str, Callable[[Motion], str | bytes]] = {"csv": csv_text, "ros": ros_yaml, "npz": npz_bytes}
         write_whole(place, writers[kind](trajectory.motion))
-    return ExportedTrajectory(place, trajectory.notes)
 
 
 def place_for(kind: str, given: Path, *, overwrite: bool = False) -> Path:

@@ -101,7 +101,7 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
         time=np.linspace(time[0], time[-1], len(time)),
         motion=motion,
         torque=joint_torques(arm, motion, limits.payload or 0.0, base_gravity(run.base_pose)),
-        limits=exported_limits(run, arm, limits)[0],
+        limits=exported_limits(run, arm, chosen)[0],
         masses=np.array([each.inertial.mass for each in arm.links]),
         prismatic=run.table.prismatic,
         free=sampled_contacts(arm, run.limits, samples=FEW).free,
