@@ -219,6 +219,7 @@ def test_frames_have_names_of_their_own_in_pinocchio(flavour, tmp_path):
     np.testing.assert_allclose(data.oMf[model.getFrameId("tool0")].homogeneous, robot.table.frames(q)[-1], atol=1e-9)
 
 
+@pytest.mark.slow  # PyBullet has no wheels for newer Pythons
 @pytest.mark.parametrize("seed", [2, 3])
 def test_bullet_reads_the_portable_flavour(seed, tmp_path):
     bullet = pytest.importorskip("pybullet")
