@@ -47,14 +47,15 @@ class TimedBackend(InProcess):
     def __post_init__(self) -> None:
         """Allocate the block, and touch everything once."""
         super().__init__(self.problem)
-        self.fitness.evaluate(designs(self.problem, 8))
+        some = designs(self.problem, 8)
+        super().evaluate(some, np.full(len(some), np.inf))
 
     def evaluate(
-        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False
+        self, Phi: Array, cutoff: Array, poses: Array | None = None, *, slopes: bool = False, coarse: int = 0
     ) -> tuple[Scores, Rejections]:
         """See Backend.evaluate."""
         began = time.perf_counter()
-        scores, removed = super().evaluate(Phi, cutoff, poses, slopes=slopes)
+        scores, removed = super().evaluate(Phi, cutoff, poses, slopes=slopes, coarse=coarse)
         self.last = time.perf_counter()
         self.first = min(self.first, began)
         self.seconds += self.last - began
