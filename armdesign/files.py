@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and JSON files read with one kind of error."""
+"""Files that are written whole or not at all, JSON files read with one kind of error, tables as CSV."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import json
 import math
 import os
 import secrets
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -75,6 +76,13 @@ def read_json(path: Path, fix: str | None = None) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise RunFolderError(f"{path} is damaged: it holds no table", value=str(path), fix=fix)
     return content
+
+
+def is_number(value: object) -> bool:
+    """Whether a value of a file is a number that a float can hold."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max  # also of whole numbers that no float can hold; not of nan
 
 
 def csv_table(names: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

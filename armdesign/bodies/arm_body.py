@@ -234,7 +234,7 @@ def arm_body(
         raise DesignError("the slides of the joint modules are not finite numbers", value=s, allowed=f"({table.dof},)")
     s[np.array(table.prismatic)] = table.d[:-1][np.array(table.prismatic)]
     s.setflags(write=False)
-    ends = default_limits(table) if limits is None else np.asarray(limits, dtype=float)
+    ends = default_limits(table.prismatic) if limits is None else np.asarray(limits, dtype=float)
     if ends.shape != (table.dof, 2):
         raise DesignError(f"joint limits have shape {ends.shape}", allowed=f"({table.dof}, 2)")
     modules, parts = options.modules_of(table.dof), [*_base(options, placed=placed, side=side)]

@@ -294,11 +294,6 @@ def largest(holds: Callable[[float], bool], most: float) -> float | None:
     return low / 100
 
 
-def tube_lengths(arm: ArmBody) -> list[tuple[str, float]]:
-    """The tubes of an arm: what they belong to, and their lengths [m]."""
-    return [(part.name, part.solid.length) for part in arm.parts if part.solid.material == "tube"]
-
-
 def arm_mass(arm: ArmBody) -> float:
     """Mass of what moves, from link 1 on [kg]."""
     return float(np.sum([part.solid.mass for part in arm.parts if part.link > 0]))

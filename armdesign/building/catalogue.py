@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import Any
 
 from armdesign.errors import CatalogueError
+from armdesign.files import is_number
 
 UNITS: Mapping[str, Mapping[str, float]] = {
     "torque": {"N m": 1.0, "mN m": 1e-3, "kgf cm": 0.0980665, "ozf in": 0.00706155},
@@ -204,12 +205,7 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
     Raises:
         CatalogueError: The file cannot be read, or is not TOML.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise CatalogueError(f"cannot read the catalogue {path}: {error.strerror}", value=str(path)) from error
-    except (ValueError, RecursionError) as error:
-        raise CatalogueError(f"the catalogue {path} is not valid TOML: {error}", value=str(path)) from error
+    content = read_toml(path, "the catalogue")
     faults = [f"{path.name}: {fault}" for fault in family_faults(content)]
     if faults:
         return None, faults
@@ -238,6 +234,26 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
     return Catalogue(content["family"], content["maker"], currency, sources, tuple(actuators)), []
 
 
+def read_toml(path: Path, what: str, allowed: str | None = None) -> dict[str, Any]:
+    """What a TOML file of parts holds.
+
+    Args:
+        path: The file.
+        what: What it is called in messages.
+        allowed: What else could be given.
+
+    Raises:
+        CatalogueError: It cannot be read, or is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        message = f"cannot read {what} {path}: {error.strerror}"
+        raise CatalogueError(message, value=str(path), allowed=allowed) from error
+    except (ValueError, RecursionError) as error:
+        raise CatalogueError(f"{what} {path} is not valid TOML: {error}", value=str(path)) from error
+
+
 def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
     """What is wrong with the head of a catalogue."""
     known = {"family": str, "maker": str, "units": dict, "source": list, "actuator": list}
@@ -250,7 +266,7 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
         if name not in (*known, "currency", "rated_share"):
             yield f"unknown entry '{name}'; allowed: {', '.join(known)}, currency, rated_share"
     share = content.get("rated_share", 1.0)
-    if not number(share) or not 0.0 < share <= 1.0:
+    if not is_number(share) or not 0.0 < share <= 1.0:
         yield f"'rated_share' is {share!r}; allowed: above 0, at most 1"
     if not isinstance(content.get("currency", ""), str):
         yield f"'currency' is {content['currency']!r}, not a text"
@@ -273,11 +289,6 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
             yield f"'actuator' holds {entry!r}, not tables [[actuator]]"
 
 
-def number(value: object) -> bool:
-    """Whether a value of a TOML file is a finite number."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]:
     """What is wrong with the fields of an actuator.
 
@@ -291,7 +302,7 @@ def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]
                 yield f"'{name}' is {value!r}, not a text"
         elif name not in FIGURES:
             yield f"unknown figure '{name}'; allowed: {', '.join((*WORDS, *FIGURES))}"
-        elif not number(value) or value < 0.0 or (value == 0.0 and name != "output_offset"):
+        elif not is_number(value) or value < 0.0 or (value == 0.0 and name != "output_offset"):
             yield f"'{name}' is {value!r}; allowed: a number above 0"
     for name in ("name", "mass", "no_load_speed"):
         if name not in entry:

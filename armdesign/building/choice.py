@@ -20,7 +20,7 @@ actuator that meets them bounds the cost. What is not better than the best choic
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -29,7 +29,8 @@ import pinocchio as pin
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody
-from armdesign.bodies.loads import base_gravity, dynamic_model
+from armdesign.bodies.cylinder import Cylinder
+from armdesign.bodies.loads import base_gravity, dynamic_model, joint_torques
 from armdesign.building.catalogue import Actuator
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.base_pose import BasePose
@@ -165,38 +166,29 @@ def duty_of(
             f"joint {joint} slides, and the catalogues have no linear actuators", value=arm.table.joints,
             allowed="arms whose joints all turn",
         )  # fmt: skip
-    n, slides = arm.table.dof, arm.slides - arm.table.d[:-1]
+    n, gravity = arm.table.dof, base_gravity(base)
     model = dynamic_model(arm, payload)
-    model.gravity.linear = base_gravity(base)
+    model.gravity.linear = gravity
     data = model.createData()
     q, v, a = (np.concatenate([getattr(each, name) for each in motions]) for name in ("q", "v", "a"))
     Y = np.stack([pin.computeJointTorqueRegressor(model, data, *state) for state in zip(q, v, a, strict=True)])
     Y = Y.reshape(len(q), n, 10 * n)  # Pinocchio gives a single row without its axis
-    whole = np.stack([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    whole = np.concatenate([joint_torques(arm, motion, payload, gravity) for motion in motions])
     share = np.zeros((n, len(sizes), len(q), n))
-    own = [module_parameters(part.solid.mass, part.solid.radius, part.solid.length, slides[part.module - 1])
-           for part in arm.parts if part.module]  # fmt: skip
-    for k in range(n):
+    for k, module in enumerate(part.solid for part in arm.parts if part.module):
         columns = Y[:, :, 10 * k : 10 * k + 10]
-        whole = whole - columns @ own[k]
+        whole = whole - columns @ dynamic_parameters(module)
         for s, size in enumerate(sizes):
-            share[k, s] = columns @ module_parameters(size.mass, size.diameter / 2.0, size.length, slides[k])
+            chosen = replace(module, radius=size.diameter / 2.0, length=size.length, mass=size.mass)
+            share[k, s] = columns @ dynamic_parameters(chosen)
             share[k, s, :, k] += size.reflected_inertia * a[:, k]
     return Duty(tuple(sizes), margin, np.abs(v), q.max(axis=0) - q.min(axis=0), whole, share)
 
 
-def module_parameters(mass: float, radius: float, length: float, height: float) -> Array:
-    """Inertial parameters of a module in its joint's frame, as Pinocchio orders them, shape (10,).
-
-    Args:
-        mass: [kg].
-        radius: [m].
-        length: Along the axis [m].
-        height: Of its centre above the joint's origin, along the axis [m].
-    """
-    across, about = mass * (3.0 * radius**2 + length**2) / 12.0, mass * radius**2 / 2.0
-    inertia = pin.Inertia(mass, np.array([0.0, 0.0, height]), np.diag([across, across, about]))
-    return np.asarray(inertia.toDynamicParameters())
+def dynamic_parameters(solid: Cylinder) -> Array:
+    """Mass properties of a solid in its link's frame, as Pinocchio orders them, shape (10,)."""
+    inertial = solid.inertial
+    return np.asarray(pin.Inertia(inertial.mass, inertial.com, inertial.inertia).toDynamicParameters())
 
 
 def choose(duty: Duty, costs: Sequence[float]) -> Choice | None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
-from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from armdesign.building.build import Build, tube_lengths
+from armdesign.building.build import Build
+from armdesign.files import csv_table
 
 BILL = "parts.csv"
 CUTS = "cuts.csv"
@@ -33,8 +31,8 @@ def bill_of_materials(build: Build) -> str:
         a = actuators[name]
         rows.append((name, count, "piece", a.sheet or a.family, a.mass, a.price))
     arm = build.result.body
-    metres = sum(length for _, length in tube_lengths(arm))
     solids = [part.solid for part in arm.parts if part.solid.material == "tube"]
+    metres = sum(solid.length for solid in solids)
     per_metre = sum(solid.mass for solid in solids) / metres if metres else 0.0
     body = arm.options
     name = f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm"
@@ -59,7 +57,7 @@ def bill_of_materials(build: Build) -> str:
     money = f" [{build.currency}]" if build.currency else ""
     heads = ("part", "quantity", "unit", "source", "mass of one [kg]", f"price of one{money}", "mass [kg]",
              f"price{money}")  # fmt: skip
-    return as_csv([heads, *text])
+    return csv_table(heads, text)
 
 
 def cut_list(build: Build) -> str:
@@ -71,15 +69,8 @@ def cut_list(build: Build) -> str:
         if first.link == second.link:
             cosine = abs(float(first.solid.pose[:3, 2] @ second.solid.pose[:3, 2]))
             corners[k] = f"{np.degrees(np.arccos(min(cosine, 1.0))):.2f}"
-    rows: list[Sequence[object]] = [("tube", "length [mm]", "outer diameter [mm]", "angle to the next [deg]")]
+    rows = []
     for part, corner in zip(solids, corners, strict=True):
         size = f"{2e3 * part.solid.radius:g}"
         rows.append((part.name, f"{part.solid.length * 1e3:.1f}", size, corner))
-    return as_csv(rows)
-
-
-def as_csv(rows: Iterable[Sequence[object]]) -> str:
-    """Rows as CSV."""
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows(rows)
-    return out.getvalue()
+    return csv_table(("tube", "length [mm]", "outer diameter [mm]", "angle to the next [deg]"), rows)

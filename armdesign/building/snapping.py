@@ -104,8 +104,7 @@ def snapped(result: Result, cut: float, *, printed: bool = False) -> Result:
     """
     problem = result.problem.in_room
     space = problem.space
-    names = tuple(name for name, free in zip(space.names, space.free, strict=True) if free)
-    refit = Refit(problem.objective(), *space.bounds, names)
+    refit = Refit(problem.objective(), *space.bounds, space.free_names)
     Phi = np.clip(space.phi(result.table, result.problem.first.base), refit.lower, refit.upper)
     if not printed:
         Phi = with_brackets(refit, Phi)

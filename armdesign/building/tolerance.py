@@ -212,7 +212,7 @@ def tolerance(result: Result, tolerances: Tolerances | None = None) -> Tolerance
 def looked_at(shown: Demonstration, scored: PathEvaluation) -> Array:
     """Numbers of frames evenly spread over a demonstration, with the one in which the hand's error is largest."""
     count = len(scored.path.q)
-    worst = int(np.argmax(np.linalg.norm(scored.path.distance[:, -1:], axis=1)))
+    worst = int(np.argmax(scored.path.distance[:, -1]))
     even = np.linspace(0, len(shown.task.time) - 1, min(FRAMES, count)).round().astype(np.intp)
     return np.unique(np.append(even, worst))
 
@@ -270,7 +270,7 @@ def importance(result: Result, length: float = 1e-3, angle: float = float(np.deg
     """
     problem = result.problem.in_room
     space, Phi = problem.space, problem.space.phi(result.table, result.problem.first.base)
-    names = [name for name, free in zip(space.names, space.free, strict=True) if free]
+    names = space.free_names
     steps = np.where(space.angular, angle, length)
     lower, upper = space.bounds
     moved = np.concatenate([np.clip(Phi + sign * np.diag(steps), lower, upper) for sign in (1.0, -1.0)])

@@ -16,7 +16,6 @@ A stock file is TOML; lengths in metres, moduli in pascal:
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -27,8 +26,9 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody
-from armdesign.building.catalogue import number
+from armdesign.building.catalogue import read_toml
 from armdesign.errors import CatalogueError
+from armdesign.files import is_number
 
 FIELDS = ("diameter", "wall", "density", "youngs_modulus", "shear_modulus")
 SIMPSON = ((0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0))
@@ -93,14 +93,7 @@ def find_stock(name: str) -> Stock:
     """
     own = Path(str(resources.files("armdesign.building"))) / "stock" / f"{name}.toml"
     path = own if name == "aluminium" else Path(name)
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise CatalogueError(
-            f"cannot read the stock {name}: {error.strerror}", value=name, allowed="aluminium, or a TOML file"
-        ) from error
-    except (ValueError, RecursionError) as error:
-        raise CatalogueError(f"the stock {name} is not valid TOML: {error}", value=name) from error
+    content = read_toml(path, "the stock", "aluminium, or a TOML file")
     fault = next(stock_faults(content), None)
     if fault is not None:
         raise CatalogueError(f"{path.name}: {fault}", value=name)
@@ -113,7 +106,7 @@ def stock_faults(content: dict[str, Any]) -> Iterator[str]:
     for name in content:
         if name not in ("cut", "source", "currency", "tube"):
             yield f"unknown entry '{name}'; allowed: cut, source, currency, tube"
-    if not number(content.get("cut")) or not 0.0 < content["cut"] <= 1.0:
+    if not is_number(content.get("cut")) or not 0.0 < content["cut"] <= 1.0:
         yield f"'cut' is {content.get('cut')!r}; allowed: above 0, at most 1 m"
     if not isinstance(content.get("source"), str) or not content["source"]:
         yield "'source' is missing: where the figures come from"
@@ -129,7 +122,7 @@ def stock_faults(content: dict[str, Any]) -> Iterator[str]:
             if field not in ("name", "price", *FIELDS):
                 yield f"tube '{name}': unknown figure '{field}'; allowed: name, price, {', '.join(FIELDS)}"
         for field in (*FIELDS, *(["price"] if "price" in each else [])):
-            if not number(each.get(field)) or each[field] <= 0.0:
+            if not is_number(each.get(field)) or each[field] <= 0.0:
                 yield f"tube '{name}': '{field}' is {each.get(field, 'missing')!r}; allowed: a number above 0"
                 return
         if each["wall"] > each["diameter"] / 2.0:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import sys
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -18,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from armdesign._types import Array
 from armdesign.cell.obstacles import Box, Cylinder, Mesh, Obstacle, Obstacles, Plane, Shape, Sphere
 from armdesign.errors import ObstacleError, counted
+from armdesign.files import is_number
 from armdesign.settings.kinds import LENGTHS
 
 MESHES = (".stl", ".obj", ".ply")
@@ -78,13 +78,6 @@ class Entry:
         if not isinstance(value, list) or len(value) != 3 or not all(map(is_number, value)):
             raise ObstacleError(f"{self.where}: {key} is {value!r}", value=value, allowed=what)
         return np.array(value, dtype=float)
-
-
-def is_number(value: object) -> bool:
-    """Whether a value of a file is a number that a float can hold."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) <= sys.float_info.max  # also of whole numbers that no float can hold; not of nan
 
 
 def box_of(entry: Entry) -> Shape:

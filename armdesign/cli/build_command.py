@@ -11,9 +11,8 @@ from armdesign.building.build import Build, BuildOptions, arm_mass
 from armdesign.building.build import build as build_of
 from armdesign.building.part_lists import part_lists
 from armdesign.cli.command_errors import one_sentence_errors
-from armdesign.cli.command_options import OUTPUT, OverwriteOption, QuietOption, option
+from armdesign.cli.command_options import OUTPUT, OverwriteOption, QuietOption, number_of, option
 from armdesign.cli.screen import compiling, say, show_table, show_text, written_text
-from armdesign.errors import SettingsError
 from armdesign.feasibility.words import summary
 from armdesign.runs.checking import finished_arm
 from armdesign.runs.folder import claim_folder
@@ -56,9 +55,9 @@ def build(
     tubes by stiffness. The build is a run folder, with a bill of materials and a cut list in it.
     """
     options = BuildOptions(
-        catalogue, least, margin, payload, "auto" if speed == "auto" else number(speed, "--speed", "auto, or a number"),
-        stock, 1e-3 * number(deflection.removesuffix("mm"), "--deflection", "millimetres, such as 1mm"),
-        snap, printed,
+        catalogue, least, margin, payload,
+        "auto" if speed == "auto" else number_of("--speed", speed, "auto, or a number"), stock,
+        1e-3 * number_of("--deflection", deflection, "millimetres, such as 1mm", "mm"), snap, printed,
     )  # fmt: skip
     design = finished_arm(run)
     with compiling(quiet=quiet, slopes=snap, bodies=snap):
@@ -70,20 +69,6 @@ def build(
     if not quiet:
         show_build(made)
         typer.echo(written_text([place / name for name in written]))
-
-
-def number(text: str, flag: str, allowed: str) -> float:
-    """A number of a flag.
-
-    Args:
-        text: What was given.
-        flag: The flag.
-        allowed: What it takes.
-    """
-    try:
-        return float(text)
-    except ValueError as error:
-        raise SettingsError(f"{flag} is {text!r}", value=text, allowed=allowed) from error
 
 
 def show_build(made: Build) -> None:

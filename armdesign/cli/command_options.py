@@ -43,6 +43,24 @@ OverwriteOption = Annotated[
 ]
 
 
+def number_of(flag: str, text: str, allowed: str, unit: str = "") -> float:
+    """The number that a flag gives, with its unit or without.
+
+    Args:
+        flag: The flag.
+        text: What was given.
+        allowed: What it takes.
+        unit: The unit.
+
+    Raises:
+        SettingsError: It is no number.
+    """
+    try:
+        return float(text.removesuffix(unit))
+    except ValueError as error:
+        raise SettingsError(f"{flag} is {text!r}", value=text, allowed=allowed) from error
+
+
 def settings_from_flags(config: Path | None, given: Mapping[str, Mapping[str, Any]]) -> Settings:
     """Settings of the file, with the flags that were given over them.
 

@@ -13,9 +13,9 @@ import typer
 from armdesign.building.tolerance import Band, Tolerances
 from armdesign.building.tolerance import tolerance as tolerance_of
 from armdesign.cli.command_errors import one_sentence_errors
-from armdesign.cli.command_options import OUTPUT, option
+from armdesign.cli.command_options import OUTPUT, number_of, option
 from armdesign.cli.screen import compiling, show_table, show_text
-from armdesign.errors import SettingsError, counted
+from armdesign.errors import counted
 from armdesign.runs.checking import finished_arm
 
 SHOWN = 8
@@ -40,8 +40,9 @@ def tolerance(
     Many arms are drawn, with and without calibration; beside it the budget in first order, which dimension costs what.
     """
     chosen = Tolerances(
-        1e-3 * measured(length, "mm", "--length"), radians(measured(twist, "deg", "--twist")),
-        radians(measured(zero, "deg", "--zero")), samples, uniform, seed,
+        1e-3 * number_of("--length", length, "a number, such as 0.5mm", "mm"),
+        radians(number_of("--twist", twist, "a number, such as 0.5deg", "deg")),
+        radians(number_of("--zero", zero, "a number, such as 0.5deg", "deg")), samples, uniform, seed,
     )  # fmt: skip
     result = finished_arm(run)
     with compiling(quiet=as_json):
@@ -71,17 +72,3 @@ def tolerance(
 def cells(name: str, band: Band) -> tuple[str, ...]:
     """A band as a row of text."""
     return (name, *(f"{value * 1e3:.2f}" for value in (band.nominal, band.median, band.p95)))
-
-
-def measured(text: str, unit: str, flag: str) -> float:
-    """A number of a flag, with its unit or without.
-
-    Args:
-        text: What was given.
-        unit: The unit.
-        flag: The flag.
-    """
-    try:
-        return float(text.removesuffix(unit))
-    except ValueError as error:
-        raise SettingsError(f"{flag} is {text!r}", value=text, allowed=f"a number, such as 0.5{unit}") from error

@@ -10,11 +10,9 @@ from numpy.typing import ArrayLike
 
 from armdesign._types import Array
 from armdesign.errors import DesignError
+from armdesign.feasibility.needs import SLIDING, TURNING
+from armdesign.kinematics.models import default_limits
 
-DEFAULT_RANGE = (float(np.pi), 1.0)
-"""Joints without limits go this far either way: those that turn [rad], those that slide [m]."""
-DEFAULT_VELOCITY = (float(np.pi), 0.5)
-"""Speed limit of joints without one [rad/s; m/s]."""
 DEFAULT_EFFORT = 100.0
 """Torque limit of joints without one [N m; N]."""
 
@@ -76,9 +74,8 @@ def joint_limits(
     Raises:
         DesignError: As ``JointLimits``, or the shape does not fit n joints.
     """
-    dof, kinds = len(prismatic), np.array(prismatic, dtype=np.intp)
-    ends = np.array(DEFAULT_RANGE)[kinds]
-    defaults = (np.stack([-ends, ends], axis=1), np.array(DEFAULT_VELOCITY)[kinds], DEFAULT_EFFORT)
+    dof = len(prismatic)
+    defaults = (default_limits(prismatic), np.where(prismatic, SLIDING, TURNING), DEFAULT_EFFORT)
     arrays = []
     for name, given, default in zip(
         ("joint", "velocity", "effort"), (position, velocity, effort), defaults, strict=True

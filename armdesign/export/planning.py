@@ -17,6 +17,7 @@ from armdesign.export.contacts import Pair, contacts
 from armdesign.export.parts import BASE_LINK, TOOL_LINK, WORLD
 from armdesign.export.robot_file import Robot
 from armdesign.export.templates import render
+from armdesign.export.trajectory.scaling import MAX_ACCELERATION, MAX_SLIDE_ACCELERATION
 from armdesign.export.xml_text import number
 
 SAMPLES, FEW = 10_000, 1000
@@ -25,8 +26,6 @@ GROUP, TOOL_GROUP, START = "arm", "tool", "demonstrated_start"
 CONTROLLER, BROADCASTER = "arm_controller", "joint_state_broadcaster"
 UPDATE_RATE = 500
 """Of the controllers [1/s]."""
-ACCELERATION, SLIDE_ACCELERATION = 10.0, 5.0
-"""Acceleration limits for planners, in the range of lightweight arms [rad/s^2; m/s^2]."""
 FULL = 6
 """Joints from which a solver can be asked for orientations, too."""
 
@@ -88,9 +87,13 @@ def robot_srdf(robot: Robot) -> str:
     return render("arm.srdf.j2", context)
 
 
+def joint_items(robot: Robot) -> str:
+    """The joints as items of a YAML list."""
+    return "".join(f"\n      - joint_{i + 1}" for i in range(robot.table.dof))
+
+
 def controllers_yaml(robot: Robot) -> str:
     """Controllers for ros2_control: a joint trajectory controller and a joint state broadcaster."""
-    joints = "".join(f"\n      - joint_{i + 1}" for i in range(robot.table.dof))
     return f"""controller_manager:
   ros__parameters:
     update_rate: {UPDATE_RATE}
@@ -101,7 +104,7 @@ def controllers_yaml(robot: Robot) -> str:
 
 {CONTROLLER}:
   ros__parameters:
-    joints:{joints}
+    joints:{joint_items(robot)}
     command_interfaces:
       - position
     state_interfaces:
@@ -119,7 +122,7 @@ def joint_limits_yaml(robot: Robot) -> str:
             "    has_velocity_limits: true",
             f"    max_velocity: {number(robot.limits.velocity[i])}",
             "    has_acceleration_limits: true",
-            f"    max_acceleration: {number(SLIDE_ACCELERATION if slides else ACCELERATION)}",
+            f"    max_acceleration: {number(MAX_SLIDE_ACCELERATION if slides else MAX_ACCELERATION)}",
         ]
     return "\n".join(lines) + "\n"
 
@@ -138,7 +141,6 @@ def kinematics_yaml(robot: Robot) -> str:
 
 def moveit_controllers_yaml(robot: Robot) -> str:
     """How MoveIt reaches the controller."""
-    joints = "".join(f"\n      - joint_{i + 1}" for i in range(robot.table.dof))
     return f"""moveit_controller_manager: moveit_simple_controller_manager/MoveItSimpleControllerManager
 moveit_simple_controller_manager:
   controller_names:
@@ -147,5 +149,5 @@ moveit_simple_controller_manager:
     type: FollowJointTrajectory
     action_ns: follow_joint_trajectory
     default: true
-    joints:{joints}
+    joints:{joint_items(robot)}
 """

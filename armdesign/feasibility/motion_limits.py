@@ -16,7 +16,7 @@ from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.loads import GRAVITY, joint_torques
 from armdesign.feasibility.needs import JointNeeds
-from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.dh import DHTable, joint_letters
 from armdesign.kinematics.motion import SmoothMotion, smooth_motion
 from armdesign.settings import Body
 
@@ -124,8 +124,7 @@ def torque_excess(needs: JointNeeds, load: Load, smooth: Smoothing, design: Desi
     """
     if needs.torque is None:
         return 0.0
-    joints = "".join("P" if slides else "R" for slides in load.prismatic)
-    table = DHTable.from_rows(design.rows[:, :3], joints=joints)
+    table = DHTable.from_rows(design.rows[:, :3], joints=joint_letters(load.prismatic))
     arm = arm_body(table, load.body, design.slides, load.limits, placed=load.placed, side=None)
     gravity = design.base[:9].reshape(3, 3) @ np.array(GRAVITY)
     torque = joint_torques(arm, smooth(path), load.payload, gravity)

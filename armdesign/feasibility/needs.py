@@ -46,8 +46,7 @@ def joint_needs(settings: Settings) -> JointNeeds:
     Raises:
         SettingsError: There are neither one nor as many as joints.
     """
-    n, kinds = settings.design.dof, settings.design.joints or ""
-    prismatic = np.array([kind in "Pp" for kind in kinds.ljust(n, "R")[:n]])
+    n, prismatic = settings.design.dof, np.array(settings.design.prismatic)
     limits = {}
     mixed = 0 < prismatic.sum() < n
     for name, (turning, sliding) in UNITS.items():

@@ -20,7 +20,7 @@ from armdesign.fitness.problem import Problem
 from armdesign.fitness.sensitivity import Sensitivity
 from armdesign.fitness.slots import Slots, widths
 from armdesign.kinematics.compilation import OnProgress, progress_of
-from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.dh import DHTable, joint_letters
 
 JOINTS_PER_BLOCK = 96
 
@@ -330,8 +330,7 @@ def compile_kernels(problem: Problem, *, slopes: bool = False) -> None:
         slopes: Whether those of the gradients are needed, too (see Algorithm.takes_slopes).
     """
     first = replace(problem, P=problem.P[:1].copy(), R=problem.R[:1].copy())
-    n = problem.dof
-    joints = "".join("P" if slides else "R" for slides in problem.prismatic)
+    n, joints = problem.dof, joint_letters(problem.prismatic)
     straight = DHTable(np.zeros(n + 1), np.full(n + 1, 0.1), np.full(n + 1, 0.1), joints=joints)
     BlockEvaluator(first, block=1).follow(straight)
     if slopes:

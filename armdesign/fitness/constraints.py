@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from armdesign._types import Array
 from armdesign.errors import DesignError, SettingsError
 from armdesign.kinematics.base_pose import MOUNTINGS, BasePose
-from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.dh import DHTable, joint_letters
 from armdesign.settings.place import Site
 from armdesign.settings.sections import Design
 
@@ -40,7 +40,7 @@ class DesignSpace:
         length: L_min, L_max [m].
         coaxial: Twist [rad] and link length [m] below which two consecutive joints count as on one axis.
         sites: Where the base may be placed; none where it stands in the task frame's origin.
-        joints: Kinds of the joints, see DHTable; all turn where empty.
+        joints: Kinds of the joints, a letter R or P for each.
         travel: Limits of joints that slide, 0 in the rows of others and of the tool, shape (n + 1, 2) [m]; None where
             none slides.
     """
@@ -51,8 +51,8 @@ class DesignSpace:
     upper: Array
     length: tuple[float, float]
     coaxial: tuple[float, float]
-    sites: tuple[Site, ...] = ()
-    joints: str = ""
+    sites: tuple[Site, ...]
+    joints: str
     travel: Array | None = None
 
     @property
@@ -61,14 +61,19 @@ class DesignSpace:
         return self.lower < self.upper
 
     @property
+    def free_names(self) -> tuple[str, ...]:
+        """Names of the entries of Phi, D of them."""
+        return tuple(name for name, free in zip(self.names, self.free, strict=True) if free)
+
+    @property
     def angular(self) -> NDArray[np.bool_]:
         """Which entries of Phi are angles, or no lengths at all, shape (D,)."""
-        return np.array([not name.startswith(("a_", "d_", *PLACE)) for name in self.names])[self.free]
+        return np.array([not name.startswith(("a_", "d_", *PLACE)) for name in self.free_names], dtype=bool)
 
     @property
     def extending(self) -> NDArray[np.bool_]:
         """Which entries of Phi add to the arm's length L, shape (D,)."""
-        return np.array([name.startswith(("a_", "d_")) for name in self.names])[self.free]
+        return np.array([name.startswith(("a_", "d_")) for name in self.free_names], dtype=bool)
 
     @property
     def cells(self) -> int:
@@ -393,13 +398,13 @@ def design_space(settings: Design, sites: Sequence[Site] = ()) -> DesignSpace:
             f"setting 'design.length' is {list(settings.length)}", value=settings.length, allowed="L_min below L_max"
         )
     travel = None
-    if "P" in (settings.joints or ""):
+    if any(settings.prismatic):
         travel = np.vstack([joint_limits(settings), (0.0, 0.0)])
-        travel[[kind != "P" for kind in f"{settings.joints}-"]] = 0.0
+        travel[~np.array([*settings.prismatic, False])] = 0.0
     space = DesignSpace(
         n, tuple(names), table[:, 0], table[:, 1], settings.length,
-        (float(np.deg2rad(settings.coaxial_twist)), settings.coaxial_offset), tuple(sites), settings.joints or "",
-        travel,
+        (float(np.deg2rad(settings.coaxial_twist)), settings.coaxial_offset), tuple(sites),
+        joint_letters(settings.prismatic), travel,
     )  # fmt: skip
     if not space.free.any():
         raise SettingsError(
@@ -420,7 +425,7 @@ def joint_limits(settings: Design) -> Array:
             f"setting 'design.joint_limits' has {len(pairs)} pairs for {settings.dof} joints",
             allowed=f"1 or {settings.dof} pairs",
         )
-    sliding = np.array([kind == "P" for kind in settings.joints or "R" * settings.dof])
+    sliding = np.array(settings.prismatic)
     for pair in [*pairs, *([settings.travel] if sliding.any() else [])]:
         if not pair[0] <= 0.0 <= pair[1] or pair[0] == pair[1]:
             raise SettingsError(

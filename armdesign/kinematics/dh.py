@@ -9,6 +9,7 @@ A table of an n-joint arm has n + 1 rows. Row i < n carries joint i + 1, row n i
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -250,6 +251,11 @@ class ClassicDH:
             turn, shift = (theta, d + x) if kind == "P" else (theta + x, d)
             pose = pose @ rot_z(turn) @ translation(a, 0.0, shift) @ rot_x(alpha)
         return pose @ self.tool
+
+
+def joint_letters(prismatic: Iterable[bool]) -> str:
+    """Kinds of the joints as a table has them: P for those that slide, R for those that turn."""
+    return "".join("P" if slides else "R" for slides in prismatic)
 
 
 def rot_x(angle: float) -> Array:

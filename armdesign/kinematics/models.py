@@ -27,7 +27,7 @@ def arm_model(table: DHTable, limits: ArrayLike | None = None) -> pin.Model:
         The model, without masses; nq = nv = n.
     """
     n = table.dof
-    bounds = default_limits(table) if limits is None else np.asarray(limits, dtype=float)
+    bounds = default_limits(table.prismatic) if limits is None else np.asarray(limits, dtype=float)
     if bounds.shape != (n, 2):
         raise DesignError(f"joint limits have shape {bounds.shape}", allowed=f"({n}, 2)")
     placements = table.placements()
@@ -43,9 +43,9 @@ def arm_model(table: DHTable, limits: ArrayLike | None = None) -> pin.Model:
     return model
 
 
-def default_limits(table: DHTable) -> Array:
-    """Joint limits where none are known, +-pi, or +-1 m of joints that slide, shape (n, 2)."""
-    ends = np.where(table.prismatic, 1.0, np.pi)
+def default_limits(prismatic: Sequence[bool]) -> Array:
+    """Limits of n joints where none are known, +-pi, or +-1 m of those that slide, shape (n, 2) [rad; m]."""
+    ends = np.where(prismatic, 1.0, np.pi)
     return np.stack([-ends, ends], axis=1)
 
 

@@ -201,8 +201,7 @@ def alternatives_json(space: DesignSpace, Phi: Array, fitness: Array) -> str:
     """
     chosen = different_arms(Phi, space, 0.5 * DIFFERENT, KEPT)
     designs = [{"fitness": float(fitness[k]), "phi": [float(x) for x in Phi[k]]} for k in chosen]
-    names = [name for name, free in zip(space.names, space.free, strict=True) if free]
-    return json.dumps({"entries": names, "designs": designs}, indent=1) + "\n"
+    return json.dumps({"entries": space.free_names, "designs": designs}, indent=1) + "\n"
 
 
 def json_text(content: dict[str, Any]) -> str:

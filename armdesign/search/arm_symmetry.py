@@ -93,8 +93,8 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
     standing = base_distances(space, np.vstack([design, others]))
     # squared distances; every row may choose its own side, since the half turns go into the joints beside it
     best = np.full(len(others), np.inf)
-    turnable, kinds = turning_rows(space), space.joints or "R" * n
-    choices = [(0, 1) if kind == "R" else (0,) for kind in kinds]  # a slide's limits are not the same either way
+    turnable = turning_rows(space)
+    choices = [(0, 1) if kind == "R" else (0,) for kind in space.joints]  # a slide's limits are not the same either way
     for turns in product(*choices):  # every choice of axes to turn round: 2^n ways to write the arm
         turned = np.array([*turns, 0])  # of axis i; the tool is not turned
         alpha = rows[:, :, 0] + np.pi * (turned + np.r_[0, turned[:-1]])
@@ -112,7 +112,7 @@ def arm_distances(space: DesignSpace, design: Array, others: Array) -> Array:
 
 def turning_rows(space: DesignSpace) -> NDArray[np.bool_]:
     """Rows that joints enclose which can take up half turns, shape (n + 1,): row 0 hangs on the base, slides cannot."""
-    kinds = np.array([*(space.joints or "R" * space.dof), "R"])  # the mount takes up what is behind the tool row
+    kinds = np.array([*space.joints, "R"])  # the mount takes up what is behind the tool row
     return np.asarray(np.r_[False, (kinds[:-1] == "R") & (kinds[1:] == "R")])
 
 

@@ -13,7 +13,7 @@ from armdesign.fitness.block import BlockEvaluator, PathResult
 from armdesign.fitness.objective import combined, settles_mount
 from armdesign.fitness.problem import Problem
 from armdesign.kinematics.base_pose import BasePose, placed_base
-from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.dh import DHTable, joint_letters
 from armdesign.kinematics.kernels.skeleton import MAX_DOF
 from armdesign.search.design_problem import DesignProblem
 
@@ -105,7 +105,7 @@ def evaluate_design(table: DHTable, problem: DesignProblem) -> Evaluation:
     if table.dof != dof:
         raise DesignError(f"the arm has {counted(table.dof, 'joint')}, the settings are for {dof}", allowed=dof)
     if table.prismatic != problem.settings.design.prismatic:
-        allowed = problem.settings.design.joints or "R" * dof
+        allowed = joint_letters(problem.settings.design.prismatic)
         raise DesignError(f"the joints of the arm are {table.joints}", value=table.joints, allowed=allowed)
     first = evaluate_on(table, problem.path_problem)
     # with one tool in all: an arm that does not reach a demonstration is an error, on a holdout it is a finding

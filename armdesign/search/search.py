@@ -281,7 +281,7 @@ def first_generation(settings: SearchSettings, space: DesignSpace) -> Sampler:
             where there are more designs than the first generation has room for.
     """
     first = settings.first or ()
-    names = [name for name, free in zip(space.names, space.free, strict=True) if free]
+    names = space.free_names
     for k, design in enumerate(first):
         if len(design) != len(names):
             raise SettingsError(

@@ -38,7 +38,7 @@ def built(table, body, slides, *, placed=True):
     rows = np.zeros((1, table.dof + 1, 4))
     rows[0, :, 0], rows[0, :, 1], rows[0, :, 2] = table.alpha, table.a, table.d
     bodies = np.zeros(1, dtype=BODY)
-    sizes = capsule_sizes(body, default_limits(table), table.prismatic, placed=placed)
+    sizes = capsule_sizes(body, default_limits(table.prismatic), table.prismatic, placed=placed)
     build_all(bodies, sizes, rows, np.asarray(slides, dtype=float)[None])
     return bodies[0]
 
@@ -116,7 +116,7 @@ def test_levers_bound_the_distance_from_every_axis_in_any_pose():
         record = built(table, Body(), slides)
         base = np.r_[np.eye(3).ravel(), np.zeros(3)][None]
         for _ in range(10):
-            frames = table.frames(rng.uniform(*default_limits(table).T))
+            frames = table.frames(rng.uniform(*default_limits(table.prismatic).T))
             poses = np.stack([np.r_[f[:3, :3].T.ravel(), f[:3, 3]] for f in frames[:n]])
             ends = np.full((record["capsules"], 6), np.nan)
             place_all(ends, np.array([record]), np.concatenate([base, poses]))

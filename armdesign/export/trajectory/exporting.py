@@ -15,8 +15,6 @@ from armdesign.export.trajectory.ros2_bag import typestore, write_bag
 from armdesign.export.trajectory.scaling import (
     MAX_ACCELERATION,
     MAX_SLIDE_ACCELERATION,
-    MAX_SLIDE_VELOCITY,
-    MAX_VELOCITY,
     RAMP,
     SPEED_RANGE,
     Motion,
@@ -28,6 +26,7 @@ from armdesign.export.trajectory.scaling import (
 from armdesign.export.trajectory.smooth import CUTOFF, SmoothPath, fit_path
 from armdesign.export.trajectory.tool_poses import ToolDeviation, tool_deviation
 from armdesign.export.trajectory.trajectory_files import csv_text, npz_bytes, ros_yaml
+from armdesign.feasibility.needs import SLIDING, TURNING
 from armdesign.files import write_whole
 from armdesign.search.result import Result
 
@@ -58,7 +57,7 @@ class TrajectoryOptions:
     rate: float | None = None
     speed: float = 1.0
     fit_limits: bool = False
-    max_velocity: ArrayLike = MAX_VELOCITY
+    max_velocity: ArrayLike = TURNING
     max_acceleration: ArrayLike = MAX_ACCELERATION
     cutoff: float = CUTOFF
     ramp: float = RAMP
@@ -283,7 +282,7 @@ def slowed(
     velocity, acceleration = (
         np.where(prismatic, sliding, given) if np.ndim(given) == 0 and any(prismatic) else given
         for given, sliding in (
-            (options.max_velocity, MAX_SLIDE_VELOCITY), (options.max_acceleration, MAX_SLIDE_ACCELERATION)
+            (options.max_velocity, SLIDING), (options.max_acceleration, MAX_SLIDE_ACCELERATION)
         )
     )  # fmt: skip
     most, what = fastest_speed(path, ramp=timing.ramp, velocity=velocity, acceleration=acceleration)

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from armdesign._types import Array
 from armdesign.errors import SettingsError
 from armdesign.export.trajectory.smooth import SmoothPath, peak_times
+from armdesign.feasibility.needs import TURNING
 
 RAMP = 0.5
 """Default length of the ramps at both ends [s of the demonstration]."""
@@ -28,8 +29,6 @@ SPEED_RANGE = (0.01, 10.0)
 RATE_RANGE = (1.0, 10_000.0)
 """Samples per second [1/s]."""
 MOST_SAMPLES = 10_000_000
-MAX_VELOCITY, MAX_SLIDE_VELOCITY = float(np.pi), 0.5
-"""Default joint speed limits: 180 deg/s, that of many collaborative arms [rad/s]; of joints that slide [m/s]."""
 MAX_ACCELERATION, MAX_SLIDE_ACCELERATION = 10.0, 5.0
 """Default joint acceleration limits, in the range of lightweight arms [rad/s^2]; of joints that slide [m/s^2]."""
 _SLACK = 1e-3  # peaks are looked up at samples; between two they may be that much higher
@@ -156,7 +155,7 @@ def fastest_speed(
     path: SmoothPath,
     *,
     ramp: float = RAMP,
-    velocity: ArrayLike = MAX_VELOCITY,
+    velocity: ArrayLike = TURNING,
     acceleration: ArrayLike = MAX_ACCELERATION,
 ) -> tuple[float, str]:
     """The highest speed at which the joints' velocities and accelerations keep their limits, ramps included.

@@ -23,6 +23,7 @@ from armdesign.demonstration.files.formats import long_csv
 from armdesign.demonstration.files.json_text import json_head, number, numbers, objects_with, read_json
 from armdesign.demonstration.files.keypoints import CAMERA_UP, Frame, take_of_frames, world_landmarks
 from armdesign.demonstration.files.named_columns import Columns, header_of, read_columns
+from armdesign.demonstration.files.text_files import read_head
 from armdesign.demonstration.recording import Take
 from armdesign.errors import RecordingError
 
@@ -45,8 +46,7 @@ def matches(head: bytes) -> bool:
 
 def read(path: Path) -> Take:
     """Read MediaPipe's world landmarks."""
-    with path.open("rb") as stream:
-        head = stream.read(8192)
+    head = read_head(path)
     if json_head(head, *_ANY):
         take = _read_json(path)
     elif long_csv.matches(head):
