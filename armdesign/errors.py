@@ -77,6 +77,10 @@ class RunFolderError(ArmDesignError):
     """A run folder cannot be read or written."""
 
 
+class PluginError(ArmDesignError):
+    """A plug-in cannot be loaded or fails; the message names its package."""
+
+
 class MissingExtraError(ArmDesignError):
     """An optional dependency is needed; the message names the pip line."""
 

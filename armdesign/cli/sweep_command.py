@@ -236,7 +236,7 @@ def unit_workers(
     """
 
     def start(units: int) -> Workers:
-        slopes = any(kind.takes_slopes for name, kind in ALGORITHMS.items() if name in algorithms)
+        slopes = any(ALGORITHMS[name].takes_slopes for name in algorithms if name in ALGORITHMS)
         with compiling(quiet=quiet, slopes=slopes):
             compile_kernels(next(iter(tasks.values())).path_problem, slopes=slopes)
             if warm_up is not None:

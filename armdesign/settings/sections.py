@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeVar
 
+from armdesign import plugins
 from armdesign.errors import SettingsError, counted
 from armdesign.settings.kinds import (
     Choice,
@@ -526,14 +527,32 @@ class Solver(Section):
 
 
 SWARM = ("particles", "iterations", "inertia", "c1", "c2")
-ALGORITHM_SETTINGS: Mapping[str, tuple[str, ...]] = {
-    "rapso": (*SWARM, "c_range", "range", "angle_interval"),
-    "pso": SWARM,
-    "multibasin": ("budget", "effort", "coarse"),
-}
-"""The search algorithms, and the settings that only some of them have."""
 SIZES = {"budget": ("up to ", "candidate"), "particles": ("", "particle"), "iterations": ("", "iteration")}
 """Settings whose product is the number of candidates, and the words around them."""
+
+
+def settings_of_plugin(kind: Any) -> tuple[str, ...]:  # noqa: ANN401 (a class of armdesign.swarm.Algorithm)
+    """The settings that a plug-in's search algorithm has: its parameters that are called as one here.
+
+    Raises:
+        TypeError: None of them says how long it goes on.
+    """
+    names = tuple(entry.name for entry in dataclasses.fields(kind.Parameters) if entry.name in Search.names())
+    if not set(names) & set(SIZES):
+        raise TypeError(f"its Parameters have none of {', '.join(SIZES)}, which say how long a search goes on")
+    return names
+
+
+ALGORITHM_SETTINGS: Mapping[str, tuple[str, ...]] = plugins.Plugged(
+    {
+        "rapso": (*SWARM, "c_range", "range", "angle_interval"),
+        "pso": SWARM,
+        "multibasin": ("budget", "effort", "coarse"),
+    },
+    plugins.ALGORITHMS,
+    settings_of_plugin,
+)
+"""The search algorithms, and the settings that only some of them have."""
 
 
 def with_algorithm(entries: Mapping[str, Any], algorithm: str = "multibasin") -> dict[str, Any]:

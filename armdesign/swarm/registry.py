@@ -1,14 +1,15 @@
-"""The search algorithms by name: a new one is a line here."""
+"""The search algorithms by name: a new one is a line here, or a plug-in."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import fields
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
+from armdesign import plugins
 from armdesign.errors import SettingsError
 from armdesign.swarm.algorithm import Algorithm
 from armdesign.swarm.checks import SavedState
@@ -16,7 +17,23 @@ from armdesign.swarm.multibasin import MultiBasin
 from armdesign.swarm.pso import PSO, RAPSO
 from armdesign.swarm.space import SearchSpace
 
-ALGORITHMS: Mapping[str, type[Algorithm]] = MappingProxyType({kind.name: kind for kind in (MultiBasin, RAPSO, PSO)})
+
+def algorithm_of_plugin(kind: object) -> type[Algorithm]:
+    """A plug-in as a search algorithm.
+
+    Raises:
+        TypeError: It is none, or not a whole one.
+    """
+    if not (isinstance(kind, type) and issubclass(kind, Algorithm)):
+        raise TypeError(f"{kind!r} is no class derived from armdesign.swarm.Algorithm")
+    if inspect.isabstract(kind):
+        raise TypeError(f"{kind.__name__} lacks {', '.join(sorted(kind.__abstractmethods__))}")
+    return kind
+
+
+ALGORITHMS: Mapping[str, type[Algorithm]] = plugins.Plugged(
+    {kind.name: kind for kind in (MultiBasin, RAPSO, PSO)}, plugins.ALGORITHMS, algorithm_of_plugin
+)
 
 
 def make_algorithm(
@@ -63,5 +80,6 @@ def algorithm_from_state(
 def _kind(name: object) -> type[Algorithm]:
     """The class of that name."""
     if not isinstance(name, str) or name not in ALGORITHMS:
-        raise SettingsError(f"there is no search algorithm {name!r}", value=name, allowed=list(ALGORITHMS))
+        fix = "Install the package that has it, on every worker of a cluster, too"
+        raise SettingsError(f"there is no search algorithm {name!r}", value=name, allowed=list(ALGORITHMS), fix=fix)
     return ALGORITHMS[name]

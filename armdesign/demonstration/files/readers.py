@@ -78,8 +78,9 @@ def read_take(path: str | os.PathLike[str], hints: Hints = NO_HINTS) -> Take:
         return hide_unseen(completed(read_bag(source), hints), hints.confidence)
     source = file_in_folder(source)
     head = read_head(source)
-    form = next((form for form in formats.FORMATS if form.matches(head)), None)
-    known = [form.name for form in formats.FORMATS]
+    all_formats = formats.known_formats()
+    form = next((form for form in all_formats if form.matches(head)), None)
+    known = [form.name for form in all_formats]
     if form is None or form is formats.FORMATS[-1]:  # plain CSV takes any text
         other = foreign_format(head)
         if other is not None:

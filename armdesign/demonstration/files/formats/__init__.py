@@ -1,6 +1,7 @@
 """File formats of motion recordings, recognised by their content.
 
-A new format is one module here with a test of the first bytes and a reader, and one entry in ``FORMATS``.
+A new format is one module here with a test of the first bytes and a reader, and one entry in ``FORMATS``; or such a
+module in another package that names it as an entry point, see ``armdesign.plugins``.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from armdesign import plugins
 from armdesign.demonstration.files import plain_csv
 from armdesign.demonstration.files.formats import (
     body_json,
@@ -75,6 +77,28 @@ FORMATS: tuple[Format, ...] = (
     Format("plain CSV", plain_csv.matches, plain_csv.read),
 )
 """Asked in this order; one entry a line."""
+
+
+def known_formats() -> tuple[Format, ...]:
+    """The formats of plug-ins, and behind them those of this package.
+
+    Raises:
+        PluginError: A plug-in cannot be loaded.
+    """
+    return (*(_format_of(plugin) for plugin in plugins.installed(plugins.FORMATS).values()), *FORMATS)
+
+
+def _format_of(plugin: plugins.Plugin) -> Format:
+    """A plug-in as a format: whatever goes wrong in it names its package."""
+
+    def read(path: Path) -> Take:
+        take = reader(path)
+        if not isinstance(take, Take):
+            raise TypeError(f"read gives {type(take).__name__}, not armdesign.demonstration.recording.Take")
+        return take
+
+    matcher, reader = plugin.load(lambda thing: (thing.matches, thing.read))
+    return Format(plugin.name, lambda head: bool(plugin.call(matcher, head)), lambda path: plugin.call(read, path))
 
 
 def listed_formats() -> str:
