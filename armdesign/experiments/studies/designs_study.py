@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from armdesign.building.sheet import figure_of
 from armdesign.errors import counted
 from armdesign.experiments.auto_dof.dof_rule import ENOUGH, WITHIN, Rule, Verdict, choose_dof, explain, rule_of
 from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, search_unit, task_name
@@ -213,7 +214,7 @@ def more(request: StudyRequest, records: Sequence[Record], folder: Path) -> tupl
             continue
         run = read_result(choice.best[choice.chosen].folder)
         drawing, preview = f"{choice.task}-arm.png", f"{choice.task}-preview.html"
-        write_whole(folder / drawing, png(partial(sketch, run.table)))
+        write_whole(folder / drawing, png(partial(figure_of, sketch(run))))
         write_whole(folder / preview, preview_html([run]))
         names += [drawing, preview]
     return tuple(names)

@@ -57,7 +57,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "clearance": plots.clearance_picture(run),
         "limits": plots.limits_picture(run, loads),
         "scene": scene_pictures(run),
-        "sketch": sketch_picture(run.table),
+        "sketch": sketch_picture(run),
         "fitness": plots.fitness_picture(run, parts),
         "errors": [plots.error_picture(run), plots.histogram_picture(run)],
         "joints": plots.joint_pictures(loads),

@@ -21,7 +21,7 @@ from armdesign.search.result import Result, SearchFacts
 from armdesign.search.search import search
 from armdesign.settings.sections import Settings
 from armdesign.swarm import History
-from armdesign.views.report import plots, sketch, tracking
+from armdesign.views.report import plots, tracking
 from armdesign.views.report import report_scene as scene
 from armdesign.views.report.drawing import Picture
 
@@ -140,7 +140,7 @@ def undrawn(monkeypatch):
     def empty(key, build, alt, caption=""):
         return Picture(key, '<svg viewBox="0 0 2 1"></svg>', alt, caption)
 
-    for module in (plots, scene, sketch, tracking):
+    for module in (plots, scene, tracking):
         monkeypatch.setattr(module, "picture", empty)
 
 

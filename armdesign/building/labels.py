@@ -1,0 +1,154 @@
+"""Labels of a drawing that cover neither one another nor lines of one another, and what is drawn.
+
+Everything that is drawn is known as boxes of text and as straight lines. A label tries its places in order, the
+nearest first, and takes the first with room; far enough out there always is some, since nothing limits a view.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armdesign._types import Array
+from armdesign.building.sheet import LETTER, Box, Sheet, text_width
+
+MARGIN = 0.7
+"""Between a text and anything else [mm]."""
+RAYS = tuple(np.deg2rad([45, 135, -45, -135, 20, 160, -20, -160, 70, 110, -70, -110, 0, 180, 90, -90]))
+MORE_RAYS = tuple(np.deg2rad(np.arange(0.0, 360.0, 4.0)))
+RINGS = tuple(float(x) for x in np.arange(6.0, 40.0, 4.0)) + tuple(np.geomspace(40.0, 600.0, 16).tolist())
+OFFSETS = (8.0, 13.0, 18.0, 24.0, 30.0, 36.0)
+"""Of dimension lines from what they measure [mm]."""
+TINY = 1e-12
+
+
+@dataclass
+class Labels:
+    """A drawing with what its labels have to keep clear of.
+
+    Attributes:
+        sheet: What is drawn on.
+        boxes: Of texts.
+        lines: What texts must not cover: starts and ends of straight lines, shape (k, 2, 2) [mm].
+    """
+
+    sheet: Sheet
+    boxes: list[Box] = field(default_factory=list)
+    lines: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))
+
+    def keep_clear(self, *points: ArrayLike) -> None:
+        """No text shall cover a line through points, shape (2,) each [mm]."""
+        through = np.array(points, dtype=float)
+        self.lines = np.concatenate([self.lines, np.stack([through[:-1], through[1:]], axis=1)])
+
+    def has_room(self, box: Box, lines: Array) -> bool:
+        """Whether a text covers nothing, and lines that come with it cross no text.
+
+        Args:
+            box: Of the text.
+            lines: Starts and ends of its lines, shape (k, 2, 2) [mm].
+        """
+        if any(box.overlaps(other) for other in self.boxes):
+            return False
+        return not crossing(self.lines, box).any() and not any(crossing(lines, other).any() for other in self.boxes)
+
+    def leader(self, text: str, target: ArrayLike, size: float = LETTER, *, line: bool = True) -> Box:
+        """A text beside a place, with a line to it where it is not close by.
+
+        Args:
+            text: The text.
+            target: What it is about, shape (2,) [mm].
+            size: Of the letters [mm].
+            line: Whether the line ends in a dot on its target, so that it is always drawn.
+        """
+        at, width = np.asarray(target, dtype=float), text_width(text, size)
+        for rays, strict in ((RAYS, True), (MORE_RAYS, True), (RAYS, False)):
+            for ring in RINGS:
+                for ray in rays:
+                    way = np.array([np.cos(ray), np.sin(ray)])
+                    middle = at + ring * way + np.array([np.sign(round(way[0], 6)) * width / 2.0, 0.0])
+                    box = text_box(middle, width, size)
+                    end = at + (ring - 1.0) * way
+                    drawn = line or ring > RINGS[1]
+                    if self.has_room(box, np.array([(at, end)] if drawn and strict else []).reshape(-1, 2, 2)):
+                        self.taken(text, middle, box, size)
+                        if drawn:
+                            self.sheet.line(at, end)
+                            self.keep_clear(at, end)
+                        return box
+        raise AssertionError("there is room far out")  # nothing is drawn 600 mm from what it is about
+
+    def dimension(self, text: str, start: ArrayLike, end: ArrayLike) -> Box:
+        """A dimension line along a straight piece, with arrows; a leader where it is too short or there is no room.
+
+        Args:
+            text: The dimension.
+            start: One end of the piece, shape (2,) [mm].
+            end: The other.
+        """
+        p, q = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+        span, width = float(np.linalg.norm(q - p)), text_width(text, LETTER)
+        along = (q - p) / max(span, 1e-9)
+        across = np.array([-along[1], along[0]])
+        needed = 8.0 + min(width / max(abs(along[0]), 1e-9), LETTER / max(abs(along[1]), 1e-9))
+        for offset in OFFSETS if span > needed else ():
+            for side in (1.0, -1.0):
+                by = side * offset * across
+                box = text_box((p + q) / 2.0 + by, width, LETTER)
+                feet, over = side * across, by + side * across
+                lines = np.array([(p + by, q + by), (p + feet, p + over), (q + feet, q + over)])
+                if self.has_room(box, lines):
+                    for line in lines:
+                        self.sheet.line(*line)
+                        self.keep_clear(*line)
+                    self.sheet.arrow(p + by, -along)
+                    self.sheet.arrow(q + by, along)
+                    self.taken(text, (p + q) / 2.0 + by, box, LETTER)
+                    return box
+        return self.leader(text, (p + q) / 2.0)
+
+    def taken(self, text: str, middle: Array, box: Box, size: float) -> None:
+        """Draw a text where there is room.
+
+        Args:
+            text: The text.
+            middle: Its middle, shape (2,) [mm].
+            box: The room it takes.
+            size: Of its letters [mm].
+        """
+        self.sheet.text(text, middle, size=size, cleared=True)
+        self.boxes.append(box)
+
+
+def text_box(middle: Array, width: float, height: float) -> Box:
+    """The room of a text with what keeps it apart from others.
+
+    Args:
+        middle: Shape (2,) [mm].
+        width: Of the text [mm].
+        height: Of its letters [mm].
+    """
+    half = np.array([width / 2.0 + MARGIN, height / 2.0 + MARGIN])
+    return Box((*(middle - half).tolist(), *(middle + half).tolist()))
+
+
+def crossing(lines: Array, box: Box) -> NDArray[np.bool_]:
+    """Which straight lines share more than their border with a box.
+
+    Args:
+        lines: Starts and ends, shape (k, 2, 2) [mm].
+        box: The box.
+
+    Returns:
+        Shape (k,).
+    """
+    enters, leaves = np.zeros(len(lines)), np.ones(len(lines))  # shares of the way at which it does
+    for k in range(2):
+        start, way = lines[:, 0, k], lines[:, 1, k] - lines[:, 0, k]
+        way = np.where(way == 0.0, TINY, way)
+        one, other = (box[k] - start) / way, (box[k + 2] - start) / way
+        enters, leaves = np.maximum(enters, np.minimum(one, other)), np.minimum(leaves, np.maximum(one, other))
+    crossed: NDArray[np.bool_] = enters < leaves
+    return crossed
