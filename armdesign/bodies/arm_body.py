@@ -241,7 +241,7 @@ def arm_body(
     for link in range(table.dof + 1):
         if link:
             parts.append(_module(link, float(s[link - 1] - table.d[link - 1]), modules[link - 1]))
-        corners = _polyline(table, link, s)
+        corners = polyline(table, link, s)
         parts += [
             Part(f"tube of {link_name(link)}", link, tube(start, end, options))
             for start, end in pairwise(corners)
@@ -298,7 +298,7 @@ def _corner(table: DHTable, row: int) -> Array:
     return start @ translation(table.a[row], 0.0, 0.0) @ rot_x(table.alpha[row])
 
 
-def _polyline(table: DHTable, link: int, s: Array) -> list[Array]:
+def polyline(table: DHTable, link: int, s: Array) -> list[Array]:
     """Corners of the tubes of a link in its frame, from its own module to the next or to the tool."""
     corners = [np.zeros(3)]
     if link:

@@ -1,0 +1,217 @@
+"""Parts as solids: what each consists of, what it weighs, and where it is in the arm. Nothing here needs a CAD library.
+
+A part's **shape** is a few convex solids that touch and do not overlap, less holes within them that do not meet:
+its volume, centre of mass and inertia are sums over them. Lengths in metres, in the part's own frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.bodies.inertia import Inertial
+
+SCREWS: Mapping[str, tuple[float, float, float]] = {
+    "M2": (2.4e-3, 1.6e-3, 3.8e-3),
+    "M2.5": (2.9e-3, 2.05e-3, 4.5e-3),
+    "M3": (3.4e-3, 2.5e-3, 5.5e-3),
+    "M4": (4.5e-3, 3.3e-3, 7.0e-3),
+    "M5": (5.5e-3, 4.2e-3, 8.5e-3),
+    "M6": (6.6e-3, 5.0e-3, 10.0e-3),
+    "M8": (9.0e-3, 6.8e-3, 13.0e-3),
+}
+"""Diameters of the hole for a screw (ISO 273, medium), of the hole to tap, and of its head (ISO 4762) [m]."""
+
+
+@dataclass(frozen=True)
+class BoltCircle:
+    """Holes on a circle.
+
+    Attributes:
+        diameter: Of the circle [m].
+        count: How many holes, evenly spaced.
+        thread: Of their screws, one of ``SCREWS``.
+        generic: Whether it is assumed, because the maker's is not known.
+    """
+
+    diameter: float
+    count: int
+    thread: str
+    generic: bool = False
+
+    def places(self, turn: float = 0.0) -> Array:
+        """Middles of the holes, the first at an angle from x [rad], shape (count, 2) [m]."""
+        angles = turn + 2.0 * np.pi * np.arange(self.count) / self.count
+        return self.diameter / 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+    @property
+    def edge(self) -> float:
+        """Radius of what holds the circle and its screws' heads [m]."""
+        return self.diameter / 2.0 + SCREWS[self.thread][2] / 2.0 + 1.5e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Prism:
+    """A convex polygon in the x-y plane, drawn out along z, half to either side.
+
+    Attributes:
+        polygon: Its corners, counterclockwise, shape (K, 2) [m].
+        width: How wide it is along z [m].
+    """
+
+    polygon: Array
+    width: float
+
+    def moments(self) -> tuple[float, Array, Array]:
+        """Volume, first moments (3,) and second moments (3, 3) about the origin: int dV, int x dV, int x x^T dV."""
+        volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+        a = self.polygon[0]
+        for b, c in zip(self.polygon[1:-1], self.polygon[2:], strict=True):
+            area = 0.5 * float((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0])
+            total, corners = a + b + c, np.stack([a, b, c])
+            volume += self.width * area
+            first[:2] += self.width * area * total / 3.0
+            second[:2, :2] += self.width * area / 12.0 * (corners.T @ corners + np.outer(total, total))
+            second[2, 2] += area * self.width**3 / 12.0
+        return volume, first, second
+
+
+@dataclass(frozen=True, eq=False)
+class Rod:
+    """A full cylinder; as a hole, what is drilled out.
+
+    Attributes:
+        start: Middle of the face it begins at, shape (3,) [m].
+        end: Middle of the other, shape (3,) [m].
+        radius: [m].
+        oblique: Of a hole: whether it leaves through a face that its end lies on, but that is not square to it.
+    """
+
+    start: Array
+    end: Array
+    radius: float
+    oblique: bool = False
+
+    def moments(self) -> tuple[float, Array, Array]:
+        """Volume, first moments (3,) and second moments (3, 3) about the origin: int dV, int x dV, int x x^T dV."""
+        length = float(np.linalg.norm(self.end - self.start))
+        u, middle = (self.end - self.start) / length, (self.start + self.end) / 2.0
+        volume = np.pi * self.radius**2 * length
+        across, along = self.radius**2 / 4.0, length**2 / 12.0
+        own = across * (np.eye(3) - np.outer(u, u)) + along * np.outer(u, u)
+        return volume, volume * middle, volume * (own + np.outer(middle, middle))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A kind of part: what it looks like and weighs. Two parts with the same number are alike.
+
+    Attributes:
+        kind: ``tube``, ``tube flange``, ``bracket``, ``corner``, ``spacer``, ``base plate``, ``tool plate`` or
+            ``actuator``.
+        name: What it is called in lists and files, such as ``bracket 3``; parts that are alike share it.
+        solids: What it consists of.
+        holes: What is taken out of them.
+        material: What it is made of.
+        density: [kg/m^3]; of an actuator its mass over the volume of its housing.
+        sizes: Its dimensions by name [m; rad for angles]: what a drawing shows.
+        circles: Its bolt circles by what they hold.
+        bought: Whether it is bought as it is.
+        note: What a mechanic has to know.
+    """
+
+    kind: str
+    name: str
+    solids: tuple[Prism | Rod, ...]
+    holes: tuple[Rod, ...]
+    material: str
+    density: float
+    sizes: Mapping[str, float] = field(default_factory=dict)
+    circles: Mapping[str, BoltCircle] = field(default_factory=dict)
+    bought: bool = False
+    note: str = ""
+
+    @property
+    def volume(self) -> float:
+        """[m^3]."""
+        return sum(s.moments()[0] for s in self.solids) - sum(h.moments()[0] for h in self.holes)
+
+    @property
+    def mass(self) -> float:
+        """[kg]."""
+        return self.density * self.volume
+
+    @property
+    def inertial(self) -> Inertial:
+        """Mass properties in its own frame, its density everywhere the same."""
+        volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+        for sign, shapes in ((1.0, self.solids), (-1.0, self.holes)):
+            for shape in shapes:
+                v, f, s = shape.moments()
+                volume, first, second = volume + sign * v, first + sign * f, second + sign * s
+        centre = first / volume
+        about = second - volume * np.outer(centre, centre)
+        inertia = self.density * (np.trace(about) * np.eye(3) - about)
+        return Inertial(self.density * volume, centre, inertia)
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A part in its place.
+
+    Attributes:
+        part: Which.
+        mark: What is scribed on it, once in an arm: ``J2-L1`` is the bracket on actuator 2 that belongs to link 1,
+            ``J2`` the actuator, ``L1-T1`` the first tube of link 1, ``L1-T1-a`` its flange at the base's side.
+        link: The link it moves with, 0 for base_link.
+        pose: Its frame in the link's frame (of base_link the base's own), shape (4, 4).
+    """
+
+    part: Part
+    mark: str
+    link: int
+    pose: Array
+
+
+@dataclass(frozen=True)
+class Screws:
+    """Screws that are alike.
+
+    Attributes:
+        thread: Their thread.
+        length: Least length under the head [m].
+        count: How many.
+        joins: The marks of what they join.
+    """
+
+    thread: str
+    length: float
+    count: int
+    joins: tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """All parts of an arm.
+
+    Attributes:
+        placed: The parts in their places, from the base to the tool.
+        screws: What joins them, in the same order.
+    """
+
+    placed: tuple[Placed, ...]
+    screws: tuple[Screws, ...]
+
+    def counted(self) -> dict[str, tuple[Part, list[Placed]]]:
+        """Every kind of part by its name, with its places."""
+        kinds: dict[str, tuple[Part, list[Placed]]] = {}
+        for each in self.placed:
+            kinds.setdefault(each.part.name, (each.part, []))[1].append(each)
+        return kinds
+
+    def of_link(self, link: int) -> Sequence[Placed]:
+        """The parts that move with a link."""
+        return [each for each in self.placed if each.link == link]
