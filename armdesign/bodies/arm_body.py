@@ -51,7 +51,7 @@ from numpy.typing import ArrayLike, NDArray
 from armdesign._types import Array
 from armdesign.bodies.cylinder import SHORTEST, Cylinder, along
 from armdesign.bodies.inertia import Inertial, combine
-from armdesign.errors import DesignError
+from armdesign.errors import DesignError, SettingsError
 from armdesign.kinematics.dh import DHTable, rot_x, translation
 from armdesign.kinematics.models import default_limits
 from armdesign.settings.sections import Body, Module
@@ -97,15 +97,17 @@ class LinkBody:
         visual: Every solid, at full length.
         collision: The same, the tubes cut back at the spheres about both the link's joints, so that neighbours do not
             touch where they meet. Never empty.
+        known: Mass properties where they are those of other parts, as of a build; None for those of its solids.
     """
 
     visual: tuple[Cylinder, ...]
     collision: tuple[Cylinder, ...]
+    known: Inertial | None = None
 
     @property
     def inertial(self) -> Inertial:
-        """Mass properties of all its solids together."""
-        return combine([part.inertial for part in self.visual])
+        """Mass properties of all its solids together, or those that are known."""
+        return self.known or combine([part.inertial for part in self.visual])
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,11 +141,12 @@ class ArmBody:
     @property
     def links(self) -> tuple[LinkBody, ...]:
         """The bodies of base_link, link_1, ..., link_n; that of link_i is given in the frame of joint_i."""
-        bodies = []
-        for link in range(self.table.dof + 1):
+        bodies, known = [], self.options.inertials or (None,) * (self.table.dof + 1)
+        for link, entries in enumerate(known):
             own = [part for part in self.parts if part.link == link]
             cut = [piece for part in own for piece in self._collision(part)]
-            bodies.append(LinkBody(tuple(part.solid for part in own), tuple(cut or [part.solid for part in own[:1]])))
+            bodies.append(LinkBody(tuple(part.solid for part in own), tuple(cut or [part.solid for part in own[:1]]),
+                                   None if entries is None else Inertial.of_entries(entries)))  # fmt: skip
         return tuple(bodies)
 
     def sphere(self, joint: int, link: int) -> Array:
@@ -234,6 +237,11 @@ def arm_body(
         raise DesignError("the slides of the joint modules are not finite numbers", value=s, allowed=f"({table.dof},)")
     s[np.array(table.prismatic)] = table.d[:-1][np.array(table.prismatic)]
     s.setflags(write=False)
+    if options.inertials is not None and len(options.inertials) != table.dof + 1:
+        raise SettingsError(
+            f"setting 'body.inertials' has {len(options.inertials)} links for {table.dof + 1}",
+            value=len(options.inertials), allowed=table.dof + 1, fix="Leave body.inertials out",
+        )  # fmt: skip
     ends = default_limits(table.prismatic) if limits is None else np.asarray(limits, dtype=float)
     if ends.shape != (table.dof, 2):
         raise DesignError(f"joint limits have shape {ends.shape}", allowed=f"({table.dof}, 2)")

@@ -49,6 +49,18 @@ class Inertial:
                 allowed="symmetric, positive definite, no moment above the sum of the other two",
             )
 
+    @classmethod
+    def of_entries(cls, entries: Sequence[float]) -> Inertial:
+        """The body whose ``entries`` these are."""
+        mass, x, y, z, xx, yy, zz, xy, xz, yz = entries
+        return cls(mass, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+
+    @property
+    def entries(self) -> tuple[float, ...]:
+        """Mass, centre of mass and the moments before the products, Ixx, Iyy, Izz, Ixy, Ixz, Iyz, shape (10,)."""
+        I = self.inertia  # noqa: E741
+        return (self.mass, *self.com.tolist(), *np.diag(I).tolist(), *I[[0, 0, 1], [1, 2, 2]].tolist())
+
     def moved(self, pose: Array) -> Inertial:
         """The same body seen from a frame in which its own frame stands at ``pose``, shape (4, 4)."""
         turn = pose[:3, :3]

@@ -2,12 +2,12 @@
 
 **Faces.** Actuator j stands about its joint's axis, its middle m_j where the arm's body has it. The link before holds
 it by the output's face, its own link by the housing's face at the other end, since the housing moves with its own link.
-Which end is which is so that brackets turn as little as they can.
+Which end is which is so that all fits and is lightest, by dynamic programming from link to link.
 
-**Brackets** lead from a face to a plane square to a tube that leaves at the angle theta from the face's normal: up to
-``STEEPEST`` a **wedge**, a block on the face whose upper side is tilted, so that the tube points at the face's middle;
-beyond, up to ``WIDEST``, an **angle** of two plates, the second beside the housing, so that the tube points at m_j; on
-a base's plate a **standing** one, whose second plate stands on the edge of the first.
+**Brackets** lead from a face to a plane square to a tube that leaves at the angle theta from the face's normal, within
+``TURNS``: a **wedge** is a block on the face whose upper side is tilted, its tube points at the face's middle; an
+**angle** is two plates, the second beside the housing, its tube points at m_j; on a base's plate there may be a
+**standing** one, whose second plate stands on the edge of the first.
 
 **Links** follow the polyline of the arm's body from face to face. Its corners too close to a face or to each other for
 brackets are cut across; at the others there is a **corner** block. Between two planes go a **tube** with a **flange**
@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -29,13 +29,18 @@ from armdesign.bodies.arm_body import ArmBody, polyline
 from armdesign.bodies.cylinder import Cylinder
 from armdesign.building.catalogue import Actuator
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Part, Placed, Prism, Rod, Screws
+from armdesign.building.tubes import Tube
 from armdesign.errors import CatalogueError
+from armdesign.settings.sections import Body
 
-STEEPEST, WIDEST = np.radians(55.0), np.radians(150.0)
-"""Angles between a tube and the normal of the face its bracket is on: the largest of a wedge, and of an angle."""
+TURNS = {
+    "wedge": (0.0, np.radians(65.0)), "angle": (np.radians(40.0), np.radians(150.0)),
+    "standing": (np.radians(40.0), np.radians(110.0)),
+}  # fmt: skip
+"""Kinds of bracket, and the angles between tube and face's normal that they make."""
 GAP = 3e-3
 """Between a bracket and a housing that turns beside it [m]."""
-SHORTEST_SPACER, SHORTEST_TUBE, WEDGE = 14e-3, 24e-3, 10e-3
+SHORTEST_SPACER, SHORTEST_TUBE, WEDGE = 10e-3, 24e-3, 10e-3
 """Least lengths of spacers and tubes, and least thickness of wedges: what their screws take [m]."""
 ALUMINIUM, PRINTED = ("aluminium", 2700.0), ("PETG, printed solid", 1270.0)
 """What parts are made of, and its density [kg/m^3]."""
@@ -173,27 +178,51 @@ def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop) -> Assembl
             f"a tube of {shop.diameter * 1e3:g} mm with a wall of {shop.wall * 1e3:g} mm leaves no bore for its flange",
             value=shop.diameter - 2.0 * shop.wall, allowed="a bore of 6 mm or more", fix="Choose others with --stock",
         )  # fmt: skip
-    links = [way(arm, link) for link in range(arm.table.dof + 1)]
-    signs = sides(arm, links)
-    placed, screws = [], []
+    n = arm.table.dof
     plate = next((part for part in arm.parts if part.name == "base plate"), None)
-    for link, points in enumerate(links):
-        ends: list[Face | None] = []
-        for joint, own in ((link, True), (link + 1, False)):
-            if 1 <= joint <= arm.table.dof:
-                sign = signs[joint - 1] if own else -signs[joint - 1]
-                ends.append(actuator_face(arm, joint, link, actuators[joint - 1], sign))
-            else:
-                ends.append(None)
-        if link == 0 and plate is not None:
-            base, ends[0] = base_plate(plate.solid, shop)
-            placed.append(base)
+    base = None if plate is None else base_plate(plate.solid, shop)
+    best: dict[float, tuple[float, tuple[float, ...], tuple[Chain, ...]]] = {0.0: (0.0, (), ())}
+    for link in range(n + 1):
+        points, faults = way(arm, link), []
+        after: dict[float, tuple[float, tuple[float, ...], tuple[Chain, ...]]] = {}
+        for (before, (mass, signs, chains)), sign in product(best.items(), (1.0, -1.0) if link < n else (0.0,)):
+            first = None if base is None else base[1]
+            if link:
+                first = actuator_face(arm, link, link, actuators[link - 1], before)
+            last = actuator_face(arm, link + 1, link, actuators[link], -sign) if link < n else None
+            try:
+                chain = linked(link, (first, last), points, shop)
+            except CatalogueError as error:
+                faults.append(error)
+                continue
+            if sign not in after or mass + chain.mass < after[sign][0]:
+                after[sign] = (mass + chain.mass, (*signs, sign), (*chains, chain))
+        if not after:
+            raise faults[0]
+        best = after
+    _, signs, chains = next(iter(best.values()))
+    placed = [] if base is None else [base[0]]
+    screws: list[Screws] = []
+    for link, chain in enumerate(chains):
         if link:
             placed.append(placed_actuator(arm, link, actuators[link - 1], signs[link - 1]))
-        for made, joined in linked(link, ends, points, shop):
-            placed.append(made)
-            screws += joined
+        placed += chain.placed
+        screws += chain.screws
     return Assembly(tuple(named(placed)), tuple(screws))
+
+
+def shop_of(body: Body, tube: Tube | None, *, printed: bool) -> Shop:
+    """What brackets are made for on an arm.
+
+    Args:
+        body: The arm's.
+        tube: Its tubes out of stock; None for those that the body assumes.
+        printed: Whether they are printed.
+    """
+    made = (f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm", body.tube_density)
+    if tube is not None:
+        made = (tube.name, tube.density)
+    return Shop(body.tube_diameter, body.tube_wall, made, PRINTED if printed else ALUMINIUM)
 
 
 def way(arm: ArmBody, link: int) -> list[Array]:
@@ -219,26 +248,6 @@ def plate_face(plate: Cylinder) -> tuple[Array, Array]:
     below, above = plate.ends
     face = above if np.allclose(below, 0.0, atol=1e-9) else min(plate.ends, key=lambda end: float(np.linalg.norm(end)))
     return face, _unit(face - plate.pose[:3, 3])
-
-
-def sides(arm: ArmBody, links: Sequence[Sequence[Array]]) -> list[float]:
-    """For every joint the end of its actuator that its own link is bolted to, 1 or -1 along its axis.
-
-    The one with which the larger of the angles of both brackets is smaller.
-
-    Args:
-        arm: The arm.
-        links: The polylines of all links.
-    """
-    found = []
-    for joint in range(1, arm.table.dof + 1):
-        before, own = links[joint - 1], links[joint]
-        axis = joint_axis(arm, joint)
-        back = _unit(before[0] - before[-1]) @ axis if len(before) > 1 else -1.0
-        onward = _unit(own[-1] - own[0])[2] if len(own) > 1 else 1.0
-        worst = {sign: (min(sign * onward, -sign * back), sign * onward - sign * back) for sign in (1.0, -1.0)}
-        found.append(max((1.0, -1.0), key=lambda sign: worst[sign]))
-    return found
 
 
 def joint_axis(arm: ArmBody, joint: int) -> Array:
@@ -345,10 +354,20 @@ class Knot(NamedTuple):
     face: Face | None = None
 
 
-def linked(
-    link: int, ends: Sequence[Face | None], points: Sequence[Array], shop: Shop
-) -> Iterator[tuple[Placed, list[Screws]]]:
-    """The parts of a link from face to face, each with the screws that join it to others.
+class Chain(NamedTuple):
+    """The parts of a link between its ends, and the screws that join them to others."""
+
+    placed: tuple[Placed, ...]
+    screws: tuple[Screws, ...]
+
+    @property
+    def mass(self) -> float:
+        """[kg]."""
+        return sum(each.part.mass for each in self.placed)
+
+
+def linked(link: int, ends: Sequence[Face | None], points: Sequence[Array], shop: Shop) -> Chain:
+    """The parts of a link from face to face: those with the kinds of brackets with which they fit and are lightest.
 
     Args:
         link: Number of the link.
@@ -360,39 +379,70 @@ def linked(
         CatalogueError: They do not fit.
     """
     if len(points) < 2 or ends[0] is None:
-        return
+        return Chain((), ())
     knots = [Knot(points[0], ends[0]), *(Knot(p) for p in points[1:-1]), Knot(points[-1], ends[1])]
     knots = without_near(knots, shop)
-    kinds = [None if k.face is None else bracket_kind(k.face, other, link) for k, other in _beside(knots)]
-    anchors = [k.point for k in knots]
+    first, last = (_kinds(knots[i].face, _unit(knots[j].point - knots[i].point)) for i, j in ((0, 1), (-1, -2)))
+    found, faults = [], []
+    for kinds in product(first, last):
+        try:
+            found.append(chained(link, knots, kinds, shop))
+        except CatalogueError as error:
+            faults.append(error)
+    if not found:
+        raise faults[0]
+    return min(found, key=lambda chain: chain.mass)
+
+
+def _kinds(face: Face | None, along: Array) -> tuple[str, ...]:
+    """Kinds of brackets that may be on a face with a tube about along a direction; one at least, "" for the tool."""
+    if face is None:
+        return ("",)
+    theta = float(np.arccos(np.clip(along @ face.normal, -1.0, 1.0)))
+    kinds = ("wedge", "standing") if face.mark == "B" else ("wedge", "angle")
+    near = [kind for kind in kinds if TURNS[kind][0] <= theta <= TURNS[kind][1]]
+    return tuple(near or kinds[1:])
+
+
+def chained(link: int, knots: Sequence[Knot], kinds: tuple[str, str], shop: Shop) -> Chain:
+    """The parts of a link with given kinds of brackets.
+
+    Args:
+        link: Number of the link.
+        knots: Its way.
+        kinds: Of the brackets at both ends, "" for the tool.
+        shop: What they are made for.
+
+    Raises:
+        CatalogueError: They do not fit.
+    """
+    anchors, last = [k.point for k in knots], len(knots) - 1
     for _ in range(30):  # a wedge's tube points at its face's middle, which moves with the angle: settles quickly
-        anchors = [
-            anchor(k, kind, _unit(anchors[1 if i == 0 else -2] - anchors[i]), shop) if kind else k.point
-            for i, (k, kind) in enumerate(zip(knots, kinds, strict=True))
-        ]
-    seats: list[tuple[Seat, Seat]] = []
-    for i, (knot, kind) in enumerate(zip(knots, kinds, strict=True)):
-        onward = _unit(anchors[i + 1] - anchors[i]) if i + 1 < len(knots) else None
-        back = _unit(anchors[i - 1] - anchors[i]) if i else None
+        start = anchor(knots[0], kinds[0], _unit(anchors[1] - anchors[0]), shop)
+        end = anchor(knots[-1], kinds[1], _unit(anchors[-2] - anchors[-1]), shop)
+        anchors[0], anchors[-1] = start, end
+    placed, screws, seats = [], [], []
+    for i, knot in enumerate(knots):
+        onward = None if i == last else _unit(anchors[i + 1] - anchors[i])
+        back = None if i == 0 else _unit(anchors[i - 1] - anchors[i])
         along = back if onward is None else onward
-        if knot.face is not None and kind is not None and along is not None:
-            made, seat, screws = bracket(knot.face, kind, along, link, shop)
+        if knot.face is not None and along is not None:
+            made, seat, joined = bracket(knot.face, kinds[0 if i == 0 else 1], along, link, shop)
             seats.append((seat, seat))
-            yield made, [screws]
+            placed.append(made)
+            screws.append(joined)
         elif onward is not None and back is not None:
-            made, pair = corner(f"L{link}-C{i}", anchors[i], back, onward, link, shop)
+            made, pair = corner(f"L{link}-C{i}", anchors[i], (back, onward), link, shop)
             seats.append(pair)
-            yield made, []
+            placed.append(made)
         elif back is not None:
             hand = Seat("tool", anchors[i], back, _frame(back, np.array([0.0, 0.0, 1.0]))[:3, 0])
             seats.append((hand, hand))
-    for number, (first, second) in enumerate(pairwise(seats), start=1):
-        yield from between(f"L{link}-T{number}", first[1], second[0], link, shop)
-
-
-def _beside(knots: Sequence[Knot]) -> list[tuple[Knot, Knot]]:
-    """Every knot with the next one towards the other end of the link."""
-    return [(k, knots[1] if i == 0 else knots[i - 1]) for i, k in enumerate(knots)]
+    for number, (before, after) in enumerate(pairwise(seats), start=1):
+        for piece, joints in between(f"L{link}-T{number}", before[1], after[0], link, shop):
+            placed.append(piece)
+            screws += joints
+    return Chain(tuple(placed), tuple(screws))
 
 
 def room(knot: Knot, shop: Shop) -> float:
@@ -421,31 +471,6 @@ def without_near(knots: list[Knot], shop: Shop) -> list[Knot]:
         if not faults:
             return knots
         del knots[min(faults)[1]]
-
-
-def bracket_kind(face: Face, other: Knot, link: int) -> str:
-    """``wedge`` or ``angle``.
-
-    Args:
-        face: What it is on.
-        other: What its tube leads to.
-        link: Its link.
-
-    Raises:
-        CatalogueError: A bracket would have to turn more than one can.
-    """
-    theta = np.arccos(np.clip(_unit(other.point - face.middle) @ face.normal, -1.0, 1.0))
-    if theta <= STEEPEST:
-        return "wedge"
-    if face.mark == "B" and theta <= np.radians(110.0):
-        return "standing"
-    if theta > WIDEST or face.mark == "B":
-        raise CatalogueError(
-            f"the tube of link {link} leaves {face.mark} at {np.degrees(theta):.0f} deg from its face's normal, and no "
-            "bracket turns so far", value=float(np.degrees(theta)), allowed=f"at most {np.degrees(WIDEST):.0f} deg",
-            fix="Search with --module-slide 0, so that joint modules stay within their link",
-        )  # fmt: skip
-    return "angle"
 
 
 def wedge_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float]:
@@ -490,6 +515,14 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
         shop: What it is made for.
     """
     theta = float(np.arccos(np.clip(along @ face.normal, -1.0, 1.0)))
+    low, high = TURNS[kind]
+    if not low <= theta <= high:
+        raise CatalogueError(
+            f"the tube of link {link} would leave {face.mark} at {np.degrees(theta):.0f} deg from its face's normal, "
+            "and no bracket that fits turns so far", value=float(np.degrees(theta)),
+            allowed=f"{np.degrees(low):.0f} to {np.degrees(high):.0f} deg",
+            fix="Take thinner tubes or smaller actuators, or search with a larger --clearance",
+        )  # fmt: skip
     mark = f"{face.mark}-L{link}"
     lean = along - (along @ face.normal) * face.normal
     turned = _frame(face.normal, lean if np.linalg.norm(lean) > 1e-6 else np.array([1.0, 0.0, 0.0]))
@@ -543,23 +576,19 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
     seat = np.array([0.0, h + middle, 0.0])
     clear, _, head = SCREWS[face.circle.thread]
     under = WEDGE - 6e-3
-    best: tuple[float, list[Rod], list[Rod], float, float] = (-np.inf, [], [], 0.0, 0.0)
-    for own in np.radians(np.arange(0.0, 360.0 / face.circle.count, 7.5)):
-        sunk = []
-        for x, z in face.circle.places(own):
-            top = np.array([x, h + middle - x * np.tan(theta), z])
-            floor = np.array([x, h + under, z])
-            sunk += [Rod(np.array([x, h, z]), floor, clear / 2.0),
-                     Rod(floor, top, head / 2.0 + 0.25e-3, oblique=theta > 1e-6)]  # fmt: skip
-        for turn in np.radians(np.arange(0.0, 90.0, 7.5)):
-            taps = _tapped(seat, u, e, turn, shop.tapped, shop)
-            least = min(
-                float(np.hypot(p[0] - s.start[0], p[2] - s.start[2])) - s.radius - t.radius
-                for t in taps for s in sunk[1::2] for p in np.linspace(t.start, t.end, 5)
-            )  # fmt: skip
-            if least > best[0] + 1e-9:
-                best = least, sunk, taps, own, turn
-    _, sunk, taps, own, turn = best
+    owns = np.radians(np.arange(0.0, 360.0 / face.circle.count, 7.5))
+    turns = np.radians(np.arange(0.0, 90.0, 7.5))
+    taps_at = [_tapped(seat, u, e, turn, shop.tapped, shop) for turn in turns]
+    drilled = np.array([[np.linspace(tap.start, tap.end, 5) for tap in taps] for taps in taps_at])[..., [0, 2]]
+    bolts = np.array([face.circle.places(own) for own in owns])
+    apart = np.linalg.norm(bolts[:, None, :, None, None] - drilled[None, :, None], axis=-1).min(axis=(2, 3, 4))
+    best = np.unravel_index(int(np.argmax(np.round(apart, 9))), apart.shape)
+    own, taps, turn = owns[best[0]], taps_at[best[1]], turns[best[1]]
+    sunk = []
+    for x, z in face.circle.places(own):
+        top, floor = np.array([x, h + middle - x * np.tan(theta), z]), np.array([x, h + under, z])
+        sunk += [Rod(np.array([x, h, z]), floor, clear / 2.0),
+                 Rod(floor, top, head / 2.0 + 0.25e-3, oblique=theta > 1e-6)]  # fmt: skip
     sizes = {
         "angle": theta, "length": 2.0 * long, "width": 2.0 * wide, "low side": middle - rise,
         "high side": middle + rise, "counterbore": 2.0 * sunk[1].radius, "under heads": under, "face above middle": h,
@@ -634,7 +663,7 @@ def standing(face: Face, theta: float, shop: Shop) -> Made:
 
 
 def corner(
-    mark: str, point: Array, back: Array, onward: Array, link: int, shop: Shop
+    mark: str, point: Array, ways: tuple[Array, Array], link: int, shop: Shop
 ) -> tuple[Placed, tuple[Seat, Seat]]:
     """A block between two tubes, and its seats.
 
@@ -643,11 +672,11 @@ def corner(
     Args:
         mark: Its mark.
         point: Where the axes meet, shape (3,) [m].
-        back: Towards the first tube, shape (3,).
-        onward: Towards the second, shape (3,).
+        ways: Towards the first tube and towards the second, shape (3,) each.
         link: Its link.
         shop: What it is made for.
     """
+    back, onward = ways
     opening = float(np.arccos(np.clip(back @ onward, -1.0, 1.0)))
     c, s = np.cos(opening / 2.0), np.sin(opening / 2.0)
     away = max(shop.half * c / s, shop.tapped + 1e-3)
@@ -657,12 +686,12 @@ def corner(
     pose[:3, 0] = _unit(middle)
     pose[:3, 1] = np.cross(pose[:3, 2], pose[:3, 0])
     pose[:3, 3] = point
-    ways = (np.array([c, s, 0.0]), np.array([c, -s, 0.0]))
+    normals = (np.array([c, s, 0.0]), np.array([c, -s, 0.0]))
     edges = (np.array([-s, c, 0.0]), np.array([s, c, 0.0]))
-    ends = np.stack([away * u + sign * shop.half * e for u, e in zip(ways, edges, strict=True) for sign in (1, -1)])
+    ends = np.stack([away * u + sign * shop.half * e for u, e in zip(normals, edges, strict=True) for sign in (1, -1)])
     outline = ends[ConvexHull(ends[:, :2]).vertices, :2]
     turns = (0.0, np.pi / 4.0)  # so that the holes of the two sides miss each other
-    holes = [h for u, e, turn in zip(ways, edges, turns, strict=True)
+    holes = [h for u, e, turn in zip(normals, edges, turns, strict=True)
              for h in _tapped(away * u, u, e, turn, shop.tapped, shop)]  # fmt: skip
     sizes = {"angle": opening, "tube's side from corner": away, "side": 2.0 * shop.half, "tapped depth": shop.tapped}
     part = shop.part("corner", [Prism(outline, 2.0 * shop.half)], holes, sizes=sizes,
@@ -670,7 +699,7 @@ def corner(
     turn = pose[:3, :3]
     seats = [
         Seat(mark, turn @ (away * u) + point, turn @ u, turn @ (np.cos(a) * e + np.sin(a) * np.cross(u, e)))
-        for u, e, a in zip(ways, edges, turns, strict=True)
+        for u, e, a in zip(normals, edges, turns, strict=True)
     ]
     return Placed(part, mark, link, pose), (seats[0], seats[1])
 

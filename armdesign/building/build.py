@@ -10,8 +10,10 @@ import numpy as np
 
 from armdesign.bodies.arm_body import ArmBody
 from armdesign.bodies.loads import base_gravity
+from armdesign.building.assembly import assemble, envelope, shop_of
 from armdesign.building.catalogue import Actuator, find_catalogue, shipped
-from armdesign.building.choice import Choice, Duty, choose, duty_of, weakest
+from armdesign.building.choice import Choice, Duty, Load, choose, duty_of, weakest
+from armdesign.building.parts import Assembly
 from armdesign.building.snapping import snapped
 from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
 from armdesign.errors import CatalogueError, SettingsError
@@ -24,6 +26,8 @@ ROUNDS = 8
 """Most times that actuators are chosen anew because their housings have moved the modules."""
 CUT = 1e-3
 """What tubes are cut to where no stock says it [m]."""
+PEDESTAL = 0.08
+"""Between a base's plate and the first module: what their brackets need, where lengths are fitted again [m]."""
 SLOWEST = 0.02
 """Share of the demonstrated speed below which an arm counts as too weak to move."""
 
@@ -87,6 +91,8 @@ class Build:
         options: What was asked for.
         currency: Of the actuators' prices.
         before: The same before lengths and twists were snapped; None where they were not.
+        assembly: All its parts as solids; None where they do not fit.
+        misfit: What does not fit then, in a sentence.
     """
 
     result: Result
@@ -97,12 +103,15 @@ class Build:
     options: BuildOptions
     currency: str
     before: Result | None = None
+    assembly: Assembly | None = None
+    misfit: str = ""
 
 
 def build(result: Result, options: BuildOptions) -> Build:
     """Pick the parts of a finished design.
 
-    Snapping is done with the bodies of a first choice, and the parts are chosen anew for what it gives.
+    Snapping is done with the bodies of a first choice, modules within their links so that brackets fit, and the parts
+    are chosen anew for what it gives.
 
     Args:
         result: The design with its paths.
@@ -114,10 +123,18 @@ def build(result: Result, options: BuildOptions) -> Build:
     first = chosen_parts(result, options)
     if not options.snap:
         return first
-    body = {"body": vars(first.result.problem.settings.body)}
-    fitted = snapped(changed(result, body), CUT if options.stock is None else find_stock(options.stock).cut,
-                     printed=options.printed)  # fmt: skip
-    return replace(chosen_parts(fitted, options), before=first.result)
+    body = vars(first.result.problem.settings.body) | {"module_slide": 0.0, "inertials": None}
+    cut = CUT if options.stock is None else find_stock(options.stock).cut
+    made = first
+    for more in (0.0, 0.01, 0.02):  # room about every module, until the parts fit
+        room = tuple((across + more, along + more, mass) for across, along, mass in body["modules"])
+        pedestal = body["base_height"] + room[0][1] / 2.0 + PEDESTAL + more if result.placed else 0.0
+        fitted = snapped(changed(result, {"body": body | {"modules": room}}), cut, printed=options.printed,
+                         pedestal=pedestal)  # fmt: skip
+        made = chosen_parts(fitted, options)
+        if made.assembly is not None:
+            break
+    return replace(made, before=first.result)
 
 
 def chosen_parts(result: Result, options: BuildOptions) -> Build:
@@ -133,21 +150,31 @@ def chosen_parts(result: Result, options: BuildOptions) -> Build:
     catalogue = find_catalogue(options.catalogue)
     sizes = priced(catalogue.actuators, options)
     payload = result.problem.settings.needs.payload if options.payload is None else options.payload
-    changes: dict[str, dict[str, Any]] = {"body": {"kind": "tube"}, "needs": {"payload": payload}}
+    changes: dict[str, dict[str, Any]] = {"body": {"kind": "tube", "inertials": None}, "needs": {"payload": payload}}
     changes["needs"] |= {"max_torque": None, "max_speed": None}
     plain = changed(result, changes)
     tube, sag = None, None
     if options.stock is not None:
         tube, sag = choose_tube(plain, find_stock(options.stock), options, payload)
         changes["body"] |= {"tube_diameter": tube.diameter, "tube_wall": tube.wall, "tube_density": tube.density}
-    arm, speed, choice = changed(result, changes), 1.0, None
+    arm, speed, choice, fitted = changed(result, changes), 1.0, None, None
+    shop, misfit = shop_of(arm.problem.settings.body, tube, printed=options.printed), ""
     for _ in range(ROUNDS):
-        speed, found = settled(arm, sizes, options, payload)
+        load = Load(payload, options.margin, () if choice is None or fitted is None else choice.actuators)
+        speed, found = settled(arm, sizes, options, load)
         if choice is not None and found.actuators == choice.actuators:
             break
         choice = found
-        changes["body"]["modules"] = tuple((a.diameter, a.length, a.mass) for a in choice.actuators)
+        modules = tuple((*envelope(a, shop), a.mass) for a in choice.actuators)
+        changes["body"] |= {"modules": modules, "inertials": None}
         arm = changed(result, changes)
+        try:
+            fitted, misfit = assemble(arm.body, choice.actuators, shop), ""
+        except CatalogueError as error:
+            fitted, misfit = None, str(error)
+        else:
+            changes["body"]["inertials"] = fitted.inertials(result.table.dof)
+            arm = changed(arm, changes)
     else:
         raise CatalogueError(
             "the choice of actuators goes in a circle: each moves the modules so that another is better",
@@ -158,7 +185,7 @@ def chosen_parts(result: Result, options: BuildOptions) -> Build:
         "max_speed": tuple(float(np.degrees(a.no_load_speed)) for a in found.actuators),
     }
     final = changed(result, changes, speed)
-    return Build(final, found, tube, sag, speed, options, catalogue.currency)
+    return Build(final, found, tube, sag, speed, options, catalogue.currency, assembly=fitted, misfit=misfit)
 
 
 def priced(actuators: Sequence[Actuator], options: BuildOptions) -> tuple[Actuator, ...]:
@@ -239,8 +266,14 @@ def choose_tube(result: Result, stock: Stock, options: BuildOptions, payload: fl
     )  # fmt: skip
 
 
-def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, payload: float) -> tuple[float, Choice]:
+def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, load: Load) -> tuple[float, Choice]:
     """Speed and actuators of an arm.
+
+    Args:
+        result: The arm.
+        sizes: Actuators to choose from.
+        options: What was asked for.
+        load: What it carries.
 
     Raises:
         CatalogueError: There is no choice; it says which joint lacks how much, and what would help.
@@ -249,9 +282,11 @@ def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, 
     body: ArmBody = result.body
     paths = motions(result.evaluation, result.problem)
 
+    payload = load.payload
+
     def duty(speed: float, carried: float = payload, among: tuple[Actuator, ...] = sizes) -> Duty:
         moved = [smooth_motion(time / speed, q) for time, q in paths]
-        return duty_of(body, moved, among, result.base_pose, payload=carried, margin=options.margin)
+        return duty_of(body, moved, among, result.base_pose, load._replace(payload=carried))
 
     wanted = 1.0 if isinstance(options.speed, str) else options.speed
     found = choose(duty(wanted), costs)

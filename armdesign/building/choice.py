@@ -143,9 +143,22 @@ class Duty:
         )
 
 
+class Load(NamedTuple):
+    """What an arm carries, and is made of, for its choice.
+
+    Attributes:
+        payload: Point mass at the tool [kg].
+        margin: Factor on torques.
+        held: The actuators that the mass properties of its links are with, n of them; none for its modules.
+    """
+
+    payload: float
+    margin: float
+    held: Sequence[Actuator] = ()
+
+
 def duty_of(
-    arm: ArmBody, motions: Sequence[SmoothMotion], sizes: Sequence[Actuator], base: BasePose, *, payload: float,
-    margin: float,
+    arm: ArmBody, motions: Sequence[SmoothMotion], sizes: Sequence[Actuator], base: BasePose, load: Load
 ) -> Duty:  # fmt: skip
     """What the joints of an arm do on motions.
 
@@ -154,8 +167,7 @@ def duty_of(
         motions: What it does.
         sizes: Actuators to choose from.
         base: Where it stands.
-        payload: Point mass at the tool [kg].
-        margin: Factor on torques.
+        load: What it carries.
 
     Raises:
         CatalogueError: A joint slides, for which no family has an actuator.
@@ -167,22 +179,27 @@ def duty_of(
             allowed="arms whose joints all turn",
         )  # fmt: skip
     n, gravity = arm.table.dof, base_gravity(base)
-    model = dynamic_model(arm, payload)
+    model = dynamic_model(arm, load.payload)
     model.gravity.linear = gravity
     data = model.createData()
     q, v, a = (np.concatenate([getattr(each, name) for each in motions]) for name in ("q", "v", "a"))
     Y = np.stack([pin.computeJointTorqueRegressor(model, data, *state) for state in zip(q, v, a, strict=True)])
     Y = Y.reshape(len(q), n, 10 * n)  # Pinocchio gives a single row without its axis
-    whole = np.concatenate([joint_torques(arm, motion, payload, gravity) for motion in motions])
+    whole = np.concatenate([joint_torques(arm, motion, load.payload, gravity) for motion in motions])
     share = np.zeros((n, len(sizes), len(q), n))
     for k, module in enumerate(part.solid for part in arm.parts if part.module):
         columns = Y[:, :, 10 * k : 10 * k + 10]
-        whole = whole - columns @ dynamic_parameters(module)
+        held = of_actuator(module, load.held[k]) if load.held else module
+        whole = whole - columns @ dynamic_parameters(held)
         for s, size in enumerate(sizes):
-            chosen = replace(module, radius=size.diameter / 2.0, length=size.length, mass=size.mass)
-            share[k, s] = columns @ dynamic_parameters(chosen)
+            share[k, s] = columns @ dynamic_parameters(of_actuator(module, size))
             share[k, s, :, k] += size.reflected_inertia * a[:, k]
-    return Duty(tuple(sizes), margin, np.abs(v), q.max(axis=0) - q.min(axis=0), whole, share)
+    return Duty(tuple(sizes), load.margin, np.abs(v), q.max(axis=0) - q.min(axis=0), whole, share)
+
+
+def of_actuator(module: Cylinder, actuator: Actuator) -> Cylinder:
+    """An actuator's own cylinder in the place of a module."""
+    return replace(module, radius=actuator.diameter / 2.0, length=actuator.length, mass=actuator.mass)
 
 
 def dynamic_parameters(solid: Cylinder) -> Array:

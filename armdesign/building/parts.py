@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.bodies.inertia import Inertial
+from armdesign.bodies.inertia import Inertial, combine
 
 SCREWS: Mapping[str, tuple[float, float, float]] = {
     "M2": (2.4e-3, 1.6e-3, 3.8e-3),
@@ -211,6 +211,11 @@ class Assembly:
         for each in self.placed:
             kinds.setdefault(each.part.name, (each.part, []))[1].append(each)
         return kinds
+
+    def inertials(self, dof: int) -> tuple[tuple[float, ...], ...]:
+        """Mass properties of base_link, link_1, ..., link_n as ``body.inertials`` has them."""
+        links = [combine([p.part.inertial.moved(p.pose) for p in self.of_link(link)]) for link in range(dof + 1)]
+        return tuple(link.entries for link in links)
 
     def of_link(self, link: int) -> Sequence[Placed]:
         """The parts that move with a link."""

@@ -91,20 +91,24 @@ class Refit:
         return found[-1]
 
 
-def snapped(result: Result, cut: float, *, printed: bool = False) -> Result:
+def snapped(result: Result, cut: float, *, printed: bool = False, pedestal: float = 0.0) -> Result:
     """A design whose parts can be cut and bought, with its path on the demonstrations.
 
     Args:
         result: The design; what its settings ask of bodies counts.
         cut: Lengths become multiples of it [m].
         printed: Whether brackets of any angle can be had.
+        pedestal: Least length of the first joint's d, where that is free [m].
 
     Raises:
         CatalogueError: No such arm begins the task.
     """
     problem = result.problem.in_room
     space = problem.space
-    refit = Refit(problem.objective(), *space.bounds, space.free_names)
+    lower, upper = (bound.copy() for bound in space.bounds)
+    refit = Refit(problem.objective(), lower, upper, space.free_names)
+    first = refit.entries("d_1")[:1]
+    lower[first] = np.minimum(np.maximum(lower[first], pedestal), upper[first])
     Phi = np.clip(space.phi(result.table, result.problem.first.base), refit.lower, refit.upper)
     if not printed:
         Phi = with_brackets(refit, Phi)

@@ -205,7 +205,7 @@ def assumptions(options: RobotOptions | None = None) -> tuple[Assumption, ...]:
     chosen = options or RobotOptions()
     body = chosen.body or Body()
     sections = (body, chosen.limits, chosen.simulation)
-    left_out = ["kind", "modules"]  # those of single joints are parts that were chosen, and instead of those assumed
+    left_out = ["kind", "modules", "inertials"]  # of parts that were chosen, and instead of those assumed
     left_out += [] if body.modules is None else ["joint_mass", "joint_diameter", "joint_length"]
     return tuple(
         Assumption(entry.name, getattr(section, entry.name), str(entry.metadata["doc"]), flag_name(entry))

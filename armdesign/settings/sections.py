@@ -357,6 +357,12 @@ class Body(Section):
         "Modules of every joint from the base on, each with diameter [m], length [m] and mass [kg], over the\n"
         "joint_... above, as armdesign build chooses them; not set: all alike.", optional=True, panel="",
     )  # fmt: skip
+    inertials: tuple[tuple[float, ...], ...] | None = parameter(
+        None, Several(Several(Number(), 10, 10), 2, 11),
+        "Mass properties of every link in its frame, base_link first: mass [kg], centre of mass x, y, z [m],\n"
+        "Ixx, Iyy, Izz, Ixy, Ixz, Iyz about it [kg m^2]: those of the parts of a build; not set: of tubes and modules.",
+        optional=True, panel="",
+    )  # fmt: skip
 
     @classmethod
     def title(cls) -> str:

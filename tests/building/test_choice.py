@@ -10,7 +10,7 @@ import pytest
 from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.loads import joint_torques
 from armdesign.building.catalogue import Actuator
-from armdesign.building.choice import choose, duty_of, weakest
+from armdesign.building.choice import Load, choose, duty_of, weakest
 from armdesign.building.tubes import Tube, deflection, find_stock
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.base_pose import BasePose
@@ -44,7 +44,7 @@ def with_modules(arm, actuators):
 def test_torques_are_those_of_inverse_dynamics_with_the_modules_in_place():
     rng = np.random.default_rng(0)
     arm, motion, sizes = arm_body(TABLE, Body(), [0.25, 0.05, -0.02]), motion_of(rng), sizes_of(rng, 4)
-    duty = duty_of(arm, [motion], sizes, BasePose(), payload=0.7, margin=1.0)
+    duty = duty_of(arm, [motion], sizes, BasePose(), Load(0.7, 1.0))
     for chosen in ((0, 1, 2), (3, 3, 0)):
         built = with_modules(arm, [sizes[s] for s in chosen])
         assert duty.torque(chosen) == pytest.approx(joint_torques(built, motion, 0.7), abs=1e-9)
@@ -54,7 +54,7 @@ def test_torques_are_those_of_inverse_dynamics_with_the_modules_in_place():
 def test_choice_is_that_of_brute_force(seed):
     rng = np.random.default_rng(seed)
     arm, sizes = arm_body(TABLE, Body(), [0.25, 0.05, -0.02]), sizes_of(rng, 5)
-    duty = duty_of(arm, [motion_of(rng)], sizes, BasePose(), payload=0.4 * rng.random(), margin=1.2)
+    duty = duty_of(arm, [motion_of(rng)], sizes, BasePose(), Load(0.4 * rng.random(), 1.2))
     costs = [a.mass if seed % 2 else a.price for a in sizes]
     feasible = []
     for chosen in product(range(5), repeat=3):
@@ -77,14 +77,14 @@ def test_torque_by_hand():
     arm = arm_body(table, Body(), side=None)
     still = SmoothMotion(*(np.zeros((5, 1)) for _ in range(3)))
     size = Actuator("f", "A", 12.0, 24.0, 3.0, None, 0.5, 0.06, 0.06)
-    duty = duty_of(arm, [still], [size], BasePose(), payload=2.0, margin=1.0)
+    duty = duty_of(arm, [still], [size], BasePose(), Load(2.0, 1.0))
     tube = next(part.solid.mass for part in arm.parts if part.solid.material == "tube")
     expected = 9.81 * (2.0 * 0.5 + tube * 0.25 + 1e-4 * 0.5)
     used = duty.shortfall(0, 0, duty.torque([0])[:, 0])
     assert used.rms == pytest.approx(expected / 12.0)
     assert used.peak == pytest.approx(expected / 24.0)
     assert choose(duty, [1.0]).actuators == (size,)
-    heavy = duty_of(arm, [still], [size], BasePose(), payload=4.0, margin=1.0)
+    heavy = duty_of(arm, [still], [size], BasePose(), Load(4.0, 1.0))
     joint, short, best = weakest(heavy)
     assert (choose(heavy, [1.0]), joint, short.worst, best) == (None, 0, "rated torque", size)
 
@@ -93,7 +93,7 @@ def test_speed_counts_at_the_torque():
     size = Actuator("f", "A", 1.0, 2.0, 4.0, None, 0.5, 0.06, 0.06)
     arm = arm_body(DHTable.from_rows([(0, 0, 0), (0, 0.5, 0)]), Body(), side=None)
     turning = SmoothMotion(np.zeros((5, 1)), np.full((5, 1), 1.5), np.zeros((5, 1)))
-    duty = duty_of(arm, [turning], [size], BasePose(), payload=0.0, margin=1.0)
+    duty = duty_of(arm, [turning], [size], BasePose(), Load(0.0, 1.0))
     assert duty.shortfall(0, 0, np.full(5, 1.0)).speed == pytest.approx(1.5 / 2.0)
     assert not duty.shortfall(0, 0, np.full(5, 1.5)).met
 
@@ -101,7 +101,7 @@ def test_speed_counts_at_the_torque():
 def test_arm_with_a_slide_is_refused():
     arm = arm_body(DHTable.from_rows([(0, 0, 0.1), (0, 0, 0.1)], joints="P"), Body())
     with pytest.raises(CatalogueError, match="joint 1 slides"):
-        duty_of(arm, [], [], BasePose(), payload=0.0, margin=1.0)
+        duty_of(arm, [], [], BasePose(), Load(0.0, 1.0))
 
 
 def test_deflection_of_a_cantilever_and_of_a_bent_arm():

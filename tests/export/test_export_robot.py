@@ -202,7 +202,7 @@ def test_hardware_that_is_no_name_is_refused(bad):
 def test_every_assumption_is_told_with_its_flag():
     told = {item.name: item for item in assumptions(RobotOptions(body=Body(joint_mass=0.9)))}
     for section in (Body, LimitOptions, SimulationOptions):
-        assert set(section.names()) - {"kind", "modules"} <= set(told)
+        assert set(section.names()) - {"kind", "modules", "inertials"} <= set(told)
     assert told["joint_mass"].value == 0.9
     assert told["tube_wall"].flag == "--tube-wall"
     assert all(item.doc.endswith(".") for item in told.values())

@@ -1,0 +1,186 @@
+"""Parts as CAD solids: STEP and STL, in millimetres, by Open CASCADE (extra ``cad``)."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from armdesign._types import Array
+from armdesign.building.parts import Assembly, Part, Placed, Prism, Rod
+from armdesign.errors import CatalogueError, MissingExtraError
+from armdesign.kinematics.dh import DHTable
+
+MM = 1e3
+FINENESS = (0.05, 0.2)
+"""How far meshes are from the solids at most [mm], and their faces' angle [rad]."""
+BEYOND = 2.0
+"""How far holes are drilled beyond the face they leave through [mm]."""
+STAMP = re.compile(r"(FILE_NAME\([^,]*,)'[^']*'")
+"""Of a STEP file: when it was written, which would make every file another one."""
+
+
+def occ(name: str) -> Any:  # noqa: ANN401 (a module without types)
+    """A module of Open CASCADE.
+
+    Raises:
+        MissingExtraError: It is not installed.
+    """
+    try:
+        return importlib.import_module(f"OCP.{name}")
+    except ImportError as error:
+        raise MissingExtraError(
+            "STEP and STL need Open CASCADE, which is not installed", fix="pip install 'armdesign[cad]'"
+        ) from error
+
+
+def solid(part: Part) -> Any:  # noqa: ANN401 (a TopoDS_Shape)
+    """A part as a solid in its own frame [mm].
+
+    Raises:
+        CatalogueError: What comes out is no valid solid, as of dimensions that do not go together.
+    """
+    algo, upgrade = occ("BRepAlgoAPI"), occ("ShapeUpgrade")
+    first, *more = [formed(each) for each in part.solids]
+    shape = algo.BRepAlgoAPI_Fuse(first, together(more)).Shape() if more else first
+    if part.holes:
+        shape = algo.BRepAlgoAPI_Cut(shape, together(formed(hole, drilled=True) for hole in part.holes)).Shape()
+    unify = upgrade.ShapeUpgrade_UnifySameDomain(shape, True, True, False)
+    unify.Build()
+    shape = unify.Shape()
+    if not occ("BRepCheck").BRepCheck_Analyzer(shape).IsValid() or volume(shape) <= 0.0:
+        raise CatalogueError(f"{part.name} is no valid solid", value=dict(part.sizes))
+    return shape
+
+
+def formed(form: Prism | Rod, *, drilled: bool = False) -> Any:  # noqa: ANN401
+    """A prism or rod as a shape [mm].
+
+    Args:
+        form: The prism or rod.
+        drilled: Whether it is a hole, which then goes on beyond the face it leaves through.
+    """
+    gp, prim, build = occ("gp"), occ("BRepPrimAPI"), occ("BRepBuilderAPI")
+    if isinstance(form, Rod):
+        start, end = MM * form.start, MM * form.end
+        way = (end - start) / np.linalg.norm(end - start)
+        if drilled and form.oblique:
+            end = end + (BEYOND + 2.0 * MM * form.radius) * way
+        frame = gp.gp_Ax2(gp.gp_Pnt(*start.tolist()), gp.gp_Dir(*way.tolist()))
+        return prim.BRepPrimAPI_MakeCylinder(frame, MM * form.radius, float(np.linalg.norm(end - start))).Shape()
+    outline, half = build.BRepBuilderAPI_MakePolygon(), MM * form.width / 2.0
+    for x, y in (MM * form.polygon).tolist():
+        outline.Add(gp.gp_Pnt(x, y, -half))
+    outline.Close()
+    face = build.BRepBuilderAPI_MakeFace(outline.Wire(), True).Face()
+    return prim.BRepPrimAPI_MakePrism(face, gp.gp_Vec(0.0, 0.0, 2.0 * half)).Shape()
+
+
+def together(shapes: Iterable[Any]) -> Any:  # noqa: ANN401
+    """Several shapes as one compound."""
+    builder, compound = occ("BRep").BRep_Builder(), occ("TopoDS").TopoDS_Compound()
+    builder.MakeCompound(compound)
+    for shape in shapes:
+        builder.Add(compound, shape)
+    return compound
+
+
+def volume(shape: Any) -> float:  # noqa: ANN401
+    """[mm^3]."""
+    properties = occ("GProp").GProp_GProps()
+    occ("BRepGProp").BRepGProp.VolumeProperties_s(shape, properties)
+    return float(properties.Mass())
+
+
+def mesh(shape: Any) -> trimesh.Trimesh:  # noqa: ANN401
+    """The triangles of a shape, closed [mm]."""
+    explorer, top, brep = occ("TopExp"), occ("TopAbs"), occ("BRep")
+    occ("BRepMesh").BRepMesh_IncrementalMesh(shape, FINENESS[0], False, FINENESS[1], False)
+    corners, faces, count = [], [], 0
+    each = explorer.TopExp_Explorer(shape, top.TopAbs_ShapeEnum.TopAbs_FACE)
+    location = occ("TopLoc").TopLoc_Location
+    while each.More():
+        face, place = occ("TopoDS").TopoDS.Face(each.Current()), location()
+        triangles = brep.BRep_Tool.Triangulation_s(face, place)
+        move, turned = place.Transformation(), face.Orientation() == top.TopAbs_Orientation.TopAbs_REVERSED
+        nodes = [triangles.Node(i).Transformed(move) for i in range(1, triangles.NbNodes() + 1)]
+        corners += [(p.X(), p.Y(), p.Z()) for p in nodes]
+        own = [triangles.Triangle(i).Get() for i in range(1, triangles.NbTriangles() + 1)]
+        faces += [
+            (count + a - 1, count + (c if turned else b) - 1, count + (b if turned else c) - 1) for a, b, c in own
+        ]
+        count += len(nodes)
+        each.Next()
+    whole = trimesh.Trimesh(np.round(corners, 6), faces, process=False)
+    whole.merge_vertices(digits_vertex=5)
+    whole.update_faces(whole.nondegenerate_faces())
+    return whole
+
+
+def moved(shape: Any, pose: Array) -> Any:  # noqa: ANN401
+    """A shape at a pose, shape (4, 4), in metres."""
+    return shape.Moved(occ("TopLoc").TopLoc_Location(transformation(pose)))
+
+
+def transformation(pose: Array) -> Any:  # noqa: ANN401
+    """A pose, shape (4, 4), in metres, as Open CASCADE's."""
+    turn = occ("gp").gp_Trsf()
+    rows = np.hstack([pose[:3, :3], MM * pose[:3, 3:]])
+    turn.SetValues(*rows.ravel().tolist())
+    return turn
+
+
+def step_text(named: Iterable[tuple[str, Any, Array]]) -> bytes:
+    """A STEP file of shapes by name, each at a pose; alone at its own where there is one, else as an assembly.
+
+    Args:
+        named: Name, shape [mm] and pose, shape (4, 4), in metres.
+    """
+    step, interface = occ("STEPCAFControl"), occ("Interface")
+    strings, document, tools = occ("TCollection"), occ("TDocStd"), occ("XCAFDoc")
+    held = document.TDocStd_Document(strings.TCollection_ExtendedString("XmlOcaf"))
+    shapes = tools.XCAFDoc_DocumentTool.ShapeTool_s(held.Main())
+    pieces = list(named)
+
+    def name(label: Any, text: str) -> None:  # noqa: ANN401
+        occ("TDataStd").TDataStd_Name.Set_s(label, strings.TCollection_ExtendedString(text))
+
+    if len(pieces) == 1:
+        name(shapes.AddShape(pieces[0][1], False), pieces[0][0])
+    else:
+        whole, known = shapes.NewShape(), {}
+        name(whole, "arm")
+        for text, shape, pose in pieces:
+            kind = text.split(" (")[-1].rstrip(")")
+            if kind not in known:
+                known[kind] = shapes.AddShape(shape, False)
+                name(known[kind], kind)
+            place = occ("TopLoc").TopLoc_Location(transformation(pose))
+            name(shapes.AddComponent(whole, known[kind], place), text)
+        shapes.UpdateAssemblies()
+    interface.Interface_Static.SetCVal_s("write.step.unit", "MM")
+    writer = step.STEPCAFControl_Writer()
+    writer.SetNameMode(True)
+    writer.Transfer(held)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.step"
+        writer.Write(str(path))
+        text = path.read_text(encoding="utf-8")
+    return STAMP.sub(r"\1'1970-01-01T00:00:00'", text, count=1).encode()
+
+
+def at_zero(assembly: Assembly, table: DHTable) -> list[tuple[Placed, Array]]:
+    """Every part with its pose in the base's frame where all joints are at zero, shape (4, 4).
+
+    Args:
+        assembly: The parts.
+        table: The arm.
+    """
+    frames = [np.eye(4), *table.frames(np.zeros(table.dof))]
+    return [(each, frames[each.link] @ each.pose) for each in assembly.placed]
