@@ -41,6 +41,7 @@ from armdesign.settings import Settings
 from armdesign.swarm import History
 
 SCHEMA_VERSION = 1
+"""Of result.json; `result.schema.json` beside this file describes it. Entries are added within a version."""
 
 
 def contents(result: Result) -> dict[str, str]:

@@ -16,6 +16,8 @@ HISTORY, ALTERNATIVES, TRAJECTORY, URDF = "history.csv", "alternatives.json", "t
 PREVIEW, REPORT = "preview.html", "report.html"
 NOTHING_FOUND = "nothing_found.json"
 """Written instead of a result where a search has ended without any valid arm: why it has ended, and the error."""
+RESULT_SCHEMA = Path(__file__).with_name("result.schema.json")
+"""JSON Schema of result.json."""
 TASK_FILES = (SETTINGS, EARLIER_SETTINGS, TASK, TASK_JSON, OBSTACLES)
 RESULT_FILES = (RESULT, HISTORY, ALTERNATIVES, TRAJECTORY, URDF, PREVIEW, REPORT)
 """The result first: without it, what is left of a removal that was cut short does not look like a finished run."""

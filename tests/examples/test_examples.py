@@ -14,10 +14,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from armdesign.demonstration.files.readers import read_recording
+
 Array = NDArray[np.float64]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENES = ("packaging", "welding")
+LIMBS = (("EPICL", "EPICM"), ("STYLR", "STYLU"), ("MCP2", "MCP5"))
 BANDS = ("shoulder", "upper_arm", "forearm", "hand")
 
 
@@ -86,6 +89,20 @@ def test_regenerating_gives_the_same_bytes(tmp_path: Path) -> None:
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["packaging.csv", "welding.csv"]
     for scene in SCENES:
         assert (tmp_path / "new" / f"{scene}.csv").read_bytes() == (EXAMPLES / f"{scene}.csv").read_bytes()
+
+
+def test_box_lift_is_made_again_byte_for_byte_and_its_arm_is_known_by_its_names(tmp_path: Path) -> None:
+    again = tmp_path / "again.c3d"
+    script = str(EXAMPLES / "make_box_lift.py")
+    subprocess.run([sys.executable, script, "--out", str(again)], check=True, capture_output=True)
+    assert again.read_bytes() == (EXAMPLES / "box_lift.c3d").read_bytes()
+    recording = read_recording(again)
+    assert [name for name, p in recording.points.items() if np.isnan(p).any()] == ["MCP5"]
+    middle = {pair: (recording.points[pair[0]] + recording.points[pair[1]]) / 2 for pair in LIMBS}
+    lengths = [np.linalg.norm(b - a, axis=1) for a, b in pairwise(middle.values())]
+    for length, expected in zip(lengths, (0.26, 0.08), strict=True):
+        np.testing.assert_allclose(length[np.isfinite(length)], expected, atol=0.003)
+    np.testing.assert_allclose(recording.points["ACR"].mean(axis=0), generator.SHOULDER, atol=0.003)
 
 
 def test_inverse_kinematics_undoes_forward_kinematics() -> None:
