@@ -1,4 +1,4 @@
-"""Make box_lift.c3d: a person lifts a box from a low table onto a shelf, as an optical system records it, 100 frames a second.
+"""Make box_lift.c3d: a person lifts a box from a low table onto a shelf, as an optical system records it, at 100 Hz.
 
 The person is that of make_recordings.py. Seven markers stick on the skin of the right arm, at the acromion, on both
 sides of elbow and wrist, and on two knuckles; in a C3D file in millimetres, z up. The box hides a knuckle for a moment.
