@@ -179,8 +179,7 @@ class BlockEvaluator:
         slots.attitudes[0]["mount"] = np.eye(3) if mount is None else mount
         slots.arms.q[:] = q[0]
         slots.states[0]["trial"][: table.dof] = q[0]
-        while slots.advance(self.problem, trace) == 0:
-            pass
+        slots.advance(self.problem, trace)
         self._exchange(slots, queue)
         return self._path(trace[0], queue.outcome[0])
 

@@ -12,6 +12,7 @@ from armdesign.fitness.batch import Batch
 from armdesign.fitness.kernels.path import advance, exchange
 from armdesign.fitness.kernels.solver_state import ARM, DONE, IDLE, SCRATCH, TRACE
 from armdesign.fitness.problem import Problem
+from armdesign.kinematics.compilation import machine_code
 from armdesign.kinematics.models import ArmBlock
 
 NARROWING = 3
@@ -72,14 +73,20 @@ class Slots:
         return int(exchange(self.records, self.arms.views, problem.arrays, batch, outcome, cursor))
 
     def advance(self, problem: Problem, trace: NDArray[np.void]) -> int:
-        """One step on every slot; returns how many are done.
+        """Step on every slot until some are done; returns how many.
 
         Args:
             problem: The task and its settings.
             trace: TRACE records, shape (B, K T) for K paths, or (B, 0) to keep none.
         """
-        self.arms.update()
-        return int(advance(self.records, self.arms.views, self.scratch, problem.arrays, trace))
+        arguments, update = (self.records, self.arms.views, self.scratch, problem.arrays, trace), self.arms.update
+        update()
+        done = advance(*arguments)
+        step = machine_code(advance)
+        while not done:
+            update()
+            done = step(*arguments)
+        return int(done)
 
     def take_over(self, other: Slots) -> None:
         """Go on with the candidates of other slots, which are idle then; as many as there is room for at most.

@@ -31,9 +31,9 @@ OnProgress = Callable[[int, int], None]
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_rewrites": True, "no_cfunc_wrapper": True}
 try:
-    from armdesign.kinematics.inner_compiler import INNER_OPTIONS
+    from armdesign.kinematics.inner_compiler import INNER_OPTIONS, UNCOUNTED
 except (ImportError, AttributeError):  # another Numba inside: every kernel is compiled on its own, which takes longer
-    INNER_OPTIONS = {}
+    INNER_OPTIONS, UNCOUNTED = {}, {}
 INNER: dict[str, Any] = {**OPTIONS, **INNER_OPTIONS}
 
 
@@ -49,12 +49,32 @@ def branch(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (a Numba dispat
 
 def entry(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (a Numba dispatcher)
     """Compile a kernel that Python calls, cached on disk wherever a folder for it can be written."""
+    return cached_on_disk(function, OPTIONS)
+
+
+def plain_entry(function: Callable[..., Any]) -> Any:  # noqa: ANN401 (a Numba dispatcher)
+    """Compile a kernel that Python calls and that makes no arrays: references to its arguments need no counting."""
+    return cached_on_disk(function, OPTIONS | UNCOUNTED)
+
+
+def cached_on_disk(function: Callable[..., Any], options: dict[str, Any]) -> Any:  # noqa: ANN401 (a Numba dispatcher)
+    """Compile an entry, cached wherever a folder for it can be written."""
     try:
-        dispatcher = numba.njit(cache=True, **OPTIONS)(function)
+        dispatcher = numba.njit(cache=True, **options)(function)
         dispatcher._cache._cache_file._source_stamp = stamp_of(Path(function.__code__.co_filename))
     except (RuntimeError, AttributeError):  # no writable place, or no stamp that could be set: compile in every process
-        return numba.njit(**OPTIONS)(function)
+        return numba.njit(**options)(function)
     return dispatcher
+
+
+def machine_code(kernel: Dispatcher) -> Callable[..., Any]:
+    """What an entry that has just been called runs, for further calls with arguments of the same types.
+
+    Numba's look at the types of records and arrays takes 2 us a call, a twentieth of a round of a block. Where the
+    entry has been called with other types, too, it has to look.
+    """
+    compiled: list[Any] = list(kernel.overloads.values())
+    return compiled[0].entry_point if len(compiled) == 1 else kernel
 
 
 def stamp_of(module: Path) -> str:

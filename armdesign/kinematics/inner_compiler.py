@@ -55,5 +55,6 @@ class InnerCompiler(CompilerBase):
         return [pipeline]
 
 
-INNER_OPTIONS: dict[str, Any] = {"no_cpython_wrapper": True, "pipeline_class": InnerCompiler, "_nrt": False}
-"""Inner kernels allocate nothing: without reference counts (_nrt) there is less to lower."""
+UNCOUNTED: dict[str, Any] = {"_nrt": False}
+"""Kernels that allocate nothing do without reference counts, which are atomic operations."""
+INNER_OPTIONS: dict[str, Any] = {"no_cpython_wrapper": True, "pipeline_class": InnerCompiler, **UNCOUNTED}

@@ -45,7 +45,7 @@ from armdesign.fitness.kernels.starts import (
 )
 from armdesign.fitness.kernels.temporal import Target, differentiate_frame, evaluate_frame
 from armdesign.fitness.kernels.trial import judge, propose_trial
-from armdesign.kinematics.compilation import branch, entry, leaf
+from armdesign.kinematics.compilation import branch, leaf, plain_entry
 from armdesign.kinematics.kernels.skeleton import MAX_DOF, load_arm, set_kinds, update_skeleton
 
 
@@ -142,7 +142,7 @@ def tip_error(chain, point):
     return np.sqrt(total)
 
 
-@entry
+@plain_entry
 def advance(arms, block, scratch, problem, traces):
     """Judge the trial of every arm of the block and propose the next one.
 
@@ -280,7 +280,7 @@ def collect(outcome, state):
     outcome.pruned, outcome.valid, outcome.done = state.pruned, state.valid, 1
 
 
-@entry
+@plain_entry
 def exchange(arms, block, problem, batch, outcome, cursor):
     """Collect finished candidates and give their places to the next candidates.
 
