@@ -125,16 +125,20 @@ def build(result: Result, options: BuildOptions) -> Build:
         return first
     body = vars(first.result.problem.settings.body) | {"module_slide": 0.0, "inertials": None}
     cut = CUT if options.stock is None else find_stock(options.stock).cut
-    made = first
+    made: Build | None = None
     for more in (0.0, 0.01, 0.02):  # room about every module, until the parts fit
         room = tuple((across + more, along + more, mass) for across, along, mass in body["modules"])
         pedestal = body["base_height"] + room[0][1] / 2.0 + PEDESTAL + more if result.placed else 0.0
-        fitted = snapped(changed(result, {"body": body | {"modules": room}}), cut, printed=options.printed,
-                         pedestal=pedestal)  # fmt: skip
-        made = chosen_parts(fitted, options)
+        spacious = changed(result, {"body": body | {"modules": room}})
+        try:
+            made = chosen_parts(snapped(spacious, cut, printed=options.printed, pedestal=pedestal), options)
+        except CatalogueError:
+            if made is None:
+                raise
+            break
         if made.assembly is not None:
             break
-    return replace(made, before=first.result)
+    return replace(made or first, before=first.result)
 
 
 def chosen_parts(result: Result, options: BuildOptions) -> Build:

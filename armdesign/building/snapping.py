@@ -107,7 +107,7 @@ def snapped(result: Result, cut: float, *, printed: bool = False, pedestal: floa
     space = problem.space
     lower, upper = (bound.copy() for bound in space.bounds)
     refit = Refit(problem.objective(), lower, upper, space.free_names)
-    first = refit.entries("d_1")[:1]
+    first = refit.entries("d_0")
     lower[first] = np.minimum(np.maximum(lower[first], pedestal), upper[first])
     Phi = np.clip(space.phi(result.table, result.problem.first.base), refit.lower, refit.upper)
     if not printed:

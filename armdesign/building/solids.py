@@ -5,12 +5,11 @@ from __future__ import annotations
 import importlib
 import re
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 
 from armdesign._types import Array
 from armdesign.building.parts import Assembly, Part, Placed, Prism, Rod
@@ -98,8 +97,10 @@ def volume(shape: Any) -> float:  # noqa: ANN401
     return float(properties.Mass())
 
 
-def mesh(shape: Any) -> trimesh.Trimesh:  # noqa: ANN401
-    """The triangles of a shape, closed [mm]."""
+def mesh(shape: Any) -> Any:  # noqa: ANN401
+    """The triangles of a shape as a closed trimesh.Trimesh [mm]."""
+    import trimesh  # noqa: PLC0415 (0.4 s of CPU, for all commands)
+
     explorer, top, brep = occ("TopExp"), occ("TopAbs"), occ("BRep")
     occ("BRepMesh").BRepMesh_IncrementalMesh(shape, FINENESS[0], False, FINENESS[1], False)
     corners, faces, count = [], [], 0
@@ -123,11 +124,6 @@ def mesh(shape: Any) -> trimesh.Trimesh:  # noqa: ANN401
     return whole
 
 
-def moved(shape: Any, pose: Array) -> Any:  # noqa: ANN401
-    """A shape at a pose, shape (4, 4), in metres."""
-    return shape.Moved(occ("TopLoc").TopLoc_Location(transformation(pose)))
-
-
 def transformation(pose: Array) -> Any:  # noqa: ANN401
     """A pose, shape (4, 4), in metres, as Open CASCADE's."""
     turn = occ("gp").gp_Trsf()
@@ -136,33 +132,30 @@ def transformation(pose: Array) -> Any:  # noqa: ANN401
     return turn
 
 
-def step_text(named: Iterable[tuple[str, Any, Array]]) -> bytes:
-    """A STEP file of shapes by name, each at a pose; alone at its own where there is one, else as an assembly.
+def step_file(pieces: Sequence[tuple[str, Any, str, Array]]) -> bytes:
+    """A STEP file: one shape as it is, or several as an assembly, each kind of part in it once.
 
     Args:
-        named: Name, shape [mm] and pose, shape (4, 4), in metres.
+        pieces: Of each its name, its shape [mm], the name of its kind and its pose, shape (4, 4), in metres.
     """
     step, interface = occ("STEPCAFControl"), occ("Interface")
-    strings, document, tools = occ("TCollection"), occ("TDocStd"), occ("XCAFDoc")
-    held = document.TDocStd_Document(strings.TCollection_ExtendedString("XmlOcaf"))
+    strings, tools, places = occ("TCollection"), occ("XCAFDoc"), occ("TopLoc")
+    quiet()
+    held = occ("TDocStd").TDocStd_Document(strings.TCollection_ExtendedString("XmlOcaf"))
     shapes = tools.XCAFDoc_DocumentTool.ShapeTool_s(held.Main())
-    pieces = list(named)
 
-    def name(label: Any, text: str) -> None:  # noqa: ANN401
+    def called(label: Any, text: str) -> Any:  # noqa: ANN401
         occ("TDataStd").TDataStd_Name.Set_s(label, strings.TCollection_ExtendedString(text))
+        return label
 
     if len(pieces) == 1:
-        name(shapes.AddShape(pieces[0][1], False), pieces[0][0])
+        called(shapes.AddShape(pieces[0][1], False), pieces[0][0])
     else:
-        whole, known = shapes.NewShape(), {}
-        name(whole, "arm")
-        for text, shape, pose in pieces:
-            kind = text.split(" (")[-1].rstrip(")")
+        whole, known = called(shapes.NewShape(), "arm"), {}
+        for name, shape, kind, pose in pieces:
             if kind not in known:
-                known[kind] = shapes.AddShape(shape, False)
-                name(known[kind], kind)
-            place = occ("TopLoc").TopLoc_Location(transformation(pose))
-            name(shapes.AddComponent(whole, known[kind], place), text)
+                known[kind] = called(shapes.AddShape(shape, False), kind)
+            called(shapes.AddComponent(whole, known[kind], places.TopLoc_Location(transformation(pose))), name)
         shapes.UpdateAssemblies()
     interface.Interface_Static.SetCVal_s("write.step.unit", "MM")
     writer = step.STEPCAFControl_Writer()
@@ -173,6 +166,12 @@ def step_text(named: Iterable[tuple[str, Any, Array]]) -> bytes:
         writer.Write(str(path))
         text = path.read_text(encoding="utf-8")
     return STAMP.sub(r"\1'1970-01-01T00:00:00'", text, count=1).encode()
+
+
+def quiet() -> None:
+    """Keep Open CASCADE from telling on the screen what it writes."""
+    told = occ("Message").Message.DefaultMessenger_s()
+    told.RemovePrinters(occ("Message").Message_Printer.get_type_descriptor_s())
 
 
 def at_zero(assembly: Assembly, table: DHTable) -> list[tuple[Placed, Array]]:

@@ -10,6 +10,7 @@ import typer
 from armdesign.building.build import Build, BuildOptions, arm_mass
 from armdesign.building.build import build as build_of
 from armdesign.building.part_lists import part_lists
+from armdesign.building.record import RECORD, build_record
 from armdesign.cli.command_errors import one_sentence_errors
 from armdesign.cli.command_options import OUTPUT, OverwriteOption, QuietOption, number_of, option
 from armdesign.cli.screen import compiling, say, show_table, show_text, written_text
@@ -65,7 +66,7 @@ def build(
     place = out or Path("build") / design.name
     claim_folder(place, overwrite=overwrite)
     written = write_result(place, made.result)
-    written += write_files(place, part_lists(made))
+    written += write_files(place, {**part_lists(made), RECORD: build_record(made)})
     if not quiet:
         show_build(made)
         typer.echo(written_text([place / name for name in written]))
@@ -87,6 +88,8 @@ def show_build(made: Build) -> None:
         show_snapping(made.before, made.result)
     if made.speed < 1.0:
         say(f"The motion is slowed down to {made.speed * 100:.0f} % of the demonstrated speed.")
+    if made.assembly is None:
+        say(f"There are no solids of its parts, and masses leave brackets out: {made.misfit}")
     show_text(f"What moves weighs {arm_mass(made.result.body):.2f} kg.")
     result = made.result
     show_text("\n".join(summary(result.verdict, result.problem.settings, result.base_pose)))

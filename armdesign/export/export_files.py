@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from armdesign.errors import RunFolderError
+from armdesign.building.build_files import BUILD_FORMATS, mesh_files, mesh_places, printing_notes
+from armdesign.building.record import recorded_build
+from armdesign.errors import RunFolderError, SettingsError
 from armdesign.export.dh_text import check_convention
 from armdesign.export.formats import FORMATS, check_places, chosen, robot_files
 from armdesign.export.options import RobotOptions
@@ -19,6 +21,19 @@ from armdesign.export.urdf import HARDWARE
 from armdesign.export.urdf_check import check_urdf
 from armdesign.files import write_whole
 from armdesign.search.result import Result
+
+
+@dataclass(frozen=True)
+class SolidOptions:
+    """What is asked of the parts of a build.
+
+    Attributes:
+        meshes: Whether the URDF shows their meshes instead of cylinders, and they are written beside it.
+        printer: Sides of what a printer takes, whose exceptions are named [m]; None for no such note.
+    """
+
+    meshes: bool = False
+    printer: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -44,6 +59,7 @@ def export(
     convention: str = "modified",
     timing: TrajectoryOptions | None = None,
     package: str | None = None,
+    solids: SolidOptions | None = None,
     overwrite: bool = False,
 ) -> Export:
     """Write robot files and trajectories of a result; all is made and checked before the first is written.
@@ -52,23 +68,32 @@ def export(
         result: The arm with its motion.
         folder: Where to; made where it is missing.
         formats: Robot files: ``urdf``, ``xacro``, ``mjcf``, ``sdf``, ``srdf``, ``moveit``, ``controllers``, ``dh-csv``,
-            ``dh-toml``; a list, or by commas. With ros2_control for Gazebo the controllers come along.
+            ``dh-toml``, and of builds ``step``, ``stl``; a list, or by commas. With ros2_control for Gazebo the
+            controllers come along.
         trajectories: Trajectories: ``csv``, ``ros`` (ROS 2 YAML), ``ros2-bag``, ``npz``; a list, or by commas.
         options: What the robot files assume beyond the design.
         convention: Of the DH tables, ``modified`` or ``classic``.
         timing: How the trajectories are smoothed, timed and sampled.
         package: Name of a ROS 2 package to write into a folder of that name.
+        solids: What is asked of the parts of a build.
         overwrite: Whether files of the same names are replaced.
 
     Raises:
         SettingsError: A kind or convention is unknown, or an option is out of range.
-        RunFolderError: A file cannot be written, or is there already.
-        MissingExtraError: A bag was asked for, and rosbags is not installed.
+        RunFolderError: A file cannot be written, or is there already; or parts of what is no build were asked for.
+        CatalogueError: The parts of a build do not fit.
+        MissingExtraError: A bag was asked for, and rosbags is not installed, or solids, and Open CASCADE is not.
         DesignError: The URDF does not read back as the arm, as after a change of its template.
     """
     place = Path(folder)
-    kinds, motions = names(formats, tuple(FORMATS), "the format"), names(trajectories, tuple(FILES), "the trajectory")
+    wanted = names(formats, (*FORMATS, *BUILD_FORMATS), "the format")
+    motions = names(trajectories, tuple(FILES), "the trajectory")
     check_convention(convention)
+    kinds, of_parts = [kind for kind in wanted if kind in FORMATS], [kind for kind in wanted if kind in BUILD_FORMATS]
+    ask = solids or SolidOptions()
+    if ask.meshes and "urdf" not in kinds:
+        raise SettingsError("meshes go into the URDF, which is not asked for", value=wanted, fix="Add urdf to --format")
+    build = recorded_build(result) if of_parts or ask != SolidOptions() else None
     hardware = (options or RobotOptions()).tags.ros2_control
     if hardware in ("gazebo", HARDWARE["gazebo"]) and {"urdf", "xacro"} & set(kinds) and "controllers" not in kinds:
         kinds.append("controllers")
@@ -78,18 +103,28 @@ def export(
     places = {kind: place_for(kind, place, overwrite=overwrite) for kind in motions}
     if "ros2-bag" in motions:
         typestore()
-    files: dict[str, str] = {}
+    files: dict[str, str | bytes] = {}
     notes: list[str] = []
+    if build is not None:
+        for kind in of_parts:
+            files |= BUILD_FORMATS[kind](build)
+        files |= mesh_files(build) if ask.meshes else {}
+        check_places(place, list(files), overwrite=overwrite)
+        notes += [] if ask.printer is None else printing_notes(build, ask.printer)
     if kinds or package is not None:
         robot = finished_robot(result, options, timing)
-        files = {name: text for kind in kinds for name, text in robot_files(robot, kind, convention).items()}
+        if build is not None and ask.meshes:
+            robot = replace(robot, meshes=mesh_places(build))
+        made = {name: text for kind in kinds for name, text in robot_files(robot, kind, convention).items()}
         for name in FORMATS["urdf"]:
-            if name in files:
-                check_urdf(files[name], robot)
+            if name in made:
+                check_urdf(made[name], robot)
+        files |= made
         notes += [*robot.notes, *([lag_note(robot)] if "mjcf" in kinds else [])]
         if package is not None:
-            files |= {f"{package}/{name}": text for name, text in ros_package(robot, package).items()}
-            check_urdf(files[f"{package}/urdf/{robot.name}.urdf"], robot)
+            packed = ros_package(replace(robot, meshes={}), package)
+            check_urdf(packed[f"urdf/{robot.name}.urdf"], robot)
+            files |= {f"{package}/{name}": text for name, text in packed.items()}
     trajectory = make_trajectory(result, timing) if motions else None
     try:
         place.mkdir(parents=True, exist_ok=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -70,6 +70,7 @@ class Robot:
         paths: Demonstrated points by safe name, relative to the base, shape (T, 3) each [m].
         touching: Links that touch in the demonstrated motion, with the number of frames.
         notes: What a user should know.
+        meshes: Of links that are shown by meshes: file, pose in the link's frame and material of each.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Robot:
     paths: Mapping[str, Array] = field(default_factory=dict)
     touching: Mapping[Pair, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    meshes: Mapping[int, Sequence[tuple[str, Array, str]]] = field(default_factory=dict)
 
     @property
     def table(self) -> DHTable:

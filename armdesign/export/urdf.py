@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from armdesign.export.joints import joint_limits
 from armdesign.export.options import DEFAULT_NAME, RobotOptions, TagOptions
-from armdesign.export.parts import MATERIALS, WORLD, bare_link, joint_part, robot_parts
+from armdesign.export.parts import MATERIALS, WORLD, bare_link, joint_part, origin_part, robot_parts
 from armdesign.export.robot_file import Robot, finished_robot, make_robot
 from armdesign.export.templates import render
 from armdesign.export.xml_text import number, safe_name
@@ -69,6 +69,10 @@ def robot_urdf(robot: Robot) -> str:
     the link that turns with it. Every link's inertial is that of its solids.
     """
     parts = robot_parts(robot)
+    for link, meshes in robot.meshes.items():
+        parts["links"][link]["visual"] = [
+            {**origin_part(pose), "mesh": name, "material": material} for name, pose, material in meshes
+        ]
     if robot.options.tags.world:
         base, *others = parts["links"]
         base["joint"] = joint_part(f"{WORLD}_fixed", WORLD, robot.root)

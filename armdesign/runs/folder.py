@@ -5,6 +5,8 @@ from __future__ import annotations
 from itertools import takewhile
 from pathlib import Path
 
+from armdesign.building.part_lists import BILL, CUTS
+from armdesign.building.record import RECORD
 from armdesign.errors import RunFolderError
 
 SETTINGS, TASK, TASK_JSON, RESULT = "settings.toml", "task.csv", "task.json", "result.json"
@@ -19,7 +21,7 @@ NOTHING_FOUND = "nothing_found.json"
 RESULT_SCHEMA = Path(__file__).with_name("result.schema.json")
 """JSON Schema of result.json."""
 TASK_FILES = (SETTINGS, EARLIER_SETTINGS, TASK, TASK_JSON, OBSTACLES)
-RESULT_FILES = (RESULT, HISTORY, ALTERNATIVES, TRAJECTORY, URDF, PREVIEW, REPORT)
+RESULT_FILES = (RESULT, HISTORY, ALTERNATIVES, TRAJECTORY, URDF, PREVIEW, REPORT, RECORD, BILL, CUTS)
 """The result first: without it, what is left of a removal that was cut short does not look like a finished run."""
 DEMONSTRATIONS, HOLDOUTS = "demonstration_*", "holdout_*"
 """Folders inside a run folder: of further demonstrations, from demonstration_2 on, and of those held out, from

@@ -1,0 +1,112 @@
+"""The kinds of file that only a build has: each a function of the build that gives files by name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.building.build import Build
+from armdesign.building.parts import Assembly, Part, Prism
+from armdesign.building.solids import at_zero, mesh, solid, step_file
+from armdesign.errors import CatalogueError
+
+
+def assembly_of(build: Build) -> Assembly:
+    """The parts of a build.
+
+    Raises:
+        CatalogueError: They do not fit together.
+    """
+    if build.assembly is None:
+        raise CatalogueError(f"the parts of this build do not fit together: {build.misfit}", value=build.result.name)
+    return build.assembly
+
+
+def file_name(name: str) -> str:
+    """A part's name as that of a file."""
+    return re.sub(r"[^a-z0-9.]+", "_", name.lower()).strip("_")
+
+
+def step_files(build: Build) -> dict[str, bytes]:
+    """Every part that is made, and the whole arm with all joints at zero, as STEP [mm]."""
+    assembly = assembly_of(build)
+    shapes = {name: solid(part) for name, (part, _) in assembly.counted().items()}
+    files = {
+        f"step/{file_name(name)}.step": step_file([(name, shapes[name], name, np.eye(4))])
+        for name, (part, _) in assembly.counted().items() if not part.bought
+    }  # fmt: skip
+    whole = [
+        (f"{each.mark} {each.part.name}", shapes[each.part.name], each.part.name, pose)
+        for each, pose in at_zero(assembly, build.result.table)
+    ]
+    return {"step/arm.step": step_file(whole), **files}
+
+
+def stl_files(build: Build) -> dict[str, bytes]:
+    """Every part that is made as a closed mesh, binary STL [mm]."""
+    kinds = assembly_of(build).counted()
+    meshes = {name: mesh(solid(part)) for name, (part, _) in kinds.items() if not part.bought}
+    return {f"stl/{file_name(name)}.stl": bytes(each.export(file_type="stl")) for name, each in meshes.items()}
+
+
+def mesh_files(build: Build) -> dict[str, bytes]:
+    """Every part, those that are bought too, as a closed mesh for a robot file, binary STL [mm]."""
+    kinds = assembly_of(build).counted()
+    return {mesh_name(part): bytes(mesh(solid(part)).export(file_type="stl")) for part, _ in kinds.values()}
+
+
+def mesh_name(part: Part) -> str:
+    """The file of a part's mesh beside a robot file."""
+    return f"meshes/{file_name(part.name)}.stl"
+
+
+def mesh_places(build: Build) -> dict[int, list[tuple[str, Array, str]]]:
+    """The meshes of every link: file, pose in the link's frame, shape (4, 4) [m], and colour."""
+    colours = {"actuator": "joint", "base plate": "base"}
+    found: dict[int, list[tuple[str, Array, str]]] = {}
+    for each in assembly_of(build).placed:
+        colour = colours.get(each.part.kind, "tube")
+        found.setdefault(each.link, []).append((mesh_name(each.part), each.pose, colour))
+    return found
+
+
+BUILD_FORMATS: Mapping[str, Callable[[Build], Mapping[str, str | bytes]]] = {"step": step_files, "stl": stl_files}
+"""Kinds of file of builds, and what makes them."""
+
+
+def extent(part: Part) -> tuple[float, float, float]:
+    """Sides of the box about a part in its own frame, smallest first [m]."""
+    points: list[Array] = []
+    for form in part.solids:
+        if isinstance(form, Prism):
+            points += [np.array([x, y, z]) for x, y in form.polygon for z in (-form.width / 2.0, form.width / 2.0)]
+        else:
+            u = (form.end - form.start) / np.linalg.norm(form.end - form.start)
+            around = form.radius * np.sqrt(np.maximum(1.0 - u**2, 0.0))
+            points += [end + sign * around for end in (form.start, form.end) for sign in (1.0, -1.0)]
+    a, b, c = sorted(np.ptp(np.array(points), axis=0).tolist())
+    return a, b, c
+
+
+def printing_notes(build: Build, printer: Sequence[float]) -> list[str]:
+    """What cannot be printed on a printer, and what to do, in a sentence; nothing where all can.
+
+    Tubes are cut, not printed.
+
+    Args:
+        build: The build.
+        printer: Sides of what it prints [m].
+    """
+    room = sorted(printer)
+    large = [
+        f"{name} ({' x '.join(f'{side * 1e3:.0f}' for side in extent(part))} mm)"
+        for name, (part, _) in assembly_of(build).counted().items()
+        if not part.bought and part.kind != "tube" and any(s > r for s, r in zip(extent(part), room, strict=True))
+    ]
+    if not large:
+        return []
+    return [f"The printer takes {' x '.join(f'{side * 1e3:.0f}' for side in room)} mm, too little for "
+            f"{', '.join(large)}: mill these of aluminium, or build with thinner tubes or a smaller base."]  # fmt: skip

@@ -1,0 +1,70 @@
+"""What a build was made of, in its run folder, so that its parts can be made again from it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+from armdesign.building.assembly import assemble, shop_of
+from armdesign.building.build import Build, BuildOptions
+from armdesign.building.catalogue import Actuator
+from armdesign.building.choice import Choice, Shortfall
+from armdesign.building.tubes import Tube
+from armdesign.errors import CatalogueError, RunFolderError
+from armdesign.files import read_json
+from armdesign.search.result import Result
+
+RECORD = "build.json"
+
+
+def build_record(build: Build) -> str:
+    """A build's choice and options as JSON."""
+    choice = build.choice
+    record: dict[str, Any] = {
+        "options": asdict(build.options),
+        "actuators": [asdict(a) for a in choice.actuators],
+        "cost": choice.cost,
+        "nodes": choice.nodes,
+        "shortfalls": [list(used) for used in choice.shortfalls],
+        "tube": None if build.tube is None else asdict(build.tube),
+        "sag": build.sag,
+        "speed": build.speed,
+        "currency": build.currency,
+    }
+    return json.dumps(record, indent=2) + "\n"
+
+
+def recorded_build(result: Result) -> Build:
+    """The build that a result was read from.
+
+    Args:
+        result: What a build's run folder gave.
+
+    Raises:
+        RunFolderError: It is no build, or its record cannot be read.
+        CatalogueError: Its parts do not fit.
+    """
+    path = None if result.folder is None else result.folder / RECORD
+    if path is None or not path.is_file():
+        raise RunFolderError(
+            f"{result.folder or result.name} is no build, and parts are chosen in a build",
+            value=str(result.folder or result.name),
+            fix=f"'armdesign build {result.folder or 'RUN'} --catalogue NAME' makes one",
+        )  # fmt: skip
+    record = read_json(path)
+    try:
+        options = BuildOptions(**record["options"])
+        actuators = tuple(Actuator(**each) for each in record["actuators"])
+        used = tuple(Shortfall(*each) for each in record["shortfalls"])
+        tube = None if record["tube"] is None else Tube(**record["tube"])
+        choice = Choice(actuators, float(record["cost"]), used, int(record["nodes"]))
+        rest = record["sag"], float(record["speed"]), options, str(record["currency"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise RunFolderError(f"{path} is no record of a build: {error!r}", value=str(path)) from error
+    try:
+        fitted, misfit = assemble(result.body, actuators, shop_of(result.problem.settings.body, tube,
+                                                                  printed=options.printed)), ""  # fmt: skip
+    except CatalogueError as error:
+        fitted, misfit = None, str(error)
+    return Build(result, choice, tube, *rest, assembly=fitted, misfit=misfit)
