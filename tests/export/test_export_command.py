@@ -10,6 +10,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from armdesign.building.build_files import BUILD_FORMATS
 from armdesign.export.formats import FORMATS, robot_files
 from armdesign.export.options import LimitOptions, SimulationOptions, TagOptions
 from armdesign.export.robot_file import finished_robot
@@ -113,8 +114,8 @@ def test_files_are_replaced_only_when_asked(invoke, refused, folder):
 
 
 def test_unknown_kinds_are_refused_with_the_list(refused, folder):
-    assert refused("export", folder, "--format", "urdf,stl").endswith(
-        f"--format is 'stl'; allowed: {', '.join(FORMATS)}"
+    assert refused("export", folder, "--format", "urdf,obj").endswith(
+        f"--format is 'obj'; allowed: {', '.join((*FORMATS, *BUILD_FORMATS))}"
     )
     assert "--format is ''" in refused("export", folder, "--format", "")
     assert "csv, ros, ros2-bag, npz" in refused("export", folder, "--trajectory", "rosbag")
