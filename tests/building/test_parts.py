@@ -1,0 +1,320 @@
+"""Parts as solids: what they weigh, where their holes are, that they hold together, and what CAD makes of them."""
+
+import dataclasses
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from armdesign.bodies.arm_body import arm_body
+from armdesign.building.assembly import (
+    ALUMINIUM,
+    GAP,
+    PRINTED,
+    Face,
+    Shop,
+    assemble,
+    bracket,
+    corner,
+    envelope,
+    flange,
+    generic_circle,
+    tube,
+)
+from armdesign.building.catalogue import find_catalogue
+from armdesign.building.parts import SCREWS, BoltCircle, Prism, Rod
+from armdesign.errors import CatalogueError
+from armdesign.kinematics.dh import DHTable
+from armdesign.settings import Body
+
+SHOP = Shop(0.03, 0.002, ("aluminium tube 30 x 2", 2700.0), ALUMINIUM)
+SIZES = {a.name: a for a in find_catalogue("rmd").actuators}
+CHOSEN = [SIZES["X6-60"], SIZES["X4-36"], SIZES["X4-10"]]
+TABLE = DHTable.from_rows(
+    [[0.1, 0.0, 0.3], [-1.2, 0.06, 0.16], [0.4, 0.35, 0.0], [0.7, 0.2, 0.12]]
+)  # fmt: skip
+
+
+def arm_of(table=TABLE, actuators=CHOSEN, shop=SHOP, **placed):
+    modules = [(*envelope(a, shop), a.mass) for a in actuators]
+    body = Body(tube_diameter=shop.diameter, tube_wall=shop.wall, modules=modules)
+    return arm_body(table, body, **(placed or {"placed": True}))
+
+
+@pytest.fixture(scope="module")
+def assembly():
+    return assemble(arm_of(), CHOSEN, SHOP)
+
+
+def face_of(diameter=0.06, length=0.05):
+    return Face("J1", np.zeros(3), np.array([0.0, 0, 1]), length / 2, diameter / 2, generic_circle(diameter))
+
+
+def test_forms_have_the_moments_of_points_in_them():
+    rng = np.random.default_rng(0)
+    prism = Prism(np.array([[0.0, 0.0], [0.05, 0.01], [0.04, 0.06], [-0.01, 0.03]]), 0.03)
+    rod = Rod(np.array([0.01, 0.02, 0.0]), np.array([0.04, -0.01, 0.05]), 0.015)
+    x = rng.uniform(-0.08, 0.08, (400_000, 3))
+    edges = np.roll(prism.polygon, -1, axis=0) - prism.polygon
+    beside = x[:, None, :2] - prism.polygon
+    in_prism = (edges[:, 0] * beside[..., 1] - edges[:, 1] * beside[..., 0] > 0).all(axis=1) & (np.abs(x[:, 2]) < 0.015)
+    u = (rod.end - rod.start) / np.linalg.norm(rod.end - rod.start)
+    along = (x - rod.start) @ u
+    away = np.linalg.norm(x - rod.start - along[:, None] * u, axis=1)
+    in_rod = (along > 0) & (along < np.linalg.norm(rod.end - rod.start)) & (away < rod.radius)
+    for form, inside in ((prism, in_prism), (rod, in_rod)):
+        each, points = 0.16**3 / len(x), x[inside]
+        volume, first, second = form.moments()
+        assert volume == pytest.approx(each * len(points), rel=0.02)
+        assert first == pytest.approx(each * points.sum(axis=0), abs=0.03 * volume * 0.05)
+        assert second == pytest.approx(each * points.T @ points, abs=0.03 * volume * 0.05**2)
+
+
+def test_masses_by_hand():
+    length = 0.2
+    holes = 4 * np.pi * (4.5e-3 / 2) ** 2 * 2e-3
+    by_hand = 2700 * (np.pi / 4 * (0.03**2 - 0.026**2) * length - holes)
+    assert tube(length, 0.015, 0.3, SHOP).mass == pytest.approx(by_hand, rel=1e-12)
+    # a disc of 49 mm, 6 mm thick, with four holes for M4, and a hollow spigot of 25.9 mm with a wall of 4 mm, pinned
+    disc = np.pi / 4 * (0.049**2 - 0.0179**2) * 6e-3 - 4 * np.pi / 4 * 4.5e-3**2 * 6e-3
+    spigot = np.pi / 4 * (0.0259**2 - 0.0179**2) * 0.03 - 2 * np.pi / 4 * 4.5e-3**2 * 4e-3
+    assert flange(0.03, SHOP).mass == pytest.approx(2700 * (disc + spigot), rel=1e-9)
+    made, _, _ = bracket(face_of(), "angle", np.array([1.0, 0, 0]), 1, SHOP)
+    t, wide = 8e-3, 0.049  # beside a housing of 60 x 50 mm, 3 mm away from it
+    back = generic_circle(0.06).edge
+    pad, leg = (back + 0.03 + GAP) * t * wide, t * (0.025 + t + 0.0245) * wide
+    bolts = 4 * np.pi / 4 * 3.4e-3**2 * t + 4 * np.pi / 4 * 3.3e-3**2 * t
+    assert made.part.mass == pytest.approx(2700 * (pad + leg - bolts), rel=1e-9)
+
+
+def test_bolt_circles():
+    circle = BoltCircle(0.04, 4, "M4")
+    assert circle.places() == pytest.approx(np.array([[0.02, 0], [0, 0.02], [-0.02, 0], [0, -0.02]]), abs=1e-15)
+    six = BoltCircle(0.03, 6, "M3").places(0.2)
+    assert np.linalg.norm(six, axis=1) == pytest.approx(0.015)
+    assert np.linalg.norm(six[1] - six[0]) == pytest.approx(0.015)  # the chord of 60 deg
+    assert circle.edge == pytest.approx(0.02 + 0.0035 + 0.0015)
+
+
+@pytest.mark.parametrize("kind", ["wedge", "angle"])
+@pytest.mark.parametrize("shop", [SHOP, dataclasses.replace(SHOP, diameter=0.016, wall=0.0015, made=PRINTED)])
+def test_holes_are_in_the_material_and_apart(kind, shop):
+    for a in find_catalogue("rmd").actuators:
+        for theta in np.radians([0.0, 20.0, 50.0] if kind == "wedge" else [60.0, 90.0, 120.0]):
+            face = face_of(a.diameter, a.length)
+            made, seat, _ = bracket(face, kind, np.array([np.sin(theta), 0.0, np.cos(theta)]), 1, shop)
+            taps = [hole for hole in made.part.holes if hole.radius == SCREWS[shop.circle.thread][1] / 2]
+            others = [hole for hole in made.part.holes if hole not in taps]
+            assert len(taps) == 4
+            for tap in taps:
+                line = np.linspace(tap.start, tap.end, 30)
+                for other in others:
+                    u = (other.end - other.start) / np.linalg.norm(other.end - other.start)
+                    along = np.clip((line - other.start) @ u, 0.0, np.linalg.norm(other.end - other.start))
+                    gap = np.linalg.norm(line - other.start - along[:, None] * u, axis=1).min()
+                    assert gap > tap.radius + other.radius, (a.name, theta)
+            pose = made.pose
+            starts = np.stack([tap.start for tap in taps]) @ pose[:3, :3].T + pose[:3, 3]
+            assert (starts - seat.point) @ seat.along == pytest.approx(np.zeros(4), abs=1e-12)
+            first = seat.point + shop.circle.diameter / 2 * seat.across
+            assert np.linalg.norm(starts - first, axis=1).min() == pytest.approx(0.0, abs=1e-12)
+
+
+def corners_of(part):
+    """Points of the surface of a part's convex forms, in its own frame."""
+    for form in part.solids:
+        if isinstance(form, Prism):
+            yield np.array([[x, y, z] for x, y in form.polygon for z in (-form.width / 2, form.width / 2)])
+        else:
+            u = (form.end - form.start) / np.linalg.norm(form.end - form.start)
+            across = np.linalg.svd(u[None])[2][1:]
+            turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+            ring = form.radius * (np.cos(turns)[:, None] * across[0] + np.sin(turns)[:, None] * across[1])
+            yield np.concatenate([form.start + ring, form.end + ring])
+
+
+def test_what_is_joined_touches_and_its_screws_meet(assembly):
+    at_zero = [np.eye(4), *TABLE.frames(np.zeros(3))]
+    pose = {each.mark: at_zero[each.link] @ each.pose for each in assembly.placed}
+    part = {each.mark: each.part for each in assembly.placed}
+
+    def axes(mark):
+        """Starts, ends and radii of the holes of a part in the base's frame."""
+        turn, place = pose[mark][:3, :3], pose[mark][:3, 3]
+        return [(turn @ h.start + place, turn @ h.end + place, h.radius) for h in part[mark].holes]
+
+    met = 0
+    for screws in assembly.screws:
+        first, second = screws.joins
+        if part[first].kind == "actuator":
+            continue
+        clear, tap, _ = SCREWS[screws.thread]
+        for start, end, radius in axes(first):
+            for other, _, size in axes(second):
+                if min(np.linalg.norm(start - other), np.linalg.norm(end - other)) < 1e-9 and {radius, size} <= {
+                    clear / 2,
+                    tap / 2,
+                }:
+                    met += 1
+        assert met or part[first].kind == "base plate"
+    tubes = [each for each in assembly.placed if each.part.kind == "tube"]
+    assert met >= 4 * len(tubes)
+    for each in tubes:  # pinned at both ends: the holes of tube and flange are on one line
+        for letter in "ab":
+            spigot = [h for h in axes(f"{each.mark}-{letter}") if h[2] == 4.5e-3 / 2][:2]
+            own = [h for h in axes(each.mark) if h[2] == 4.5e-3 / 2]
+            middle = (spigot[0][0] + spigot[1][0]) / 2
+            way = (spigot[0][1] - middle) / np.linalg.norm(spigot[0][1] - middle)
+            away = [np.linalg.norm(np.cross(h[1] - middle, way)) for h in own]
+            assert sorted(away)[1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_brackets_sit_on_the_ends_of_their_actuators(assembly):
+    by_mark = {each.mark: each for each in assembly.placed}
+    at_zero = [np.eye(4), *TABLE.frames(np.zeros(3))]
+    for joint, actuator in enumerate(CHOSEN, start=1):
+        own = at_zero[joint] @ by_mark[f"J{joint}"].pose
+        for link, sign in ((joint - 1, -1.0), (joint, 1.0)):  # z of the actuator from its output to its housing's face
+            placed = by_mark[f"J{joint}-L{link}"]
+            normal = (at_zero[link] @ placed.pose)[:3, 1]
+            assert normal == pytest.approx(sign * own[:3, 2], abs=1e-9)
+            assert (at_zero[link] @ placed.pose)[:3, 3] == pytest.approx(own[:3, 3], abs=1e-9)
+            lowest = min(points[:, 1].min() for points in corners_of(placed.part) if points[:, 1].max() > 0.0)
+            pad = placed.part.solids[0]
+            assert pad.polygon[:, 1].min() == pytest.approx(actuator.length / 2)
+            assert lowest <= pad.polygon[:, 1].min() + 1e-12
+
+
+def test_the_tool_is_where_the_table_has_it(assembly):
+    plate = next(each for each in assembly.placed if each.part.kind == "tool plate")
+    assert plate.pose[:3, 3] == pytest.approx(TABLE.placements()[-1][:3, 3], abs=1e-12)
+
+
+def test_mass_and_inertia_of_links_are_those_of_their_parts(assembly):
+    arm = arm_of()
+    entries = assembly.inertials(3)
+    built = arm_body(TABLE, dataclasses.replace(arm.options, inertials=entries), placed=True)
+    for link in range(4):
+        parts = [each for each in assembly.placed if each.link == link]
+        mass = sum(each.part.mass for each in parts)
+        known = built.links[link].inertial
+        assert known.mass == pytest.approx(mass)
+        centre = sum(p.part.mass * (p.pose[:3, :3] @ p.part.inertial.com + p.pose[:3, 3]) for p in parts) / mass
+        assert known.com == pytest.approx(centre)
+        assert known.entries == pytest.approx(entries[link])
+    assert sum(e.part.mass for e in assembly.placed if e.part.bought) == pytest.approx(sum(a.mass for a in CHOSEN))
+
+
+def test_alike_parts_share_a_name_and_others_do_not(assembly):
+    for name, (part, places) in assembly.counted().items():
+        assert all(each.part.volume == pytest.approx(part.volume) for each in places), name
+    marks = [each.mark for each in assembly.placed]
+    assert len(set(marks)) == len(marks)
+
+
+def test_what_does_not_fit_is_refused():
+    near = DHTable.from_rows([[0.0, 0.0, 0.3], [1.2, 0.05, 0.0], [0.4, 0.3, 0.0], [0.7, 0.2, 0.1]])
+    with pytest.raises(CatalogueError) as error:
+        assemble(arm_of(near), CHOSEN, SHOP)
+    assert "L1" in str(error.value) or "link 1" in str(error.value)
+    with pytest.raises(CatalogueError, match="bore"):
+        assemble(arm_of(), CHOSEN, dataclasses.replace(SHOP, wall=0.013))
+
+
+def test_corner_holds_its_tubes_on_their_axes():
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        back, onward = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+        if not -0.9 < back @ onward < 0.5:
+            continue
+        placed, seats = corner("L1-C1", np.array([0.1, 0.2, 0.3]), (back, onward), 1, SHOP)
+        for seat, way in zip(seats, (back, onward), strict=True):
+            assert np.cross(seat.point - [0.1, 0.2, 0.3], way) == pytest.approx(np.zeros(3), abs=1e-12)
+            assert seat.along == pytest.approx(way)
+            assert seat.across @ way == pytest.approx(0.0, abs=1e-12)
+        assert np.linalg.det(placed.pose[:3, :3]) == pytest.approx(1.0)
+
+
+@pytest.fixture(scope="module")
+def solids():
+    pytest.importorskip("OCP")
+    from armdesign.building import solids as module  # noqa: PLC0415
+
+    return module
+
+
+def test_solids_have_the_volumes_of_their_parts_and_closed_meshes(assembly, solids, tmp_path):
+    from OCP.STEPControl import STEPControl_Reader  # noqa: PLC0415
+
+    for name, (part, _) in assembly.counted().items():
+        shape = solids.solid(part)
+        assert solids.volume(shape) * 1e-9 == pytest.approx(part.volume, rel=1e-3), name
+        closed = solids.mesh(shape)
+        assert closed.is_watertight, name
+        assert closed.volume * 1e-9 == pytest.approx(part.volume, rel=1e-2)
+        if name.startswith(("bracket", "tube flange")):
+            own = closed.copy().apply_scale(1e-3)
+            assert own.center_mass == pytest.approx(part.inertial.com, abs=2e-4)
+            assert own.moment_inertia * part.density == pytest.approx(part.inertial.inertia, rel=2e-2, abs=1e-7)
+    shapes = {name: solids.solid(part) for name, (part, _) in assembly.counted().items()}
+    pieces = [(e.mark, shapes[e.part.name], e.part.name, pose) for e, pose in solids.at_zero(assembly, TABLE)]
+    text = solids.step_file(pieces)
+    path = Path(tmp_path) / "arm.step"
+    path.write_bytes(text)
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(path))
+    reader.TransferRoots()
+    whole = sum(e.part.volume for e in assembly.placed)
+    assert solids.volume(reader.OneShape()) * 1e-9 == pytest.approx(whole, rel=1e-3)
+    assert all(e.mark in text.decode() for e in assembly.placed)
+
+
+def test_no_part_overlaps_another_of_its_link_or_the_next(assembly, solids):
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common  # noqa: PLC0415
+    from OCP.TopLoc import TopLoc_Location  # noqa: PLC0415
+
+    placed = [
+        (each, solids.solid(each.part).Moved(TopLoc_Location(solids.transformation(pose))), pose)
+        for each, pose in solids.at_zero(assembly, TABLE)
+    ]
+    for i, (first, shape, _) in enumerate(placed):
+        for second, other, _ in placed[i + 1 :]:
+            if abs(first.link - second.link) <= 1:
+                shared = solids.volume(BRepAlgoAPI_Common(shape, other).Shape())
+                assert shared < 1.0, (first.mark, second.mark)  # mm^3
+
+
+@pytest.mark.slow
+def test_urdf_of_a_build_shows_its_meshes(tmp_path, solids):
+    from typer.testing import CliRunner  # noqa: PLC0415
+
+    import armdesign  # noqa: PLC0415
+    from armdesign.building.build import BuildOptions, build  # noqa: PLC0415
+    from armdesign.building.record import RECORD, build_record  # noqa: PLC0415
+    from armdesign.cli import app  # noqa: PLC0415
+    from armdesign.runs.writing import write_files, write_result  # noqa: PLC0415
+
+    design = armdesign.design(Path(__file__).parents[2] / "examples" / "packaging.csv", dof=3, budget=300)
+    made = build(design, BuildOptions("rmd", payload=0.5, printed=True))
+    assert made.assembly is not None, made.misfit
+    write_result(tmp_path / "arm", made.result)
+    write_files(tmp_path / "arm", {RECORD: build_record(made)})
+    call = ["export", str(tmp_path / "arm"), "--format", "urdf,step,stl", "--meshes", "--printer", "50x60x400"]
+    outcome = CliRunner().invoke(app, call)
+    assert outcome.exit_code == 0, outcome.output
+    assert "base plate" in outcome.output
+    root = ET.parse(tmp_path / "arm" / "export" / "arm.urdf").getroot()
+    meshes = [mesh.get("filename") for mesh in root.iter("mesh")]
+    assert len(meshes) == len(made.assembly.placed)
+    assert all((tmp_path / "arm" / "export" / name).is_file() for name in meshes)
+    masses = [float(link.find("inertial/mass").get("value")) for link in root.iter("link") if link.find("inertial")]
+    whole = sum(each.part.mass for each in made.assembly.placed)
+    assert sum(masses) == pytest.approx(whole + made.result.body.options.tool_mass, rel=1e-9)
+    heavier = CliRunner().invoke(
+        app, ["export", str(tmp_path / "arm"), "--joint-mass", "2", "--out", str(tmp_path / "x")]
+    )
+    assert (heavier.exit_code, "--joint-mass" in heavier.output) == (2, True)
+    write_result(tmp_path / "plain", design)
+    plain = CliRunner().invoke(app, ["export", str(tmp_path / "plain"), "--format", "step"])
+    assert (plain.exit_code, "armdesign build" in plain.output) == (2, True)
