@@ -1,19 +1,27 @@
-"""The questions that the report's head answers: whether it does the job, where it stands, what it touches, how fast."""
+"""What the report begins with: the verdict in words, four answers to the questions behind it, and what to do next."""
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from armdesign.feasibility.needs import joint_needs
+from armdesign.cell.obstacles import Plane
+from armdesign.errors import counted
+from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
 from armdesign.feasibility.verdict import Verdict
 from armdesign.feasibility.violations import figure, gap_words
 from armdesign.feasibility.words import pace, speed_words, spread_words, tolerance_words
 from armdesign.kinematics.base_pose import BasePose
-from armdesign.search.result import Result
+from armdesign.runs.folder import ALTERNATIVES
+from armdesign.search.result import Result, done
 from armdesign.settings import Settings
+from armdesign.views.report.others import OTHERS, OtherArm
 
+STANDS = 2e-3
+"""What is no further off carries the base [m]; and what a surface may be tilted."""
 ON = {"floor": "standing upright", "wall": "mounted on a wall, its axis level", "ceiling": "hanging, its axis down"}
 
 
@@ -33,25 +41,191 @@ class Answer(NamedTuple):
     good: bool | None = None
 
 
+class Worst(NamedTuple):
+    """Where the tool is furthest from the hand.
+
+    Attributes:
+        error: How far [m].
+        frame: The frame.
+        time: Its time in the demonstration [s].
+        demonstration: In which demonstration, from 0.
+        name: That demonstration's name; empty where there is but one.
+    """
+
+    error: float
+    frame: int
+    time: float
+    demonstration: int = 0
+    name: str = ""
+
+    @property
+    def at(self) -> str:
+        """When that is, in words."""
+        return f"at {self.time:.2f} s" + (f" of {self.name}" if self.name else "")
+
+
+class NextStep(NamedTuple):
+    """Something to do with the arm.
+
+    Attributes:
+        text: What and why.
+        code: The command.
+    """
+
+    text: str
+    code: str
+
+
+def worst_frame(run: Result) -> Worst:
+    """Where the tool is furthest from the hand, over all demonstrations."""
+    several = len(run.problem.demonstrations) > 1
+    pairs = zip(run.problem.demonstrations, run.evaluation.demonstrations, strict=True)
+    found = []
+    for k, (each, scored) in enumerate(pairs):
+        followed = done(run.table, each, scored, several=several)
+        frame = int(followed.miss.argmax())
+        found.append(Worst(float(followed.miss[frame]), frame, float(followed.time[frame]), k, followed.name))
+    return max(found, key=lambda one: one.error)
+
+
+def plain_verdict(run: Result) -> str:
+    """Whether the arm does the job, in a sentence that needs no other."""
+    verdict, worst = run.verdict, worst_frame(run)
+    off, allowed = f"{figure(1e3 * worst.error)} mm", tolerance_words(run.problem.settings.needs)
+    if not verdict.feasible:
+        also = f" It follows the hand to {off}." if verdict.tolerance_met is not False else ""
+        return f"This arm cannot do the job as it is.{also}"
+    if verdict.tolerance_met is None:
+        return f"This arm follows the hand to {off}. Nobody has said how much is allowed."
+    if verdict.tolerance_met:
+        return f"This arm does the job: it follows the hand to {off}, {allowed} are allowed."
+    return f"This arm can be built, but misses the hand by up to {off}; {allowed} are allowed."
+
+
+def story(run: Result) -> str:
+    """The rest of the verdict: where the error is largest, where it stands, what it clears, how fast it is."""
+    verdict, worst = run.verdict, worst_frame(run)
+    parts = [f"It is furthest off {worst.at}, on average {figure(1e3 * verdict.hand_error.mean)} mm."]
+    if run.base_pose.frame == "room":
+        parts.append(f"It stands {standing(run)}.")
+    gaps = [gap for gap in (verdict.self_clearance, verdict.obstacle_clearance) if gap is not None]
+    least = min(gaps, key=lambda gap: gap.value, default=None)
+    if least is None:
+        parts.append("It was searched as lines without bodies, so what it touches is not known.")
+    elif least.value >= 0.0:
+        parts.append(f"It clears everything, itself included, by {figure(1e3 * least.value)} mm.")
+    else:
+        parts.append(f"It touches: {gap_words(least)}.")
+    fraction, span = verdict.speed_fraction, run.problem.task.time
+    if fraction == 0.0:
+        parts.append("Its joints cannot do this at any speed.")
+    elif fraction >= 1.0:
+        parts.append("It keeps the demonstrated pace.")
+    else:
+        seconds = float(span[-1] - span[0])
+        share = pace(fraction).removesuffix(" of the demonstrated speed")
+        parts.append(
+            f"{motors(run)} it takes {figure(seconds / fraction)} s for what was shown in {figure(seconds)} s: "
+            f"{share} of the speed."
+        )
+    return " ".join(parts)
+
+
+def motors(run: Result) -> str:
+    """The speeds that the pace rests on, as the beginning of a sentence."""
+    limits = joint_needs(run.problem.settings)
+    if limits.speed is not None:
+        return "With the stated joints"
+    turning = [] if limits.prismatic.all() else [f"{np.rad2deg(TURNING):g} deg/s"]
+    return f"With joints of {' and '.join([*turning, *([f'{SLIDING:g} m/s'] if limits.prismatic.any() else [])])}"
+
+
+def standing(run: Result) -> str:
+    """On what an arm with a place in the room stands, with its coordinates."""
+    base = run.base_pose
+    x, y, z = (f"{round(1e3 * value) + 0:d}".replace("-", "−") for value in base.translation.tolist())
+    on = {"floor": "upright", "wall": "on a wall", "ceiling": "hanging"}[base.mounted]
+    for one in run.problem.first.obstacles.each:
+        pose = one.poses[0]
+        if isinstance(one.shape, Plane):
+            near = abs(float((base.translation - pose[:3, 3]) @ pose[:3, 2])) < STANDS
+            along = float(pose[:3, 2] @ base.rotation[:, 2]) > 1.0 - STANDS  # it stands on its free side
+            on = f"on the {one.name}" if near and along else on
+        elif len(one.shape.outline) and base.mounted == "floor":
+            points = one.shape.outline @ pose[:3, :3].T + pose[:3, 3]
+            low, high = points.min(axis=0), points.max(axis=0)
+            inside = (low[:2] - STANDS <= base.translation[:2]) & (base.translation[:2] <= high[:2] + STANDS)
+            if inside.all() and abs(high[2] - base.translation[2]) < STANDS:
+                on = f"on the {one.name}"
+    return f"{on}, at x {x}, y {y}, z {z} mm in the recording's room"
+
+
+def next_steps(run: Result, others: Sequence[OtherArm]) -> list[NextStep]:
+    """What to do with the arm now, the most useful first, four at the most.
+
+    Args:
+        run: The run.
+        others: Other arms that lie in its folder.
+    """
+    verdict, settings, facts = run.verdict, run.problem.settings, run.facts
+    folder = str(run.folder or run.name)
+    place, config = shlex.quote(folder), shlex.quote(f"{folder}/settings.toml")
+    good, found = verdict.passed and verdict.tolerance_met is not None, []
+    further = shlex.quote(f"{folder}-{run.table.dof + 1}")
+    tolerance = settings.needs.hand_tolerance
+    if tolerance is not None and not verdict.passed:
+        fit = [arm for arm in others if arm.place and arm.error is not None and arm.error <= tolerance]
+        for arm in sorted(fit, key=lambda each: each.error or 0.0)[:1]:
+            text = f"Look at {arm.name}: it keeps the tolerance, {figure(1e3 * (arm.error or 0.0))} mm at worst."
+            found.append(NextStep(text, f"armdesign report {shlex.quote(f'{folder}/{arm.place}')}"))
+        if not fit and run.folder is not None and (run.folder / ALTERNATIVES).is_file():
+            text = "Look at the other arms of this search: one may be better where it matters to you."
+            found.append(NextStep(text, f"armdesign alternatives {place}"))
+    if facts is not None and not good:
+        more = f"armdesign search --resume {place} --budget {3000 * max(1, round(facts.evaluations / 1000))}"
+        if facts.agreement is not None and facts.agreement.agreeing < 2:
+            found.append(NextStep("Search on: this search is not sure that there is no better arm.", more))
+    if not verdict.passed and facts is not None:
+        text = f"Give it a joint more: {counted(run.table.dof + 1, 'joint')}."
+        code = f"armdesign search --config {config} --dof {run.table.dof + 1} --out {further}"
+        found += [] if any(settings.design.prismatic) else [NextStep(text, code)]
+    if settings.body.kind == "thin":
+        text = "Give it a body: this arm was searched as lines, which may run into each other."
+        found.append(NextStep(text, f"armdesign check {place} --body tube"))
+    if verdict.tolerance_met is None:
+        text = "Say how far the tool may be off; the verdict then says whether that is kept."
+        found.append(NextStep(text, f"armdesign check {place} --tolerance 10mm"))
+    if verdict.passed:
+        found.append(NextStep("See it move, with the person beside it.", f"armdesign preview {place}"))
+        found.append(NextStep("Pick motors and tubes, with a list of parts.", f"armdesign build {place}"))
+        found.append(NextStep("Hand it to a simulator or a planner.", f"armdesign export {place} --package my_arm"))
+        text = "Hold it against robots that can be bought; the report then shows both."
+        found.append(NextStep(text, f"armdesign compare {place} ur5 panda --json {shlex.quote(folder + '/' + OTHERS)}"))
+    else:
+        found.append(NextStep("See where it fails.", f"armdesign preview {place}"))
+    return found[:4]
+
+
 def answers(run: Result) -> list[Answer]:
-    """What the head of the page says of a run."""
+    """What the head of the page says of a run, a question each."""
     verdict, settings = run.verdict, run.problem.settings
     return [
-        job(verdict, settings),
+        job(verdict, settings, worst_frame(run)),
         place(run.base_pose, run.problem.task.base),
         touching(verdict, settings),
         fast(verdict, settings),
     ]
 
 
-def job(verdict: Verdict, settings: Settings) -> Answer:
+def job(verdict: Verdict, settings: Settings, worst: Worst) -> Answer:
     """Whether the hand is followed well enough.
 
     Args:
         verdict: The verdict.
         settings: What it was judged by.
+        worst: Where the error is largest.
     """
-    words = f"Hand: {spread_words(verdict.hand_error)}."
+    words = f"Hand: {spread_words(verdict.hand_error)}, {worst.at}."
     if verdict.hand_angle is not None:
         words += f" Orientation: {spread_words(verdict.hand_angle, 'deg', float(np.rad2deg(1.0)))}."
     met = verdict.tolerance_met

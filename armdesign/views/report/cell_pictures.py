@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -28,6 +29,8 @@ LETTER = 0.075
 """Width of a small letter [inch]."""
 LINE = 0.16
 """Height of a line of small letters [inch]."""
+ALIKE = 3
+"""So many obstacles whose names begin with one word have that word written once."""
 SHORTEST, NEXT_TO = 1.0, 2.0
 """Shorter distances are not written; what an obstacle may be off and still be beside the base [mm]."""
 
@@ -207,9 +210,9 @@ def labels(axis: Axes, scene: CellScene, axes: list[int]) -> None:
             off[k] = -per_inch * (LINE if k == 1 else LETTER * len(text) / 2.0 + 0.08)
         axis.annotate("", tuple(end + aside), tuple(start + aside), arrowprops=arrow, zorder=5)
         wanted.append((text, (start + end) / 2.0 + aside + off))
-    solid = {
-        each.name: each.points for each in scene.obstacles if each.normal is None
-    }  # of a moving one the last place
+    solid = grouped(
+        {each.name: each.points for each in scene.obstacles if each.normal is None}
+    )  # moving: the last place
     wanted += [(short(name, 20).strip(), points[:, axes].mean(axis=0)) for name, points in solid.items()]
     half = 0.09 * per_inch
     taken: list[Array] = [np.stack([scene.base[axes] - half, scene.base[axes] + half])]
@@ -221,6 +224,21 @@ def labels(axis: Axes, scene: CellScene, axes: list[int]) -> None:
             axis.plot([at[0], middle[0]], [at[1], middle[1]], color=GREY, linewidth=0.5, zorder=6)
         axis.text(middle[0], middle[1], text, ha="center", va="center", fontsize=8, zorder=7, bbox=style)
         taken.append(spot)
+
+
+def grouped(solids: dict[str, Array]) -> dict[str, Array]:
+    """Obstacles by the name that is written on them: of three or more whose names begin alike, that beginning once.
+
+    Args:
+        solids: Points by name, shape (K, 3) each.
+    """
+    first = {name: name.split()[0] if name.split() else name for name in solids}
+    counts = Counter(first.values())
+    found: dict[str, Array] = {}
+    for name, points in solids.items():
+        label = first[name] if counts[first[name]] >= ALIKE else name
+        found[label] = np.concatenate([found[label], points]) if label in found else points
+    return found
 
 
 def dimensions(scene: CellScene, axes: list[int]) -> list[tuple[Array, Array, str]]:

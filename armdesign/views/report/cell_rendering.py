@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from armdesign._types import Array
@@ -12,19 +13,25 @@ from armdesign.bodies.arm_body import arm_body
 from armdesign.cell.obstacles import Mesh, Plane
 from armdesign.search.result import Result
 from armdesign.settings import Body
+from armdesign.views.report.answers import Worst
 from armdesign.views.report.drawing import HUMAN, Picture
-from armdesign.views.report.rendering import Faces, cylinder_faces, image_svg, painted, rendered, together
+from armdesign.views.report.rendering import Faces, ball_faces, cylinder_faces, image_svg, painted, rendered, together
 from armdesign.views.report.report_scene import SHADES, view
 
 INSTANTS, PATH_POINTS = 3, 120
-ARM, AROUND, PERSON, FLOOR = 1, 2, 3, 4
+ARM, AROUND, PERSON, FLOOR, GAP = 1, 2, 3, 4, 5
 """Marks of what is drawn."""
 OBSTACLE, GROUND, LINES, PLATE = "#c9b79c", "#f1f1ee", "#d9d9d4", "#3d3d42"
+RAISED = 1e4
+"""How far marks are brought before what may hide them [mm]; without perspective that does not move them."""
+BETWEEN, TIP = "#b00020", "#56b4e9"
 MODULES = ("#8d9aa5", "#5f6e7a", "#22303b")
 """Colours of the joint modules, the first instant to the last."""
 WIDTH, LOOK = 900, 60
 """Width of the picture, and of those that only show how much of the arm an azimuth lets see [pixels]."""
 AZIMUTHS = np.deg2rad(np.arange(-75.0, 270.0, 30.0))
+CLOSE = 60.0
+"""Half the width of what a close view shows at least [mm]."""
 TILE = 250.0
 """Width of the floor's tiles [mm]."""
 MOST_TRIANGLES = 20_000
@@ -33,19 +40,11 @@ MOST_TRIANGLES = 20_000
 
 def cell_rendering(run: Result) -> Picture:
     """The arm in its cell, from where most of it is seen."""
-    problem, q, base = run.problem.in_room, run.evaluation.path.q, run.base_pose
-    origin = np.zeros(3) if problem.origin is None else problem.origin
+    problem, q = run.problem.in_room, run.evaluation.path.q
     chosen = np.unique(np.linspace(0, len(q) - 1, INSTANTS).astype(int))
-    parts = arm_faces(run, q[chosen], base.matrix)
-    person = 1e3 * (problem.task.arm[chosen[-1]] + origin)
-    hand = 1e3 * (problem.task.P[:: max(1, len(q) // PATH_POINTS), -1] + origin)
-    parts += [painted(cylinder_faces(a, b, 14.0), HUMAN, PERSON) for a, b in pairwise(person)]
-    parts += [painted(cylinder_faces(a, b, 4.0, sides=6), HUMAN, PERSON) for a, b in pairwise(hand)]
+    parts = moving_faces(run, 0, chosen)
     focus = together(parts).corners.reshape(-1, 3)
-    around, ground = obstacle_faces(run, int(chosen[-1]))
-    solids = together([*parts, *around])
-    floors = [floor_faces(solids.corners.reshape(-1, 3), level) for level in ground]
-    faces = together([solids, *floors])
+    faces = together([*parts, *around_faces(run, parts, 0, int(chosen[-1]))])
 
     def seen(azimuth: float) -> float:
         """The share of the arm that nothing hides, by how far it spreads across the picture."""
@@ -63,6 +62,77 @@ def cell_rendering(run: Result) -> Picture:
         "path."
     )
     return Picture("rendering", image_svg(picture), alt, caption)
+
+
+def worst_rendering(run: Result, worst: Worst) -> Picture:
+    """The tool beside the hand where it is furthest from it, seen across the gap.
+
+    Args:
+        run: The run.
+        worst: Where that is.
+    """
+    k, t = worst.demonstration, worst.frame
+    parts = moving_faces(run, k, np.array([t]))
+    task, base, q = run.problem.in_room.demonstrations[k].task, run.base_pose.matrix, done_path(run, k)
+    origin = np.zeros(3) if run.problem.in_room.origin is None else run.problem.in_room.origin
+    hand = 1e3 * (task.P[t, -1] + origin)
+    tip = 1e3 * (base @ run.table.frames(q[t])[-1])[:3, 3]
+    gap = float(np.linalg.norm(hand - tip))
+    marks = [painted(cylinder_faces(hand, tip, 2.0, sides=8), BETWEEN, GAP)]
+    marks += [painted(ball_faces(at, 5.0), colour, GAP) for at, colour in ((hand, HUMAN), (tip, TIP))]
+    solids = together([*parts, *around_faces(run, parts, k, t)])
+    near = max(CLOSE, 2.0 * gap) * np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
+    focus = (hand + tip) / 2.0 + near
+
+    def seen(azimuth: float) -> float:
+        """How much of the arm nothing hides, and how long the gap is across the picture."""
+        turn = view(azimuth)
+        shares = [float((rendered(each, turn, LOOK, focus)[1] == ARM).mean()) for each in (solids, together(parts))]
+        return shares[0] / max(shares[1], 1e-9) + 2.0 * float(np.linalg.norm(turn @ (hand - tip))) / max(gap, 1e-9)
+
+    turn = view(max(AZIMUTHS.tolist(), key=seen))
+    top = together(marks)
+    raised = top._replace(corners=top.corners + RAISED * np.cross(*turn))  # nothing hides it; seen in its place
+    picture, _ = rendered(together([solids, raised]), turn, WIDTH // 2, focus)
+    words = f"Where the error is largest, {worst.at}: the tool (light blue dot) is {1e3 * worst.error:.1f} mm from "
+    words += "the hand (orange dot)."
+    return Picture("worst", image_svg(picture), f"Close view of the arm's end. {words}", words)
+
+
+def done_path(run: Result, demonstration: int) -> Array:
+    """Joint angles of a demonstration, shape (T, n)."""
+    return run.evaluation.demonstrations[demonstration].path.q
+
+
+def moving_faces(run: Result, demonstration: int, frames: NDArray[np.intp]) -> list[Faces]:
+    """The arm at some frames, the demonstrator's arm at the last of them, and the path of the hand.
+
+    Args:
+        run: The run.
+        demonstration: Of which demonstration, from 0.
+        frames: The frames.
+    """
+    problem = run.problem.in_room
+    task, origin = problem.demonstrations[demonstration].task, np.zeros(3) if problem.origin is None else problem.origin
+    parts = arm_faces(run, done_path(run, demonstration)[frames], run.base_pose.matrix)
+    person = 1e3 * (task.arm[frames[-1]] + origin)
+    hand = 1e3 * (task.P[:: max(1, len(task.P) // PATH_POINTS), -1] + origin)
+    parts += [painted(cylinder_faces(a, b, 14.0), HUMAN, PERSON) for a, b in pairwise(person)]
+    return parts + [painted(cylinder_faces(a, b, 4.0, sides=6), HUMAN, PERSON) for a, b in pairwise(hand)]
+
+
+def around_faces(run: Result, parts: list[Faces], demonstration: int, frame: int) -> list[Faces]:
+    """What stands around at a frame of a demonstration, and the floor under it all.
+
+    Args:
+        run: The run.
+        parts: What is drawn beside it.
+        demonstration: Which demonstration, from 0.
+        frame: Its frame.
+    """
+    around, ground = obstacle_faces(run, demonstration, frame)
+    solids = together([*parts, *around]).corners.reshape(-1, 3)
+    return [*around, *(floor_faces(solids, level) for level in ground)]
 
 
 def arm_faces(run: Result, q: Array, base: Array) -> list[Faces]:
@@ -95,10 +165,10 @@ def arm_faces(run: Result, q: Array, base: Array) -> list[Faces]:
     return found
 
 
-def obstacle_faces(run: Result, frame: int) -> tuple[list[Faces], list[float]]:
-    """What stands around at a frame, and the heights of level half spaces [mm]."""
+def obstacle_faces(run: Result, demonstration: int, frame: int) -> tuple[list[Faces], list[float]]:
+    """What stands around at a frame of a demonstration, and the heights of level half spaces [mm]."""
     found, levels = [], []
-    for one in run.problem.first.obstacles.each:
+    for one in run.problem.demonstrations[demonstration].obstacles.each:
         pose = one.poses[0 if len(one.poses) == 1 else frame]
         if isinstance(one.shape, Plane):
             levels += [1e3 * float(pose[2, 3])] if pose[2, 2] > 1.0 - 1e-6 else []

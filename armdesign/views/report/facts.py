@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from armdesign.export.joints import JointLimits
 from armdesign.export.limits import exported_limits
 from armdesign.export.options import RobotOptions
 from armdesign.export.planning import FEW, sampled_contacts
-from armdesign.export.robot_file import resolved_options, result_arm
+from armdesign.export.robot_file import make_robot, resolved_options, result_arm, trajectory_start
+from armdesign.export.servos import lag_note
+from armdesign.export.trajectory.exporting import TrajectoryOptions
 from armdesign.kinematics.motion import SmoothMotion, smooth_motion
 from armdesign.search.result import Result
 
@@ -75,6 +77,7 @@ class JointLoads:
         masses: Of base_link, link_1, ..., link_n, shape (n + 1,) [kg].
         prismatic: Which joints slide, n of them.
         free: Share of random poses within the joint limits that are free of self-collision.
+        lag: How far the servos of the exported arm stay behind the motion, in words.
     """
 
     time: Array
@@ -84,6 +87,7 @@ class JointLoads:
     masses: Array
     prismatic: tuple[bool, ...]
     free: float
+    lag: str
 
 
 def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
@@ -97,12 +101,15 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
     arm, _ = result_arm(run, chosen)
     time, limits = run.problem.task.time, chosen.limits
     motion = smooth_motion(time, run.evaluation.path.q, limits.window)
+    exported = exported_limits(run, arm, chosen)[0]
+    start, pace = trajectory_start(run, TrajectoryOptions())
     return JointLoads(
         time=np.linspace(time[0], time[-1], len(time)),
         motion=motion,
         torque=joint_torques(arm, motion, limits.payload or 0.0, base_gravity(run.base_pose)),
-        limits=exported_limits(run, arm, chosen)[0],
+        limits=exported,
         masses=np.array([each.inertial.mass for each in arm.links]),
         prismatic=run.table.prismatic,
         free=sampled_contacts(arm, run.limits, samples=FEW).free,
+        lag=lag_note(replace(make_robot(arm, exported, chosen, start), pace=pace)),
     )

@@ -15,8 +15,9 @@ from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.feasibility.violations import Gap
 from armdesign.feasibility.violations import figure as figure_words
 from armdesign.feasibility.words import pace
-from armdesign.search.result import Result
+from armdesign.search.result import Result, done
 from armdesign.swarm import History
+from armdesign.views.report.answers import Worst
 from armdesign.views.report.drawing import (
     ARM,
     COLOURS,
@@ -34,8 +35,6 @@ from armdesign.views.report.drawing import (
 )
 from armdesign.views.report.facts import FitnessParts, JointLoads
 
-BINS = 24
-BEST, MEAN = "best", "mean of all particles' bests"
 LETTER = 0.078
 """Room of a letter [inch]."""
 
@@ -65,28 +64,65 @@ def fitness_picture(run: Result, parts: FitnessParts) -> Picture:
     return picture("fitness", build, f"Bars of the parts of the fitness: {said}.")
 
 
-def error_picture(run: Result) -> Picture:
-    """Distance of each point to its place on the arm over time; below it the orientation error."""
-    task, path = run.problem.task, run.evaluation.path
-    oriented = bool(run.problem.settings.fitness.orientation_weight)
+def error_picture(run: Result, worst: Worst) -> Picture:
+    """Distance of the tool from the hand over time, with what is allowed; below it the orientation error.
+
+    Args:
+        run: The run.
+        worst: Where the error is largest; its demonstration is drawn.
+    """
+    shown, scored = run.problem.demonstrations[worst.demonstration], run.evaluation.demonstrations[worst.demonstration]
+    followed, needs = done(run.table, shown, scored), run.problem.settings.needs
+    time, miss = followed.time, 1e3 * followed.miss
+    allowed = None if needs.hand_tolerance is None else 1e3 * needs.hand_tolerance
 
     def build() -> Figure:
-        top = legend_room([short(name) for name in task.points])
-        figure = new_figure(2.4 + top + (1.1 if oriented else 0.0), top=top)
+        figure = new_figure(2.5 + (0.0 if followed.angle is None else 1.1))
+        oriented = followed.angle is not None
         axes = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1]) if oriented else [figure.subplots()]
-        for i, name in enumerate(task.points):
-            axes[0].plot(*thinned(task.time, 1e3 * path.distance[:, i]), label=short(name), **line_style(i))
-        axes[0].set(ylabel="error [mm]", ylim=(0.0, None))
-        if oriented:
-            angle = np.rad2deg(path.orientation_error)
-            axes[1].plot(*thinned(task.time, angle), color="black")
-            axes[1].set(ylabel="turn [deg]", ylim=(0.0, max(1.1 * float(angle.max()), 0.1)))
-        axes[-1].set(xlabel="time [s]", xlim=(task.time[0], task.time[-1]))
-        legend_above(figure, axes[0])
+        axes[0].plot(*thinned(time, miss), color=ARM)
+        axes[0].plot(worst.time, 1e3 * worst.error, "o", color=HUMAN, markersize=6, zorder=4)
+        axes[0].set(ylabel="tool to hand [mm]", ylim=(0.0, 1.15 * max(1e3 * worst.error, allowed or 0.0, 1e-3)))
+        side = "right" if worst.time > (time[0] + time[-1]) / 2.0 else "left"
+        axes[0].annotate(
+            f"{1e3 * worst.error:.1f} mm at {worst.time:.2f} s", (worst.time, 1e3 * worst.error),
+            (-8 if side == "right" else 8, 3), textcoords="offset points", ha=side, va="bottom",
+        )  # fmt: skip
+        if allowed is not None:
+            bound(axes[0], time, miss, allowed, "allowed: ")
+        if followed.angle is not None:
+            angle = np.rad2deg(followed.angle)
+            axes[1].plot(*thinned(time, angle), color=ARM)
+            axes[1].set(
+                ylabel="turn [deg]", ylim=(0.0, max(1.15 * float(angle.max()), needs.tolerance_angle or 0.0, 0.1))
+            )
+            if needs.tolerance_angle is not None:
+                bound(axes[1], time, angle, needs.tolerance_angle, "allowed: ")
+        axes[-1].set(xlabel="time [s]", xlim=(time[0], time[-1]))
         return figure
 
-    also = " and of the orientation" if oriented else ""
-    return picture("errors", build, f"Error of each point{also} over time; the table gives mean and largest value.")
+    of = f" of {worst.name}" if worst.name else ""
+    said = f"at most {1e3 * worst.error:.1f} mm, {worst.at}, on average {miss.mean():.1f} mm"
+    said += "" if allowed is None else f"; allowed are {allowed:g} mm"
+    words = f"How far the tool is from the hand over time{of}: {said}."
+    return picture("errors", build, words, words)
+
+
+def bound(axis: Axes, time: Array, values: Array, value: float, label: str) -> None:
+    """A dotted line at what is allowed or asked for, with its value at the end where the curve is further off.
+
+    Args:
+        axis: Where.
+        time: Times of the figure, shape (T,).
+        values: The curve, shape (T,).
+        value: Where the line is.
+        label: What to write before the value.
+    """
+    axis.axhline(value, color="black", linewidth=0.9, linestyle=":")
+    third = max(1, len(values) // 3)
+    left, right = (float(np.abs(part - value).min()) for part in (values[:third], values[-third:]))
+    end, side = (time[0], "left") if left >= right else (time[-1], "right")
+    axis.text(end, value, f" {label}{value:g} ", ha=side, va="bottom", fontsize=8)
 
 
 def clearance_picture(run: Result) -> Picture | None:
@@ -121,8 +157,8 @@ def clearance_picture(run: Result) -> Picture | None:
             style = line_style(1 + k)
             axis.plot(time, 1e3 * each, label=name, **style)
             axis.plot(gap.time, 1e3 * gap.value, "o", color=style["color"], markersize=5, zorder=4)
-        axis.axhline(required, color="black", linewidth=0.8, linestyle=":")
-        axis.text(task.time[-1], required, f"asked for: {required:g}", ha="right", va="bottom", fontsize=8)
+        nearest = np.min([each for each, _ in shown.values()], axis=0)
+        bound(axis, time, 1e3 * nearest, required, "asked for: ")
         top = 1.05 * max(1.2 * required, *(float(1e3 * each.max()) for each, _ in shown.values()))
         low = min(0.0, *(1e3 * gap.value for _, gap in shown.values()))
         axis.set(xlabel="time [s]", ylabel="clearance [mm]", xlim=(task.time[0], task.time[-1]), ylim=(1.1 * low, top))
@@ -170,42 +206,19 @@ def limits_picture(run: Result, loads: JointLoads) -> Picture:
     return picture("limits", build, f"Joint speeds against their limits over time: {said}.", words)
 
 
-def histogram_picture(run: Result) -> Picture:
-    """How often each point is how far from its place, a row a point."""
-    task, errors = run.problem.task, 1e3 * run.evaluation.path.distance
-
-    def build() -> Figure:
-        figure = new_figure(0.65 + 0.72 * len(task.points), top=0.2)
-        axes = np.atleast_1d(figure.subplots(len(task.points), 1, sharex=True))
-        figure.subplots_adjust(hspace=0.62)
-        edges = np.linspace(0.0, max(1.02 * float(errors.max()), 1e-3), BINS + 1)
-        for i, (axis, name) in enumerate(zip(axes, task.points, strict=True)):
-            weights = np.full(len(errors), 100.0 / len(errors))
-            axis.hist(errors[:, i], edges, weights=weights, color=COLOURS[i % len(COLOURS)], alpha=0.55)
-            axis.hist(errors[:, i], edges, weights=weights, histtype="step", color="black", linewidth=0.8)
-            axis.set_title(f"{short(name, 40)}: half below {np.median(errors[:, i]):.1f} mm", fontsize=8.5, pad=2)
-            axis.locator_params(axis="y", nbins=3)
-        figure.supylabel("share of the frames [%]", fontsize=9)
-        axes[-1].set(xlabel="error [mm]", xlim=(0.0, edges[-1]))
-        return figure
-
-    return picture("histogram", build, "Histogram of the error of each point over all frames.")
-
-
-UNITS = (("deg", "cm"), ("deg/s", "cm/s"), ("N m", "N"))
-"""Units of angles, speeds and torques of joints that turn, and of the same of joints that slide."""
+UNITS = (("deg", "cm"), ("N m", "N"))
+"""Units of angles and torques of joints that turn, and of the same of joints that slide."""
 
 
 def joint_pictures(loads: JointLoads) -> list[Picture]:
-    """Angles, speeds and torques of all joints over time, and how much of their limits each uses."""
+    """Angles and torques of all joints over time, and how much of their limits each uses."""
     scale = np.where(loads.prismatic, 100.0, np.rad2deg(1.0))
-    speed, effort = loads.limits.velocity * scale, loads.limits.effort
+    effort = loads.limits.effort
     sliding = " and ".join(str(i + 1) for i in np.flatnonzero(loads.prismatic))
     units = [f"{turns}; {slides} of {sliding}" if sliding else turns for turns, slides in UNITS]
     both = (
         ("angles", "angle", units[0], loads.motion.q * scale, loads.limits.position * scale[:, None]),
-        ("speeds", "speed", units[1], loads.motion.v * scale, np.stack([-speed, speed], axis=1)),
-        ("torques", "torque", units[2], loads.torque, np.stack([-effort, effort], axis=1)),
+        ("torques", "torque", units[1], loads.torque, np.stack([-effort, effort], axis=1)),
     )
     pictures = []
     for key, what, unit, values, limits in both:
@@ -255,25 +268,21 @@ def show_ranges(axis: Axes, values: Array, limits: Array) -> None:
 
 
 def convergence_picture(history: History) -> Picture:
-    """Best and mean fitness over the iterations, and below it the valid particles."""
-    best, mean, valid = history.best, history.mean, history.valid.astype(float)
-    steps = np.arange(1, len(best) + 1, dtype=float)
-    found = best[np.isfinite(best)]
+    """The best fitness over the candidates tried: when the search found its arm."""
+    good = np.isfinite(history.best)
+    tried, best = history.evaluations[good].astype(float), history.best[good]
 
     def build() -> Figure:
-        figure = new_figure(3.2, top=legend_room([BEST, MEAN]))
-        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-        for k, (values, name) in enumerate(((best, BEST), (mean, MEAN))):
-            shown = np.isfinite(values)
-            style = line_style(2 * k) | {"marker": "." if shown.sum() == 1 else ""}
-            upper.plot(*thinned(steps[shown], values[shown]), label=name, **style)
-        upper.set(ylabel="fitness r [m]")
-        lower.fill_between(*thinned(steps, valid), step="mid", color=ARM, alpha=0.35, linewidth=0.0)
-        lower.plot(*thinned(steps, valid), drawstyle="steps-mid", color=ARM, linewidth=1.0)
-        lower.set(ylabel="valid", xlabel="iteration", ylim=(0.0, None), xlim=(1.0, max(len(steps), 2)))
-        legend_above(figure, upper)
+        figure = new_figure(2.4)
+        axis = figure.subplots()
+        axis.plot(*thinned(tried, best), drawstyle="steps-post", color=ARM, marker="o" if len(best) == 1 else "")
+        axis.set(xlabel="candidates tried", ylabel="best r so far [m]", xlim=(0.0, max(1.0, history.evaluations[-1])))
+        axis.set_ylim(0.0, 1.1 * float(best.max(initial=1e-3)))
         return figure
 
-    span = f", from {found[0]:.4g} to {found[-1]:.4g} m" if len(found) else ""
-    alt = f"Best fitness over {len(best)} iterations{span}, and the valid particles."
-    return picture("convergence", build, alt)
+    if not len(best):
+        return picture("convergence", build, "No valid arm was found.")
+    near = int(tried[np.flatnonzero(best <= 1.01 * best[-1])[0]])
+    words = f"Best r over the candidates: from {best[0]:.3g} to {best[-1]:.3g} m; after {near:,} it was within 1 % of "
+    words += "the end."
+    return picture("convergence", build, words, words)

@@ -86,6 +86,22 @@ def cylinder_faces(start: Array, end: Array, radius: float, *, sides: int = SIDE
     return np.concatenate([np.stack(three, axis=1) for three in (*around, *caps)])
 
 
+def ball_faces(centre: Array, radius: float, *, sides: int = SIDES) -> Array:
+    """A ball, shape (K, 3, 3).
+
+    Args:
+        centre: Its centre, shape (3,).
+        radius: Its radius.
+        sides: Flat sides around its equator.
+    """
+    around, up = np.linspace(0.0, 2.0 * np.pi, sides + 1), np.linspace(0.0, np.pi, sides // 2 + 1)
+    ring = np.stack([np.cos(around), np.sin(around), np.zeros_like(around)], axis=1)
+    grid = np.sin(up)[:, None, None] * ring + np.cos(up)[:, None, None] * np.array([0.0, 0.0, 1.0])
+    a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
+    faces = np.concatenate([np.stack(three, axis=2).reshape(-1, 3, 3) for three in ((a, b, c), (a, c, d))])
+    return np.asarray(centre + radius * faces)
+
+
 def rendered(faces: Faces, turn: Array, width: int, focus: Array | None = None) -> tuple[Array, NDArray[np.int64]]:
     """A picture of triangles, three quarters as high as wide at most.
 

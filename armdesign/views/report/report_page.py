@@ -10,19 +10,18 @@ import jinja2
 import numpy as np
 
 from armdesign._version import __version__
-from armdesign.building.part_lists import BILL
+from armdesign.building.part_lists import BILL, CUTS
 from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import resolved_options
 from armdesign.export.trajectory.simulation import Tracking
 from armdesign.export.xml_text import rpy
-from armdesign.feasibility.words import MEANINGS, headline
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.result import Result, SearchFacts
 from armdesign.views.report import plots, words
-from armdesign.views.report.answers import answers
+from armdesign.views.report.answers import answers, next_steps, plain_verdict, story, worst_frame
 from armdesign.views.report.cell_pictures import cell_pictures
-from armdesign.views.report.cell_rendering import cell_rendering
+from armdesign.views.report.cell_rendering import cell_rendering, worst_rendering
 from armdesign.views.report.facts import (
     FitnessParts,
     JointLoads,
@@ -30,7 +29,7 @@ from armdesign.views.report.facts import (
     joint_loads,
     start_error,
 )
-from armdesign.views.report.report_scene import scene_pictures
+from armdesign.views.report.others import other_arms, winners
 from armdesign.views.report.sketch import sketch_picture
 from armdesign.views.report.tracking import tracking_picture
 
@@ -49,18 +48,17 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
     chosen = resolved_options(options, run)
     payload = chosen.limits.payload or 0.0
     facts, history = run.facts, run.history
-    parts = fitness_parts(run)
+    parts, worst, others = fitness_parts(run), worst_frame(run), other_arms(run)
     loads = joint_loads(run, chosen)
     pictures = {
         "rendering": cell_rendering(run),
+        "sketch": sketch_picture(run),
+        "errors": plots.error_picture(run, worst),
+        "worst": worst_rendering(run, worst),
         "cell": cell_pictures(run),
         "clearance": plots.clearance_picture(run),
-        "limits": plots.limits_picture(run, loads),
-        "scene": scene_pictures(run),
-        "sketch": sketch_picture(run),
+        "joints": [*plots.joint_pictures(loads), plots.limits_picture(run, loads)],
         "fitness": plots.fitness_picture(run, parts),
-        "errors": [plots.error_picture(run), plots.histogram_picture(run)],
-        "joints": plots.joint_pictures(loads),
         "tracking": tracking_picture(run, tracking) if tracking else None,
         "convergence": plots.convergence_picture(history) if history is not None else None,
     }
@@ -68,8 +66,11 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "run": run,
         "facts": facts,
         "verdict": run.verdict,
-        "headline": headline(run.verdict, run.problem.settings),
+        "headline": plain_verdict(run),
+        "story": story(run),
+        "reasons": run.verdict.reasons if len(run.verdict.reasons) > 1 or not run.verdict.feasible else (),
         "answers": answers(run),
+        "steps": next_steps(run, others),
         "parts": parts,
         "pictures": pictures,
         "version": __version__,
@@ -79,35 +80,43 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "demonstrations": demonstration_rows(run),
         "modified": modified_rows(run.table, bound_marks(run, facts)),
         "classic": run.table.to_classic().rows.tolist(),  # alpha, a, d, theta [rad, m, m, rad]
+        "solids": solid_rows(run),
         "joints": joint_rows(loads),
+        "limits": words.limit_sentences(run, loads),
+        "lag": loads.lag,
         "free": loads.free,
         "masses": loads.masses,
         "payload": payload,
+        "others": others,
+        "winners": winners(others),
         "orientation": orientation_row(run),
         "start_error": start_error(run),
         "mount": np.rad2deg(rpy(run.evaluation.path.mount)),
         "assumptions": words.assumptions(chosen),
-        "bought": bought(run),
+        "lists": [("Bill of materials", bought(run, BILL)), ("Cut list", bought(run, CUTS))],
         "settings": words.changed_settings(run.problem.settings),
         "freedom": words.freedom(run.problem.settings.design),
         "weights": words.weights_sentence(run),
         "sources": words.source_sentences(run),
+        "trust": words.trust(facts) if facts else "",
         "search": words.search_sentences(facts, run) if facts else [],
         "removed": words.REMOVED,
         "recipes": words.recipes(run),
+        "terms": words.TERMS,
     }
     return fill(context)
 
 
-def bought(run: Result) -> list[list[str]]:
-    """The bill of materials that lies beside a run which ``armdesign build`` has written; empty for any other.
+def bought(run: Result, name: str) -> list[list[str]]:
+    """A list of parts that lies beside a run which ``armdesign build`` has written; empty for any other.
 
     Args:
         run: The run.
+        name: File of the list.
     """
-    if run.folder is None or not (run.folder / BILL).is_file():
+    if run.folder is None or not (run.folder / name).is_file():
         return []
-    with (run.folder / BILL).open(encoding="utf-8", newline="") as lines:
+    with (run.folder / name).open(encoding="utf-8", newline="") as lines:
         return list(csv.reader(lines))
 
 
@@ -143,31 +152,28 @@ def number(value: float, digits: int = 1) -> str:
 
 
 def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[str, str]]:
-    """The figures of the arm below the head of the page."""
-    path, name = run.evaluation.path, run.problem.task.points[-1]
-    hand = path.distance[:, -1]
-    peak = np.abs(loads.torque).max(axis=0)
-    pulls = bool(loads.prismatic[int(peak.argmax())])
-    count = len(run.evaluation.demonstrations)
-    of_several = f", {run.problem.settings.fitness.demonstrations} of {count}" if count > 1 else ""
+    """What the arm is, in a few figures."""
+    peak, speed = np.abs(loads.torque).max(axis=0), np.abs(loads.motion.v).max(axis=0)
+    strongest, fastest = int(peak.argmax()), int(np.where(loads.prismatic, 0.0, speed).argmax())
+    pulls = loads.prismatic[strongest]
     figures = [
-        ("Joints", str(run.table.dof)),
+        ("Joints", run.table.joints if any(loads.prismatic) else str(run.table.dof)),
         ("Length, tool included", f"{number(1e3 * run.table.length, 0)} mm"),
-        (f"Error of {name}, mean", f"{number(1e3 * hand.mean())} mm"),
-        (f"Error of {name}, largest", f"{number(1e3 * hand.max())} mm"),
-    ]
-    if run.problem.settings.fitness.orientation_weight:
-        figures.append(("Orientation, mean error", f"{number(np.rad2deg(path.orientation_error.mean()), 2)} deg"))
-    return [
-        *figures,
-        ("Error at the start", f"{number(1e3 * start_error(run), 3)} mm"),
-        (
-            f"Peak {'force' if pulls else 'torque'}, joint {int(peak.argmax()) + 1}",
-            f"{number(peak.max(), 2)} {'N' if pulls else 'N m'}",
-        ),
         ("Moving mass, assumed", f"{number(loads.masses[1:].sum() + payload, 2)} kg"),
-        (f"r{of_several}: {MEANINGS['r']}", f"{number(run.evaluation.fitness, 4)} m"),
+        (
+            f"Largest {'force' if pulls else 'torque'}, joint {strongest + 1}",
+            f"{number(peak[strongest], 1)} {'N' if pulls else 'N m'}",
+        ),
     ]
+    if not all(loads.prismatic):
+        figures.append((f"Fastest turn, joint {fastest + 1}", f"{number(np.rad2deg(speed[fastest]), 0)} deg/s"))
+    return [*figures, ("Payload", f"{number(payload, 2)} kg" if payload else "none stated")]
+
+
+def solid_rows(run: Result) -> list[tuple[str, float, float, float]]:
+    """The solids of the arm: name, diameter [m], length [m], mass [kg]."""
+    solids = [(part.name, part.solid) for part in run.body.parts]
+    return [(name, 2.0 * solid.radius, solid.length, solid.mass) for name, solid in solids]
 
 
 def demonstration_rows(run: Result) -> list[dict[str, Any]]:
@@ -258,6 +264,7 @@ def joint_rows(loads: JointLoads) -> list[dict[str, Any]]:
             "high": float(q[:, i].max()),
             "lower": float(loads.limits.position[i, 0]),
             "upper": float(loads.limits.position[i, 1]),
+            "share": float(v[:, i].max() / loads.limits.velocity[i]),
             "speed": float(v[:, i].max()),
             "velocity": float(loads.limits.velocity[i]),
             "torque": float(torque[:, i].max()),

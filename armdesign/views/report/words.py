@@ -21,6 +21,7 @@ from armdesign.fitness.problem import start_effort
 from armdesign.search.result import Result, SearchFacts
 from armdesign.settings.kinds import toml_value
 from armdesign.settings.sections import SECTIONS, Design, Settings, Solver
+from armdesign.views.report.facts import JointLoads
 
 UNIT = re.compile(r" ?\[([^\]]+)\]")
 ELSEWHERE = {
@@ -44,6 +45,28 @@ REMOVED = {
     "pruned": "given up on the way, when they could no longer become better",
     "path": "losing the hand in a later frame, where every frame has to reach it",
 }
+
+
+BEYOND = 0.05
+"""What a joint may be beyond a limit before it is said [deg; mm]."""
+NEAR_LIMIT = 0.01
+"""Share of its range within which a joint is near its limit."""
+TERMS = (
+    ("demonstration", "What the person did, as it was recorded; its points are named places on the person's arm."),
+    ("hand, tool", "The last of these points, and the end of the robot arm that has to follow it."),
+    ("error", "The distance from a point of the person to its place on the arm; of the hand, to the tool."),
+    ("f", "The error of all points in one figure: their weighted distances, averaged over the motion (eq. 3)."),
+    ("E", "How far the arm is on average from the person's, along all of its length (eq. 5)."),
+    ("r", "What the search makes as small as it can: a weighted sum of f and E (eq. 6). Only its order matters."),
+    ("DH table", "The arm in four numbers a joint: twist alpha and distance a from the axis before, the offset d "
+     "along the axis, and q, by which the joint turns. In Craig's modified form, and in the classic one."),
+    ("joint module", "Motor, gear and bearing of a joint, one cylinder about its axis."),
+    ("clearance", "The least gap between solids over the whole motion, between the frames, too."),
+    ("beginning", "The search starts over again and again, knowing nothing of before. Where several end in one arm, a "
+     "better one is unlikely; p is how often that is wrong."),
+    ("feasible", "It touches nothing, stands where it may, and keeps all stated limits."),
+)  # fmt: skip
+"""The words of the page that not everybody knows, each explained once."""
 
 
 class Setting(NamedTuple):
@@ -170,18 +193,64 @@ def source_sentences(run: Result) -> list[str]:
     return sentences
 
 
+def trust(facts: SearchFacts) -> str:
+    """How sure the search is that there is no better arm, in words for everybody."""
+    known = facts.agreement
+    if known is None:
+        return f"The algorithm {facts.algorithm} cannot tell whether there is a better arm; multibasin can."
+    if not known.beginnings:
+        return (
+            "The search ended before its first independent beginning was through: nothing is known of how good this "
+            "arm is beside the best possible. A larger budget may find a better one."
+        )
+    return facts.found
+
+
 def search_sentences(facts: SearchFacts, run: Result) -> list[str]:
     """How the search went."""
     search = run.problem.settings.search
     each = f"{facts.evaluations / facts.wall_time:,.0f}" if facts.wall_time > 0.0 else "any number"
     return [
-        f"Algorithm {facts.algorithm}, {search.size}, seed {facts.seed}; {run.progress} done.",
         f"{facts.evaluations:,} candidate arms in {duration(facts.wall_time)}, {each} a second.",
         f"It ended since {STOPPED.get(facts.stopped_by, facts.stopped_by)}.",
-        *([facts.found] if facts.found else []),
-        f"Iteration {facts.converged_at} was the first within 1 % of the last; computational effort up to there "
-        f"{facts.computational_effort:,.0f} valid particles.",
+        f"Algorithm {facts.algorithm}, {search.size}, seed {facts.seed}; {run.progress} done.",
+        f"For the paper's measure: iteration {facts.converged_at} was the first within 1 % of the last; computational "
+        f"effort up to there {facts.computational_effort:,.0f} valid candidates.",
     ]
+
+
+def limit_sentences(run: Result, loads: JointLoads) -> list[str]:
+    """Which joints go beyond their limits or come near them: angles or travel, speed, torque.
+
+    Args:
+        run: The run.
+        loads: What its motion asks of the joints.
+    """
+    q, limits, own = loads.motion.q, loads.limits, run.evaluation.path.q
+    room = np.minimum(limits.position[:, 1] - q.max(axis=0), q.min(axis=0) - limits.position[:, 0])
+    found = []
+    for i, spare in enumerate(room.tolist()):
+        factor, unit = (1e3, "mm") if loads.prismatic[i] else (float(np.rad2deg(1.0)), "deg")
+        at_top = limits.position[i, 1] - q[:, i].max() <= q[:, i].min() - limits.position[i, 0]
+        end = float(q[:, i].max() if at_top else q[:, i].min())
+        limit = float(limits.position[i, 1 if at_top else 0])
+        said = f"{factor * end:.1f} {unit} against a limit of {factor * limit:g} {unit}".replace("-", "−")
+        if spare < -BEYOND / factor:
+            kept = limits.position[i, 0] <= own[:, i].min() and own[:, i].max() <= limits.position[i, 1]
+            why = " The path that was found keeps it; smoothing it for the drives overshoots." if kept else ""
+            found.append(f"Joint {i + 1} goes to {said}.{why}")
+        elif spare < NEAR_LIMIT * np.ptp(limits.position[i]):
+            found.append(f"Joint {i + 1} comes near its limit: {said}.")
+    if not found:
+        found.append("Every joint stays well within its range.")
+    for what, values, bounds in (
+        ("speed", np.abs(loads.motion.v).max(axis=0), limits.velocity),
+        ("torque", np.abs(loads.torque).max(axis=0), limits.effort),
+    ):
+        over = [f"joint {i + 1} ({100 * values[i] / bounds[i]:.0f} %)" for i in np.flatnonzero(values > bounds)]
+        if over:
+            found.append(f"At the demonstrated pace more {what} is needed than the limit: {', '.join(over)}.")
+    return found
 
 
 def duration(seconds: float) -> str:

@@ -21,8 +21,7 @@ from armdesign.search.result import Result, SearchFacts
 from armdesign.search.search import search
 from armdesign.settings.sections import Settings
 from armdesign.swarm import History
-from armdesign.views.report import plots, tracking
-from armdesign.views.report import report_scene as scene
+from armdesign.views.report import cell_pictures, plots, report_page, tracking
 from armdesign.views.report.drawing import Picture
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -140,8 +139,10 @@ def undrawn(monkeypatch):
     def empty(key, build, alt, caption=""):
         return Picture(key, '<svg viewBox="0 0 2 1"></svg>', alt, caption)
 
-    for module in (plots, scene, tracking):
+    for module in (plots, cell_pictures, tracking):
         monkeypatch.setattr(module, "picture", empty)
+    for name, key in (("cell_rendering", "rendering"), ("worst_rendering", "worst"), ("sketch_picture", "sketch")):
+        monkeypatch.setattr(report_page, name, lambda *_, key=key: empty(key, None, ""))
 
 
 @pytest.fixture(scope="session")

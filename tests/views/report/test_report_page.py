@@ -2,22 +2,27 @@
 
 import dataclasses
 import re
+import shlex
 import time
 
 import matplotlib as mpl
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from armdesign.cli import app
 from armdesign.export.options import LimitOptions, RobotOptions
+from armdesign.feasibility.violations import figure
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.reading import read_result
 from armdesign.settings import Body
+from armdesign.swarm.agreement import Agreement
 from armdesign.views.report import report_html, words
+from armdesign.views.report.answers import next_steps, plain_verdict, worst_frame
 from armdesign.views.report.facts import joint_loads, start_error
 
-ALWAYS = (
-    1 + 4 + 4 + 1 + 1 + 2 + 3
-)  # the shaded picture, cell with clearance and speeds, scene, sketch, fitness, errors, joints
+ALWAYS = 1 + 1 + 2 + 3 + 3 + 1
+"""Figures: the shaded picture, the drawing, errors, cell with clearance, joints, fitness."""
 HOSTILE = ('<script>alert("1")</script>', "a & b $x^2$ $", '_"quoted" id="x" <!-- --> ]]>')
 
 
@@ -106,11 +111,11 @@ def test_limits_are_those_of_the_urdf_in_the_folder(both, take_apart, numbers):
     run, text = both
     urdf = (run.folder / "arm.urdf").read_text(encoding="utf-8")
     limits = re.findall(r'effort="([^"]+)" velocity="([^"]+)"', urdf)
-    rows = [row for row in take_apart(text).rows if len(row) == 5 and row[0].isdigit() and not row[1].startswith("q")]
+    rows = [row for row in take_apart(text).rows if len(row) == 6 and row[0].isdigit()]
     assert len(limits) == run.table.dof
     for (effort, velocity), row in zip(limits, rows[-run.table.dof :], strict=True):
         assert numbers(row[2])[0] == pytest.approx(np.rad2deg(float(velocity)), abs=0.051)
-        assert numbers(row[4])[0] == pytest.approx(float(effort), abs=0.00051)
+        assert numbers(row[5])[0] == pytest.approx(float(effort), abs=0.00051)
 
 
 def test_the_search_is_told(both):
@@ -193,3 +198,63 @@ def test_a_long_recording_makes_a_small_page_in_little_time(invented, longer):
     assert len(run.problem.task.time) == 6000
     assert time.process_time() - began < 10.0
     assert len(text.encode()) < 1e6
+
+
+def test_the_first_screen_says_the_verdict_in_words_and_what_to_do_next(both, take_apart):
+    run, text = both
+    head = "".join(take_apart(text[text.index("<header>") : text.index("</header>") + 9]).text)
+    worst = worst_frame(run)
+    for part in (plain_verdict(run), f"{figure(1e3 * worst.error)} mm", f"at {worst.time:.2f} s", "What to do next"):
+        assert part in head
+    assert not re.search(r"swarm|fitness|particle|\br\b =", head, re.IGNORECASE)
+    for step in next_steps(run, []):
+        assert step.code in head
+    assert 1 <= len(next_steps(run, [])) <= 4
+
+
+def test_commands_of_the_first_screen_are_commands(both):
+    for step in next_steps(both[0], []):
+        program, command, *words = shlex.split(step.code)
+        assert program == "armdesign"
+        help_text = CliRunner().invoke(app, [command, "--help"]).output
+        assert all(f"{word} " in help_text for word in words if word.startswith("--"))
+
+
+def test_the_lag_of_the_drives_and_every_word_is_said(both, take_apart):
+    run, text = both
+    said = "".join(take_apart(text).text)
+    assert joint_loads(run, RobotOptions()).lag in said
+    assert "lag by" in said
+    for term, meaning in words.TERMS:
+        assert term in said
+        assert meaning in said
+
+
+def test_what_is_for_few_is_folded(both):
+    folded = re.findall(r"<details>.*?</details>", both[1], re.DOTALL)
+    assert len(folded) == 4
+    assert "r = " in folded[2]
+    assert "--joint-mass" in folded[3]
+    assert "--joint-mass" not in both[1].replace(folded[3], "")
+
+
+def test_a_joint_beyond_its_limit_is_told_with_both_figures(invented):
+    run = invented()
+    loads = joint_loads(run, RobotOptions())
+    q = np.zeros_like(loads.motion.q)
+    q[3, 1] = np.deg2rad(180.2)
+    position = np.tile([-np.pi, np.pi], (3, 1))
+    limits = dataclasses.replace(loads.limits, position=position)
+    beyond = dataclasses.replace(loads, motion=dataclasses.replace(loads.motion, q=q), limits=limits)
+    said = words.limit_sentences(run, beyond)[0]
+    assert said.startswith("Joint 2 goes to 180.2 deg against a limit of 180 deg")
+    within = dataclasses.replace(beyond, motion=dataclasses.replace(loads.motion, q=0.5 * q))
+    assert words.limit_sentences(run, within)[0] == "Every joint stays well within its range."
+
+
+def test_how_sure_a_search_is_depends_on_its_beginnings(invented):
+    facts = invented().facts
+    assert "multibasin" in words.trust(facts)
+    none, alike = Agreement(0, 0, 1.0, 0, 0), Agreement(3, 3, 0.09, 9, 1)
+    assert "nothing is known" in words.trust(dataclasses.replace(facts, agreement=none))
+    assert "3 of 3 beginnings" in words.trust(dataclasses.replace(facts, agreement=alike))
