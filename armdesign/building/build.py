@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from armdesign.bodies.arm_body import ArmBody
 from armdesign.bodies.loads import base_gravity
-from armdesign.building.assembly import assemble, envelope, shop_of
+from armdesign.building.assembly import Shop, assemble, envelope, shop_of
 from armdesign.building.catalogue import Actuator, find_catalogue, shipped
 from armdesign.building.choice import Choice, Duty, Load, choose, duty_of, weakest
 from armdesign.building.parts import Assembly
@@ -23,7 +23,7 @@ from armdesign.search.evaluation import motions
 from armdesign.search.result import Result
 
 ROUNDS = 8
-"""Most times that actuators are chosen anew because their housings have moved the modules."""
+"""Most times that actuators are chosen anew because the parts that go with them have changed the arm."""
 CUT = 1e-3
 """What tubes are cut to where no stock says it [m]."""
 PEDESTAL = 0.08
@@ -161,35 +161,87 @@ def chosen_parts(result: Result, options: BuildOptions) -> Build:
     if options.stock is not None:
         tube, sag = choose_tube(plain, find_stock(options.stock), options, payload)
         changes["body"] |= {"tube_diameter": tube.diameter, "tube_wall": tube.wall, "tube_density": tube.density}
-    arm, speed, choice, fitted = changed(result, changes), 1.0, None, None
-    shop, misfit = shop_of(arm.problem.settings.body, tube, printed=options.printed), ""
-    for _ in range(ROUNDS):
-        load = Load(payload, options.margin, () if choice is None or fitted is None else choice.actuators)
-        speed, found = settled(arm, sizes, options, load)
-        if choice is not None and found.actuators == choice.actuators:
+    bare = changed(result, changes)
+    shop = shop_of(bare.problem.settings.body, tube, printed=options.printed)
+    speed, found = settled(bare, sizes, options, Load(payload, options.margin))
+    tried: list[Fitted] = []
+    while len(tried) < ROUNDS:
+        tried.append(fitted_with(bare, found, shop))
+        load = Load(payload, options.margin, () if tried[-1].assembly is None else found.actuators)
+        speed, found = settled(tried[-1].arm, sizes, options, load)
+        if found.actuators in [each.choice.actuators for each in tried]:
             break
-        choice = found
-        modules = tuple((*envelope(a, shop), a.mass) for a in choice.actuators)
-        changes["body"] |= {"modules": modules, "inertials": None}
-        arm = changed(result, changes)
-        try:
-            fitted, misfit = assemble(arm.body, choice.actuators, shop), ""
-        except CatalogueError as error:
-            fitted, misfit = None, str(error)
-        else:
-            changes["body"]["inertials"] = fitted.inertials(result.table.dof)
-            arm = changed(arm, changes)
-    else:
-        raise CatalogueError(
-            "the choice of actuators goes in a circle: each moves the modules so that another is better",
-            value=options.catalogue, fix="Raise or lower --margin a little",
-        )  # fmt: skip
+    last = tried[-1]
+    if found.actuators != last.choice.actuators:  # in a circle: each moves the modules so that another is better
+        bearing = [(each, bears(each, speed, options, payload)) for each in tried]
+        met = [(each, choice) for each, choice in bearing if choice is not None]
+        if not met:
+            raise CatalogueError(
+                "the choice of actuators goes in a circle: each moves the modules so that another is better",
+                value=options.catalogue, fix="Raise or lower --margin a little",
+            )  # fmt: skip
+        last, found = min(met, key=lambda each: (each[0].assembly is None, each[1].cost))
+    changes["body"] |= {name: getattr(last.arm.problem.settings.body, name) for name in ("modules", "inertials")}
     changes["needs"] |= {
         "max_torque": tuple(a.peak_torque for a in found.actuators),
         "max_speed": tuple(float(np.degrees(a.no_load_speed)) for a in found.actuators),
     }
     final = changed(result, changes, speed)
-    return Build(final, found, tube, sag, speed, options, catalogue.currency, assembly=fitted, misfit=misfit)
+    return Build(
+        final, found, tube, sag, speed, options, catalogue.currency, assembly=last.assembly, misfit=last.misfit
+    )
+
+
+class Fitted(NamedTuple):
+    """An arm with actuators in it.
+
+    Attributes:
+        choice: The actuators.
+        arm: The arm with their sizes, and the mass properties of its parts where they fit.
+        assembly: Its parts; None where they do not fit.
+        misfit: What does not, in a sentence.
+    """
+
+    choice: Choice
+    arm: Result
+    assembly: Assembly | None
+    misfit: str
+
+
+def fitted_with(bare: Result, choice: Choice, shop: Shop) -> Fitted:
+    """An arm with actuators in it.
+
+    Args:
+        bare: The arm.
+        choice: The actuators.
+        shop: What its other parts are made for.
+    """
+    modules = tuple((*envelope(a, shop), a.mass) for a in choice.actuators)
+    arm = changed(bare, {"body": {"modules": modules, "inertials": None}})
+    try:
+        assembly = assemble(arm.body, choice.actuators, shop)
+    except CatalogueError as error:
+        return Fitted(choice, arm, None, str(error))
+    return Fitted(choice, changed(arm, {"body": {"inertials": assembly.inertials(arm.table.dof)}}), assembly, "")
+
+
+def bears(fitted: Fitted, speed: float, options: BuildOptions, payload: float) -> Choice | None:
+    """The actuators of an arm with what they use of their limits in it; None where it is too much.
+
+    Args:
+        fitted: The arm.
+        speed: Share of the demonstrated speed.
+        options: What was asked for.
+        payload: Point mass at the tool [kg].
+    """
+    actuators = fitted.choice.actuators
+    load = Load(payload, options.margin, () if fitted.assembly is None else actuators)
+    paths = motions(fitted.arm.evaluation, fitted.arm.problem)
+    moved = [smooth_motion(time / speed, q) for time, q in paths]
+    duty = duty_of(fitted.arm.body, moved, actuators, fitted.arm.base_pose, load)
+    torque = duty.torque(range(len(actuators)))
+    used = tuple(duty.shortfall(j, j, torque[:, j]) for j in range(len(actuators)))
+    return replace(fitted.choice, shortfalls=used) if all(each.met for each in used) else None
 
 
 def priced(actuators: Sequence[Actuator], options: BuildOptions) -> tuple[Actuator, ...]:
