@@ -1,6 +1,6 @@
 """Keep the best arm ever found for a task and a number of joints: python benchmarks/best_known.py RUNS...
 
-Goes through all finished runs below the folders named, of whatever search, and puts those that are better than the
+Goes through all finished runs below the folders named, of whatever search or of `armdesign evaluate --out`, and puts those that are better than the
 record, or on a task that has none, into benchmarks/best_known.json. The fitness is computed afresh from the design.
 """
 
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+
+import numpy as np
 
 from armdesign.experiments.studies.best_known import Best, better_of, fingerprint, read_best, write_best
 from armdesign.runs.listing import read_runs
@@ -23,7 +25,9 @@ def entry_of(run: Result) -> Best:
     rate = f" at {task.rate:g} Hz" if task.rate is not None else ""
     scenario = run.problem.settings.fitness.scenario
     name = f"{Path(str(task.recording)).name}{cut}{rate}, {scenario} weights"
-    found = f"{facts.algorithm}, {facts.evaluations} candidates, seed {facts.seed}"
+    found = "a table"
+    if facts is not None:
+        found = f"{facts.algorithm}, {facts.evaluations} candidates, seed {facts.seed}"
     fitness = evaluate_design(run.table, run.problem).fitness
     phi = tuple(float(x) for x in run.problem.space.phi(run.table))
     return Best(name, run.table.dof, fitness, phi, found)
@@ -38,7 +42,9 @@ def main(folders: list[str]) -> None:
                 continue
             run = read_result(status.folder)
             key, entry = fingerprint(run.problem), entry_of(run)
-            if better_of(best.get(key), entry) is entry:
+            if not run.problem.space.admissible(np.array([entry.phi]))[0]:
+                print(f"{status.folder} is left out: its arm lies outside the task's bounds")
+            elif better_of(best.get(key), entry) is entry:
                 print(f"{entry.task}, n = {entry.dof}: {entry.fitness:.6f} ({entry.found})")
                 best[key] = entry
     write_best(best)

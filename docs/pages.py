@@ -170,7 +170,7 @@ def escaped(text: str) -> str:
 
 def code(text: str) -> str:
     """Text as code in a cell of a table."""
-    return f"`{text.replace('|', chr(92) + '|')}`"
+    return f"`{text}`"
 
 
 # ------------------------------------------------------------------ hooks
