@@ -19,7 +19,6 @@ from armdesign.building.projection import (
     end_on,
     least_shortened,
     posed,
-    rims,
     silhouette,
     slanted,
 )
@@ -139,7 +138,7 @@ def arm_views(pose: Pose, scale: float) -> list[Sheet]:
 def joints(pose: Pose) -> list[tuple[str, Array]]:
     """Names of joints and tool, and where they are, shape (3,) each [m]."""
     modules = [solid for solid in pose.solids if solid.name.startswith("module")]
-    named = [(f"J{solid.link}", solid.shape.pose[:3, 3]) for solid in modules]
+    named = [(f"J{solid.link}", solid.middle) for solid in modules]
     slides = {f"J{i + 1}" for i in range(pose.table.dof) if pose.table.prismatic[i]}
     return [*((f"{n} slides" if n in slides else n, at) for n, at in named), ("tool", pose.corners[-1])]
 
@@ -156,12 +155,11 @@ def draw_axes(labels: Labels, pose: Pose, view: View, factor: float) -> None:
     for solid in pose.solids:
         if not solid.name.startswith("module"):
             continue
-        along = view.flat(solid.shape.pose[:3, 2])
-        middle = factor * view.flat(solid.shape.pose[:3, 3])
-        if end_on(solid.shape.pose[:3, 2], view):
-            crosses = [*((factor * solid.shape.radius + BEYOND / 2.0) * np.eye(2))]
+        along, middle = factor * view.flat(solid.half), factor * view.flat(solid.middle)
+        if end_on(solid.half / np.linalg.norm(solid.half), view):
+            crosses = [*((factor * solid.radius + BEYOND / 2.0) * np.eye(2))]
         else:
-            crosses = [along * factor * solid.shape.length / 2.0 + BEYOND * along / np.linalg.norm(along)]
+            crosses = [along + BEYOND * along / np.linalg.norm(along)]
         for reach in crosses:
             labels.sheet.line(middle - reach, middle + reach, pen="axis")
             labels.keep_clear(middle - reach, middle + reach)
@@ -200,7 +198,7 @@ def draw_angled(sheet: Sheet, room: Box, solids: Sequence[Solid], view: View | N
         Millimetres on paper per metre.
     """
     angled = view or slanted()
-    seen = np.concatenate([silhouette(solid.shape, angled) for solid in solids])
+    seen = np.concatenate([silhouette(solid, angled) for solid in solids])
     factor = float(np.min((room.size - 8.0) / np.ptp(seen, axis=0)))
     picture = Sheet()
     draw_solids(picture, solids, angled, factor)
@@ -222,7 +220,7 @@ def words_of_scale(scale: float) -> str:
 
 def arm_drawing(pose: Pose) -> Sheet:
     """The drawing of an arm without a frame, as wide as a page of text."""
-    seen = np.concatenate([rims(solid.shape).reshape(-1, 3) for solid in pose.solids])
+    seen = np.concatenate([solid.corners for solid in pose.solids])
     scale = 0.6 * WIDTH / 1e3 / float(np.ptp(seen, axis=0)[:2].sum())
     sheet, (_, top, side) = arranged(arm_views(pose, scale))
     while sheet.size[0] > WIDTH or sheet.size[1] > TALLEST:

@@ -107,6 +107,17 @@ class Build:
     misfit: str = ""
 
 
+def assembly_of(build: Build) -> Assembly:
+    """The parts of a build.
+
+    Raises:
+        CatalogueError: They do not fit together.
+    """
+    if build.assembly is None:
+        raise CatalogueError(f"the parts of this build do not fit together: {build.misfit}", value=build.result.name)
+    return build.assembly
+
+
 def build(result: Result, options: BuildOptions) -> Build:
     """Pick the parts of a finished design.
 

@@ -2,32 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.building.build import Build
-from armdesign.building.parts import Assembly, Part, Prism
+from armdesign.building.build import Build, assembly_of
+from armdesign.building.part_lists import part_lists
+from armdesign.building.parts import Part, Prism, file_name
 from armdesign.building.solids import at_zero, mesh, solid, step_file
-from armdesign.errors import CatalogueError
-
-
-def assembly_of(build: Build) -> Assembly:
-    """The parts of a build.
-
-    Raises:
-        CatalogueError: They do not fit together.
-    """
-    if build.assembly is None:
-        raise CatalogueError(f"the parts of this build do not fit together: {build.misfit}", value=build.result.name)
-    return build.assembly
-
-
-def file_name(name: str) -> str:
-    """A part's name as that of a file."""
-    return re.sub(r"[^a-z0-9.]+", "_", name.lower()).strip("_")
 
 
 def step_files(build: Build) -> dict[str, bytes]:
@@ -73,7 +56,16 @@ def mesh_places(build: Build) -> dict[int, list[tuple[str, Array, str]]]:
     return found
 
 
-BUILD_FORMATS: Mapping[str, Callable[[Build], Mapping[str, str | bytes]]] = {"step": step_files, "stl": stl_files}
+def drawings(build: Build) -> Mapping[str, str | bytes]:
+    """Sheets of the arm, of all parts and of each, as SVG and one PDF."""
+    from armdesign.building.part_drawing import drawing_files  # noqa: PLC0415 (Matplotlib takes its time)
+
+    return drawing_files(build)
+
+
+BUILD_FORMATS: Mapping[str, Callable[[Build], Mapping[str, str | bytes]]] = {
+    "step": step_files, "stl": stl_files, "drawing": drawings, "bom": part_lists,
+}  # fmt: skip
 """Kinds of file of builds, and what makes them."""
 
 

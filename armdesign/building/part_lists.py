@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from itertools import pairwise
 
 import numpy as np
 
 from armdesign.building.build import Build
+from armdesign.building.parts import Screws
 from armdesign.files import csv_table
 
 BILL = "parts.csv"
 CUTS = "cuts.csv"
+LENGTHS = (4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 70, 80, 90, 100, 110, 120, 150, 200)
+"""Of screws, under the head (ISO 4762) [mm]."""
 
 
 def part_lists(build: Build) -> dict[str, str]:
@@ -22,30 +24,31 @@ def part_lists(build: Build) -> dict[str, str]:
 def bill_of_materials(build: Build) -> str:
     """Part, quantity, source, mass and price of each, and their sums; prices that are not known are left empty.
 
-    Actuators are counted by the piece, tubes by the metre without what the saw takes; the base plate and what joins the
-    parts are one piece each, to be made.
+    Actuators and what is made are counted by the piece, tubes by the metre without what the saw takes, screws by their
+    standard length. Where parts do not fit together, actuators and tubes alone are listed.
     """
     rows: list[tuple[str, float, str, str, float, float | None]] = []
     actuators = {a.name: a for a in build.choice.actuators}
     for name, count in Counter(a.name for a in build.choice.actuators).items():
         a = actuators[name]
         rows.append((name, count, "piece", a.sheet or a.family, a.mass, a.price))
-    arm = build.result.body
-    solids = [part.solid for part in arm.parts if part.solid.material == "tube"]
-    metres = sum(solid.length for solid in solids)
-    per_metre = sum(solid.mass for solid in solids) / metres if metres else 0.0
-    body = arm.options
-    name = f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm"
-    if build.tube is not None:
-        name = build.tube.name
-    if metres:
+    lengths = [float(row[2]) for row in cuts(build)]
+    body = build.result.body.options
+    tube = f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm" if build.tube is None else build.tube.name
+    if lengths:
+        area = np.pi * body.tube_wall * (body.tube_diameter - body.tube_wall)
         price = None if build.tube is None else build.tube.price
-        rows.append((name, round(metres, 4), "m", build.options.stock or "assumed", per_metre, price))
-    twists = [round(float(np.degrees(x)), 3) for x in build.result.table.alpha]
-    for angle, count in Counter(twists).items():
-        rows.append((f"bracket of {angle:g} deg between two axes", count, "piece", "to be made", 0.0, None))
-    if any(part.name == "base plate" for part in arm.parts):
-        rows.append(("base plate", 1, "piece", "to be made", body.base_mass, None))
+        source = build.options.stock or "assumed"
+        rows.append((tube, round(sum(lengths) / 1e3, 4), "m", source, float(area * body.tube_density), price))
+    if build.assembly is not None:
+        for name, (part, places) in build.assembly.counted().items():
+            if not part.bought and part.kind != "tube":
+                rows.append((f"{name}, {part.material}", len(places), "piece", "to be made", part.mass, None))
+        screws: Counter[tuple[str, int]] = Counter()
+        for each in build.assembly.screws:
+            screws[each.thread, screw_length(each)] += each.count
+        for (thread, length), count in sorted(screws.items()):
+            rows.append((f"screw {thread} x {length}", count, "piece", "ISO 4762", 0.0, None))
     mass = sum(quantity * each for _, quantity, _, _, each, _ in rows)
     known = [quantity * price for _, quantity, _, _, _, price in rows if price is not None]
     text: list[tuple[object, ...]] = [
@@ -60,17 +63,42 @@ def bill_of_materials(build: Build) -> str:
     return csv_table(heads, text)
 
 
+def screw_length(screws: Screws) -> int:
+    """The shortest standard length that is long enough, under the head [mm]."""
+    return next(length for length in LENGTHS if length >= 1e3 * screws.length - 1e-6)
+
+
 def cut_list(build: Build) -> str:
-    """Every tube with its length, and the angle to the next tube of the same link."""
-    arm = build.result.body
-    solids = [part for part in arm.parts if part.solid.material == "tube"]
-    corners = [""] * len(solids)
-    for k, (first, second) in enumerate(pairwise(solids)):
-        if first.link == second.link:
-            cosine = abs(float(first.solid.pose[:3, 2] @ second.solid.pose[:3, 2]))
-            corners[k] = f"{np.degrees(np.arccos(min(cosine, 1.0))):.2f}"
+    """Every tube by its mark, with its length, its clocking and the angles of the brackets at its ends."""
+    heads = ("mark", "tube", "length [mm]", "outer diameter [mm]", "pin holes from the ends [mm]",
+             "outer pin hole turned [deg]", "inner end to", "its angle [deg]", "outer end to",
+             "its angle [deg]")  # fmt: skip
+    return csv_table(heads, cuts(build))
+
+
+def cuts(build: Build) -> list[tuple[str, ...]]:
+    """The rows of the cut list; of parts that do not fit together the tubes of the arm's body, without their ends."""
+    if build.assembly is None:
+        solids = [part for part in build.result.body.parts if part.solid.material == "tube"]
+        return [
+            ("", p.name, f"{1e3 * p.solid.length:.1f}", f"{2e3 * p.solid.radius:g}", "", "", "", "", "", "")
+            for p in solids
+        ]
+    by_mark = {each.mark: each for each in build.assembly.placed}
+    held = {each.joins[0]: each.joins[1] for each in build.assembly.screws}
     rows = []
-    for part, corner in zip(solids, corners, strict=True):
-        size = f"{2e3 * part.solid.radius:g}"
-        rows.append((part.name, f"{part.solid.length * 1e3:.1f}", size, corner))
-    return csv_table(("tube", "length [mm]", "outer diameter [mm]", "angle to the next [deg]"), rows)
+    for each in build.assembly.placed:
+        if each.part.kind != "tube":
+            continue
+        sizes = each.part.sizes
+        ends: list[str] = []
+        for end in "ab":
+            other = held.get(f"{each.mark}-{end}", "")
+            angle = by_mark[other].part.sizes.get("angle") if other in by_mark else None
+            ends += [other or "tool", "" if angle is None else f"{np.degrees(angle):.2f}"]
+        turn = (np.degrees(sizes["turn of second hole"]) + 90.0) % 180.0 - 90.0  # they go through both walls
+        rows.append(
+            (each.mark, each.part.name, f"{1e3 * sizes['length']:.2f}", f"{1e3 * sizes['diameter']:g}",
+             f"{1e3 * sizes['hole from end']:.2f}", f"{turn:.2f}", *ends)
+        )  # fmt: skip
+    return rows

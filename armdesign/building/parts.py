@@ -6,6 +6,7 @@ its volume, centre of mass and inertia are sums over them. Lengths in metres, in
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -220,3 +221,8 @@ class Assembly:
     def of_link(self, link: int) -> Sequence[Placed]:
         """The parts that move with a link."""
         return [each for each in self.placed if each.link == link]
+
+
+def file_name(name: str) -> str:
+    """A part's name as that of a file."""
+    return re.sub(r"[^a-z0-9.]+", "_", name.lower()).strip("_")

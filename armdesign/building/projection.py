@@ -1,9 +1,8 @@
-"""Parallel projection of cylinders: front, top and side view in third angle, and a view at an angle."""
+"""Parallel projection of solids: front, top and side view in third angle, and a view at an angle."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +11,8 @@ from scipy.spatial import ConvexHull
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody
-from armdesign.bodies.cylinder import Cylinder
+from armdesign.bodies.cylinder import along
+from armdesign.building.parts import Part, Rod
 from armdesign.building.sheet import Sheet, circle
 
 SHADES = {"joint": "#d9d9d9", "base": "#eeeeee", "tube": "white"}
@@ -76,54 +76,95 @@ def slanted(azimuth: float = 40.0, elevation: float = 25.0) -> View:
 
 
 class Solid(NamedTuple):
-    """A cylinder to draw.
+    """A convex solid to draw, in the room [m].
 
     Attributes:
-        shape: The cylinder, in the room [m].
+        middle: Shape (3,).
+        corners: What it is the convex hull of, shape (k, 3).
+        faces: Outlines of its flat faces, counterclockwise from outside, shape (k, 3) each.
         link: The link that it belongs to.
         name: What to call it.
         fill: Colour.
-        pen: Of its edges.
+        pen: Of its outline.
+        half: From its middle to the end of its axis, shape (3,), of round ones.
+        radius: Of round ones.
     """
 
-    shape: Cylinder
+    middle: Array
+    corners: Array
+    faces: tuple[Array, ...]
     link: int
     name: str
-    fill: str
+    fill: str = "white"
     pen: str = "outline"
+    half: Array = np.zeros(3)
+    radius: float = 0.0
+
+
+def round_solid(ends: Array, radius: float, link: int, name: str, fill: str = "white") -> Solid:
+    """A cylinder.
+
+    Args:
+        ends: Middles of its faces, shape (2, 3) [m].
+        radius: [m].
+        link: The link it belongs to.
+        name: What to call it.
+        fill: Its colour.
+    """
+    half = (ends[1] - ends[0]) / 2.0
+    around = circle((0.0, 0.0), radius) @ along(*ends)[:3, :2].T
+    if half[2] < 0.0:  # the frame of a line points upwards
+        around = around[::-1]
+    rims = ends[:, None, :] + around
+    middle = ends.mean(axis=0)
+    return Solid(middle, rims.reshape(-1, 3), (rims[0, ::-1], rims[1]), link, name, fill, "outline", half, radius)
+
+
+def solids_of(part: Part, pose: Array, link: int = 0, fill: str = "white") -> list[Solid]:
+    """The solids that a part consists of.
+
+    Args:
+        part: The part.
+        pose: Its frame in the room, shape (4, 4).
+        link: The link it belongs to.
+        fill: Its colour.
+    """
+    found = []
+    for form in part.solids:
+        if isinstance(form, Rod):
+            ends = np.stack([form.start, form.end]) @ pose[:3, :3].T + pose[:3, 3]
+            found.append(round_solid(ends, form.radius, link, part.kind, fill))
+            continue
+        low, high = (np.insert(form.polygon, 2, z, axis=1) for z in (-form.width / 2.0, form.width / 2.0))
+        after = np.roll(np.arange(len(low)), -1)
+        sides = [np.stack([low[i], low[j], high[j], high[i]]) for i, j in enumerate(after)]
+        faces = [face @ pose[:3, :3].T + pose[:3, 3] for face in (low[::-1], high, *sides)]
+        corners = np.concatenate(faces[:2])
+        found.append(Solid(corners.mean(axis=0), corners, tuple(faces), link, part.kind, fill))
+    return found
 
 
 def posed(arm: ArmBody, q: Array, turn: Array) -> list[Solid]:
-    """The solids of an arm in a pose.
+    """The solids of an arm's body in a pose.
 
     Args:
         arm: The arm.
         q: Its joints, shape (n,) [rad; m of joints that slide].
         turn: Axes of its base in the room as columns, shape (3, 3).
     """
-    room = np.eye(4)
-    room[:3, :3] = turn
-    frames = [room, *(room @ frame for frame in arm.table.frames(q))]
-    return [
-        Solid(
-            replace(part.solid, pose=frames[part.link] @ part.solid.pose),
-            part.link,
-            part.name,
-            SHADES.get(part.solid.material, "white"),
-        )
-        for part in arm.parts
-    ]
+    frames = [frame[:3] for frame in (np.eye(4), *arm.table.frames(q))]
+    found = []
+    for part in arm.parts:
+        frame = turn @ frames[part.link]
+        shade = SHADES.get(part.solid.material, "white")
+        ends = part.solid.ends @ frame[:, :3].T + frame[:, 3]
+        found.append(round_solid(ends, part.solid.radius, part.link, part.name, shade))
+    return found
 
 
-def rims(shape: Cylinder) -> Array:
-    """Points of both rims of a cylinder, shape (2, k, 3) [m]."""
-    around = circle((0.0, 0.0), shape.radius) @ shape.pose[:3, :2].T
-    return shape.ends[:, None, :] + around
-
-
-def silhouette(shape: Cylinder, view: View) -> Array:
-    """Outline of a cylinder as it is seen, convex, shape (k, 2) [m]."""
-    seen = view.flat(rims(shape).reshape(-1, 3))
+def silhouette(solid: Solid, view: View) -> Array:
+    """Outline of a solid as it is seen, convex, shape (k, 2) [m]."""
+    seen = view.flat(solid.corners)
     outline: Array = seen[ConvexHull(seen, qhull_options="QJ Pp").vertices]
     return outline
 
@@ -143,17 +184,17 @@ def draw_solids(sheet: Sheet, solids: Iterable[Solid], view: View, scale: float)
 
     def nearness(solid: Solid) -> float:
         """Of two side by side the module lies over the tube that ends in it."""
-        return float(solid.shape.pose[:3, 3] @ view.towards) + (0.2 * solid.shape.radius)
+        return float(solid.middle @ view.towards) + 0.2 * solid.radius
 
     outlines = []
     for solid in sorted(solids, key=nearness):
-        outline = scale * silhouette(solid.shape, view)
+        outline = scale * silhouette(solid, view)
         sheet.area(outline, solid.pen, solid.fill)
         outlines.append(np.vstack([outline, outline[:1]]))
-        leaning = float(solid.shape.pose[:3, 2] @ view.towards)
-        if abs(leaning) > EDGE_ON:
-            near = 1 if leaning > 0.0 else 0
-            sheet.area(scale * view.flat(rims(solid.shape)[near]), "thin", "none")
+        for face in solid.faces:
+            normal = np.cross(face[1] - face[0], face[2] - face[1])
+            if normal @ view.towards > EDGE_ON * np.linalg.norm(normal):
+                sheet.area(scale * view.flat(face), "thin", "none")
     return outlines
 
 

@@ -308,7 +308,7 @@ def framed(sheet: Sheet, fields: Sequence[tuple[str, str]]) -> Sheet:
         page.text(name, (left + 1.5, top - 2.0), "left", 2.2)
         size = min(LETTER, LETTER * 72.0 / max(text_width(value, LETTER, bold=k == 0), 1e-9))
         page.text(value, (left + 1.5, top - 6.0), "left", size, bold=k == 0)
-        page.line((block[0], top), (block[2], top))
+        page.line((block[0], top), (block[2] - 28.0, top))
     page.line((block[0] + 76.0, block[1]), (block[0] + 76.0, block[3]))
     page.line((block[2] - 28.0, block[1]), (block[2] - 28.0, block[3]))
     third_angle(page, (block[2] - 14.0, block[3] - 9.0))
@@ -357,4 +357,5 @@ def number(value: float, digits: int = 1) -> str:
         value: The number.
         digits: Most digits behind the point.
     """
-    return f"{round(float(value), digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".").replace("-", "−")
+    text = f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", "−")
+    return text.rstrip("0").rstrip(".") if "." in text else text

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
 from armdesign.building.build import Build, BuildOptions, arm_mass
 from armdesign.building.build import build as build_of
 from armdesign.building.part_lists import part_lists
@@ -66,7 +67,8 @@ def build(
     place = out or Path("build") / design.name
     claim_folder(place, overwrite=overwrite)
     written = write_result(place, made.result)
-    written += write_files(place, {**part_lists(made), RECORD: build_record(made)})
+    page = {} if made.assembly is None else {ASSEMBLY: assembly_page(made)}
+    written += write_files(place, {**part_lists(made), **page, RECORD: build_record(made)})
     if not quiet:
         show_build(made)
         typer.echo(written_text([place / name for name in written]))

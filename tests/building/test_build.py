@@ -3,6 +3,7 @@
 import csv
 import json
 import xml.etree.ElementTree as ET
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,11 @@ from typer.testing import CliRunner
 import armdesign
 from armdesign.building.build import BuildOptions, build
 from armdesign.building.catalogue import find_catalogue
+from armdesign.building.part_drawing import part_sheet
+from armdesign.building.part_lists import BILL
+from armdesign.building.parts import file_name
+from armdesign.building.record import recorded_build
+from armdesign.building.sheet import number
 from armdesign.cli import app
 from armdesign.errors import CatalogueError, SettingsError
 from armdesign.runs.reading import read_result
@@ -48,19 +54,42 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
     pieces = [by_name[row["part"]] for row in parts if row["part"] in by_name for _ in range(int(row["quantity"]))]
     modules = built.problem.settings.body.modules
     assert sorted(m[2] for m in modules) == sorted(a.mass for a in pieces)
-    moving = sum(part.solid.mass for part in built.body.parts)
-    assert float(parts[-1]["mass [kg]"]) == pytest.approx(moving, rel=1e-3)
+    assembly = recorded_build(built).assembly
+    assert float(parts[-1]["mass [kg]"]) == pytest.approx(sum(p.part.mass for p in assembly.placed), rel=1e-3)
+    screws = sum(int(row["quantity"]) for row in parts if row["part"].startswith("screw"))
+    assert screws == sum(each.count for each in assembly.screws)
     limits = [
         joint.find("limit") for joint in ET.parse(out / "arm.urdf").iter("joint") if joint.find("limit") is not None
     ]
     assert sorted(float(x.get("effort")) for x in limits) == sorted(a.peak_torque for a in pieces)
     cuts = list(csv.DictReader((out / "cuts.csv").open()))
-    tubes = [part.solid.length * 1e3 for part in built.body.parts if part.solid.material == "tube"]
-    assert [float(row["length [mm]"]) for row in cuts] == pytest.approx(tubes, abs=0.06)
-    assert [row[0] for row in bought(built)[1:]] == [row["part"] for row in parts]
-    assert bought(design) == []
-    for command in (["check"], ["export", "--format", "mjcf", "--out", str(tmp_path / "x")]):
+    tubes = {each.mark: each.part.sizes["length"] for each in assembly.placed if each.part.kind == "tube"}
+    assert {row["mark"]: float(row["length [mm]"]) for row in cuts} == pytest.approx(
+        {mark: 1e3 * length for mark, length in tubes.items()}, abs=0.006
+    )
+    assert [row[0] for row in bought(built, BILL)[1:]] == [row["part"] for row in parts]
+    assert bought(design, BILL) == []
+    page = (out / "assembly.html").read_text()
+    assert all(f">{each.mark}<" in page for each in assembly.placed if "flange" not in each.part.kind)
+    tool = 1e3 * built.table.frames(np.zeros(3))[-1, :3, 3]
+    assert all(f"<td>{number(x)}</td>" in page for x in tool)
+    for command in (["check"], ["export", "--format", "mjcf,drawing", "--out", str(tmp_path / "x")]):
         assert CliRunner().invoke(app, [command[0], str(out), *command[1:]]).exit_code in (0, 3)
+    made = [name for name, (part, _) in assembly.counted().items() if not part.bought]
+    drawn = tmp_path / "x" / "drawing"
+    assert {path.stem for path in drawn.glob("*.svg")} == {"arm", "overview", *(file_name(name) for name in made)}
+    assert (drawn / "drawings.pdf").read_bytes().count(b"/Type /Page ") == len(made) + 2
+    for name, (part, places) in assembly.counted().items():
+        if part.bought:
+            continue
+        sheet = part_sheet(places, "arm", "1 of 1")
+        boxes = [(words.text, words.box) for words in sheet.words]
+        assert not [(a[0], b[0]) for a, b in combinations(boxes, 2) if a[1].overlaps(b[1])], name
+        left, bottom, right, top = sheet.extent
+        assert (left, bottom, right, top) == pytest.approx((20.0, 10.0, 410.0, 287.0)), name
+        texts = [words.text for words in sheet.words]
+        assert set(part.sizes) < set(texts)
+        assert all(f"{holes.count} × {holes.thread}" in texts for holes in part.circles.values())
 
 
 def test_slower_where_asked(design):

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from armdesign.bodies.arm_body import arm_body
-from armdesign.bodies.cylinder import Cylinder, along
 from armdesign.building.arm_drawing import Pose, arm_drawing, arm_sheet, arm_views, arranged
 from armdesign.building.labels import Labels, crossing
-from armdesign.building.projection import FRONT, SIDE, TOP, VIEWS, least_shortened, silhouette, slanted
+from armdesign.building.projection import FRONT, SIDE, TOP, VIEWS, least_shortened, round_solid, silhouette, slanted
 from armdesign.building.sheet import A3, PENS, Box, Sheet, Words, figure_of, number, pdf_of, svg_of, text_width
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings.sections import Body
@@ -95,12 +94,12 @@ def test_views_are_rotations_in_third_angle():
 
 
 def test_silhouettes_of_a_cylinder():
-    lying = Cylinder(along([0.0, 0, 0], [0.4, 0, 0]), 0.05, 0.4, 1.0, "tube")
+    lying = round_solid(np.array([[0.0, 0, 0], [0.4, 0, 0]]), 0.05, 0, "tube")
     for view, size in ((FRONT, (0.4, 0.1)), (TOP, (0.4, 0.1)), (SIDE, (0.1, 0.1))):
         assert np.ptp(silhouette(lying, view), axis=0) == pytest.approx(size, rel=5e-3)
     assert np.linalg.norm(silhouette(lying, SIDE), axis=1) == pytest.approx(0.05)
     tilt = np.deg2rad(30.0)
-    leaning = Cylinder(along([0.0, 0, 0], 0.4 * np.array([np.cos(tilt), 0, np.sin(tilt)])), 0.05, 0.4, 1.0, "tube")
+    leaning = round_solid(0.4 * np.array([[0, 0, 0], [np.cos(tilt), 0, np.sin(tilt)]]), 0.05, 0, "tube")
     assert np.ptp(silhouette(leaning, SIDE)[:, 1]) == pytest.approx(0.4 * np.sin(tilt) + 0.1 * np.cos(tilt), rel=5e-3)
 
 
@@ -142,4 +141,5 @@ def test_the_drawing_for_a_page_fits_it():
 
 def test_numbers_of_drawings():
     assert [number(x) for x in (100.0, -1.04, 0.04, -0.001, 12.55)] == ["100", "−1", "0", "0", "12.6"]
+    assert number(2700.0, 0) == "2700"
     assert text_width("MM", 3.5) == pytest.approx(2.0 * text_width("M", 3.5))

@@ -1,0 +1,242 @@
+"""How a build is put together: steps in order, each with a picture of the arm so far, and poses to check it by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import jinja2
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.bodies.exact import ExactScene
+from armdesign.building.arm_drawing import degrees
+from armdesign.building.build import Build, assembly_of
+from armdesign.building.catalogue import Actuator
+from armdesign.building.labels import Labels
+from armdesign.building.part_lists import screw_length
+from armdesign.building.parts import Placed, Screws
+from armdesign.building.projection import Solid, draw_solids, slanted, solids_of
+from armdesign.building.sheet import Sheet, number, svg_of
+from armdesign.kinematics.base_pose import MOUNTINGS
+from armdesign.kinematics.dh import DHTable
+
+ASSEMBLY = "assembly.html"
+PICTURE, ROUND = (150.0, 150.0), 34.0
+"""Width and greatest height of a step's picture, and what of it is left about the arm for marks [mm]."""
+NEW, OLD = "#c4c4c4", "white"
+"""Colours of what a step adds, and of what is there."""
+
+
+class Step(NamedTuple):
+    """A step of the assembly.
+
+    Attributes:
+        title: What is done.
+        words: How, a sentence each.
+        picture: The arm so far, as SVG.
+    """
+
+    title: str
+    words: list[str]
+    picture: str
+
+
+class Check(NamedTuple):
+    """A pose to hold the finished arm against.
+
+    Attributes:
+        name: Of the pose.
+        joints: Angle of every joint, in words.
+        tool: Where the tool is, from the middle of the base, in millimetres.
+        note: What to know before going there.
+    """
+
+    name: str
+    joints: list[str]
+    tool: list[str]
+    note: str
+
+
+def assembly_page(build: Build) -> str:
+    """The steps of a build as one page that needs no network; the same build gives the same page.
+
+    Raises:
+        CatalogueError: Its parts do not fit together.
+    """
+    result, assembly = build.result, assembly_of(build)
+    places = jinja2.FileSystemLoader(Path(__file__).resolve().parent)
+    page = jinja2.Environment(loader=places, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    checks = poses_to_check(build)
+    q = np.zeros(result.table.dof) if not checks[0].note else result.evaluation.path.q[0]
+    room = np.eye(4)
+    room[:3, :3] = MOUNTINGS[result.base_pose.mounted]
+    frames = [room @ frame for frame in (np.eye(4), *result.table.frames(q))]
+    drawn = [(each, solids_of(each.part, frames[each.link] @ each.pose, each.link)) for each in assembly.placed]
+    return page.get_template("assembly.html.j2").render(
+        name=result.name,
+        steps=steps(build, drawn),
+        checks=checks,
+        drawn="with every joint at zero" if not checks[0].note else "at the start of its motion",
+    )
+
+
+def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Step]:
+    """What is done in which order, from the base to the tool: every link, then the actuator it carries.
+
+    Args:
+        build: The parts.
+        drawn: Every part with its solids as the pictures show them.
+    """
+    table, found = build.result.table, []
+    there: list[Solid] = []
+    done: set[str] = set()
+    whole = [solid for _, several in drawn for solid in several]
+    for link in range(table.dof + 1):
+        for actuators in (True, False):
+            new = [(each, shown) for each, shown in drawn if each.link == link and each.part.bought == actuators]
+            if not new:
+                continue
+            marks = {each.mark for each, _ in new}
+            if actuators:
+                actuator = build.choice.actuators[link - 1]
+                title, words = f"Actuator J{link}: {actuator.name}", actuator_words(actuator, link, table)
+                words += [each.part.note for each, _ in new if each.part.note]
+            else:
+                title = "Base" if link == 0 else f"Link {link}" + (" with the tool" if link == table.dof else "")
+                words = [*part_words(new), *link_words(link, table)]
+            joined = [s for s in assembly_of(build).screws if set(s.joins) & marks and set(s.joins) <= marks | done]
+            words += screw_words(joined)
+            found.append(Step(title, words, pictured(there, new, whole)))
+            there += [solid for _, shown in new for solid in shown]
+            done |= marks
+    return found
+
+
+def part_words(new: Sequence[tuple[Placed, list[Solid]]]) -> list[str]:
+    """The parts of a link in their order; of tubes the length and how their second hole is turned."""
+    parts = ", ".join(f"{each.mark} ({each.part.name})" for each, _ in new)
+    words = [f"From the inner to the outer end: {parts}."]
+    for each, _ in new:
+        if each.part.kind == "tube":
+            sizes = each.part.sizes
+            turn = (np.degrees(sizes["turn of second hole"]) + 90.0) % 180.0 - 90.0  # they go through both walls
+            clocked = "in line with the first" if abs(turn) < 0.01 else (
+                f"turned {'anticlockwise' if turn > 0.0 else 'clockwise'} by {number(abs(turn), 2)}° against the "
+                "first, seen on the outer end"
+            )  # fmt: skip
+            words.append(f"Tube {each.mark}: {number(1e3 * sizes['length'])} mm long, its outer pin hole {clocked}.")
+    return words
+
+
+def screw_words(joined: Sequence[Screws]) -> list[str]:
+    """Screws by what they join, in words."""
+    return [
+        f"{each.joins[0]} to {each.joins[1]}: {each.count} × {each.thread} x {screw_length(each)}, at least "
+        f"{number(1e3 * each.length)} mm under the head."
+        for each in joined
+    ]
+
+
+def actuator_words(actuator: Actuator, joint: int, table: DHTable) -> list[str]:
+    """What to do with the actuator of a joint.
+
+    Args:
+        actuator: The actuator.
+        joint: Number of the joint.
+        table: The arm.
+    """
+    words = [f"Before it is mounted: set its address on the bus to {joint}, and drive it to its zero."]
+    if actuator.interface:
+        words.append(f"Interface: {actuator.interface}.")
+    if actuator.voltage:
+        words.append(f"Supply: {number(actuator.voltage)} V.")
+    if actuator.angle_range:
+        words.append(f"It turns by {degrees(actuator.angle_range)}° in all: put its zero into the middle of that.")
+    words.append("Mark a line across housing and output where both stand at zero.")
+    theta = table.theta[joint - 1]
+    if abs(theta) > 1e-9:
+        words.append(
+            f"At zero what follows is turned by {degrees(theta)}° about the axis of J{joint} against what was before."
+        )
+    return words
+
+
+def link_words(link: int, table: DHTable) -> list[str]:
+    """How the next joint, or the tool, lies against the last one: distance, twist and which way.
+
+    Args:
+        link: Number of the link; 0 is the base.
+        table: The arm.
+    """
+    here = "the z axis of the base" if link == 0 else f"the axis of J{link}"
+    there = "the tool's axis" if link == table.dof else f"the axis of J{link + 1}"
+    alpha, a, d = table.alpha[link], table.a[link], table.d[link]
+    seen = f"from J{link} to J{link + 1}" if 0 < link < table.dof else "outwards along x"
+    if abs(np.sin(alpha)) < 1e-9:
+        turn = f"{there} is parallel to {here}" + ("" if np.cos(alpha) > 0.0 else ", and points the other way")
+    else:
+        way = "clockwise" if alpha > 0.0 else "anticlockwise"
+        turn = f"looking {seen}, {there} is turned {way} by {degrees(abs(alpha))}° against {here}"
+    words = [f"Clocking: {turn}; both axes are {number(1e3 * abs(a))} mm apart."]
+    if abs(d) > 1e-9:
+        words.append(f"Along {there}, what follows begins {number(1e3 * d)} mm from the foot of their common normal.")
+    return words
+
+
+def pictured(there: Sequence[Solid], new: Sequence[tuple[Placed, list[Solid]]], whole: Sequence[Solid]) -> str:
+    """The arm so far at an angle, what is new grey and in heavy lines, by its marks.
+
+    Args:
+        there: What is there.
+        new: What the step adds.
+        whole: All solids of the arm, so that every picture has the same scale and place.
+    """
+    view = slanted()
+    seen = view.flat(np.concatenate([solid.corners for solid in whole]))
+    factor = float(np.min((np.array(PICTURE) - ROUND) / np.ptp(seen, axis=0)))
+    size = np.array([PICTURE[0], factor * float(np.ptp(seen[:, 1])) + ROUND])
+    by = size / 2.0 - factor * (seen.min(axis=0) + seen.max(axis=0)) / 2.0
+    sheet, drawn = Sheet((PICTURE[0], float(size[1]))), Sheet()
+    labels = Labels(sheet)
+    old = [solid._replace(fill=OLD, pen="thin") for solid in there]
+    fresh = [solid._replace(fill=NEW) for _, shown in new for solid in shown]
+    for outline in draw_solids(drawn, [*old, *fresh], view, factor):
+        labels.keep_clear(*(outline + by))
+    sheet.put(drawn, by)
+    for each, shown in new:
+        if "flange" not in each.part.kind:
+            labels.leader(each.mark, factor * view.flat(shown[0].middle) + by)
+    return svg_of(sheet)
+
+
+def poses_to_check(build: Build) -> list[Check]:
+    """The pose of all joints at zero, and start and middle of the motion, with what touches in them."""
+    result = build.result
+    q = result.evaluation.path.q
+    scene = ExactScene(result.body)
+    poses = {"zero": np.zeros(result.table.dof), "start of the motion": q[0], "middle of the motion": q[len(q) // 2]}
+    return [
+        Check(name, joint_words(pose, result.table), tool_words(result.table, pose), touching(scene, pose))
+        for name, pose in poses.items()
+    ]
+
+
+def joint_words(q: Array, table: DHTable) -> list[str]:
+    """Angles and ways of all joints, shape (n,) [rad; m of joints that slide]."""
+    slides = table.prismatic
+    return [f"{number(1e3 * x)} mm" if s else f"{degrees(x)}°" for x, s in zip(q, slides, strict=True)]
+
+
+def tool_words(table: DHTable, q: Array) -> list[str]:
+    """Where the tool is in the base's axes, x, y and z in millimetres."""
+    return [number(1e3 * x) for x in table.frames(q)[-1, :3, 3]]
+
+
+def touching(scene: ExactScene, q: Array) -> str:
+    """What of the arm touches in a pose, in words; empty where nothing does."""
+    clearance = scene.self_clearance(q[None])
+    if clearance is None or clearance.value > 0.0:
+        return ""
+    return f"Do not go there: {clearance.bodies[0]} and {clearance.bodies[1]} would run into each other."

@@ -1,0 +1,271 @@
+"""Sheets for the workshop: one for each part that is made, and an exploded overview with the parts list."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.building.arm_drawing import Pose, arm_sheet, arranged, degrees, words_of_scale
+from armdesign.building.build import Build, assembly_of
+from armdesign.building.labels import Labels
+from armdesign.building.parts import SCREWS, Part, Placed, Rod, file_name
+from armdesign.building.projection import View, draw_solids, slanted, solids_of
+from armdesign.building.sheet import LETTER, SCALES, Box, Sheet, block_box, circle, framed, number, pdf_of, svg_of
+from armdesign.building.solids import at_zero
+from armdesign.kinematics.base_pose import MOUNTINGS
+
+PART_VIEWS = (
+    View("front view", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+    View("top view", (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)),
+    View("right side view", (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+)
+"""Of a part in its own frame, in third angle; z is what brackets are drawn out along, and the axis of round parts."""
+ISO_2768_M = ((6.0, 0.1), (30.0, 0.2), (120.0, 0.3), (400.0, 0.5), (1000.0, 0.8), (np.inf, 1.2))
+"""Deviations allowed of lengths up to so much [mm]."""
+ANGLE = 0.2
+"""Deviation allowed of angles, that ``armdesign tolerance`` counts on [deg]."""
+ANGLES = ("angle", "turn")
+ROOM = (235.0, 235.0)
+"""For front, top and side view of a part [mm]."""
+COLUMN = 266.0
+"""Where tables beside the views begin [mm]."""
+NEXT = 0.055
+"""By how much each part is drawn away from the one before in the exploded view [m]."""
+SHADES = {"actuator": "#d9d9d9", "base plate": "#eeeeee"}
+
+
+def drawing_files(build: Build) -> dict[str, str | bytes]:
+    """The arm, the overview and every part that is made, on A3: each as SVG, all as one PDF."""
+    assembly = assembly_of(build)
+    kinds = assembly.counted()
+    made = {name: places for name, (part, places) in kinds.items() if not part.bought}
+    pose = Pose(build.result.body, np.zeros(build.result.table.dof), MOUNTINGS[build.result.base_pose.mounted])
+    title, of = build.result.name, len(made) + 2
+    sheets = {
+        "arm": arm_sheet(pose, f"{title}: dimensions", [("sheet", f"1 of {of}"), ("projection", "third angle")]),
+        "overview": overview(build, f"2 of {of}"),
+    }
+    for k, (name, places) in enumerate(made.items(), start=3):
+        sheets[file_name(name)] = part_sheet(places, title, f"{k} of {of}")
+    return {
+        "drawing/drawings.pdf": pdf_of(sheets.values()),
+        **{f"drawing/{name}.svg": svg_of(sheet) for name, sheet in sheets.items()},
+    }
+
+
+def part_sheet(places: Sequence[Placed], arm: str, of: str) -> Sheet:
+    """The sheet of a part that is made.
+
+    Args:
+        places: Where it is in the arm.
+        arm: Name of the arm.
+        of: Number of the sheet.
+    """
+    part = places[0].part
+    rows = [("dimension", "value", "tolerance"), *dimension_rows(part)]
+    holes = [("holes", "thread", "on", "drill"), *circle_rows(part)]
+    sheet = Sheet()
+    table = sheet.table((COLUMN, 282.0), (70.0, 35.0, 34.0), rows, 5.5)
+    if len(holes) > 1:
+        table = sheet.table((COLUMN, table[1] - 3.0), (66.0, 21.0, 26.0, 26.0), holes, 5.5)
+    fields = [
+        ("title", f"{arm}: {part.name}"), ("mark on each", ", ".join(each.mark for each in places)),
+        ("material", f"{part.material}, {number(part.density, 0)} kg/m³"), ("quantity", str(len(places))),
+        ("mass of one", f"{number(1e3 * part.mass)} g"), ("general tolerance", f"ISO 2768-m, angles ±{ANGLE:g}°"),
+        ("sheet", of),
+    ]  # fmt: skip
+    tilted = tilted_ways(part)
+    rest = Box((COLUMN, block_box([*fields, ""])[3] + 3.0, 405.0, table[1] - 3.0))
+    for scale in SCALES[2:]:
+        views, _ = arranged([part_view(part, view, scale) for view in PART_VIEWS])
+        more = [part_view(part, square_to(way, letter), scale) for way, letter in zip(tilted, "ABCD", strict=False)]
+        high = sum(float(view.extent.size[1]) + 3.0 for view in more)
+        wide = max((float(view.extent.size[0]) for view in more), default=0.0)
+        if np.all(np.array(views.size) <= ROOM) and high <= rest.size[1] and wide <= rest.size[0]:
+            break
+    sheet.put(views, (27.0, 282.0 - views.size[1]))
+    top = rest[3]
+    for view in more:
+        sheet.put(view, (COLUMN - view.extent[0], top - view.extent[3]))
+        top -= float(view.extent.size[1]) + 3.0
+    if part.note and part.kind != "bracket":
+        sheet.text(part.note, (27.0, 16.0), "left", 3.0)
+    return framed(sheet, [*fields[:6], ("scale", words_of_scale(scale)), fields[6]])
+
+
+def dimension_rows(part: Part) -> Iterator[tuple[str, str, str]]:
+    """Every dimension of a part by name with what it may be off, lengths in millimetres."""
+    for name, value in part.sizes.items():
+        if name.startswith(ANGLES):
+            yield name, f"{degrees(value)}°", f"±{ANGLE:g}°"
+        else:
+            size = 1e3 * value
+            yield name, f"{number(size, 2)} mm", f"±{next(x for most, x in ISO_2768_M if abs(size) <= most):g} mm"
+
+
+def circle_rows(part: Part) -> Iterator[tuple[str, str, str, str]]:
+    """Every bolt circle of a part: what for, screws, on which diameter, and which drill."""
+    for name, holes in part.circles.items():
+        drill = SCREWS[holes.thread][1 if "tapped" in name else 0]
+        generic = " *check maker's" if holes.generic else ""
+        on, drilled = (f"⌀{number(1e3 * x, 2)}" for x in (holes.diameter, drill))
+        yield name + generic, f"{holes.count} × {holes.thread}", on, drilled
+
+
+def tilted_ways(part: Part) -> list[Array]:
+    """Outward directions of holes that no principal view looks along, shape (3,) each."""
+    middle = part.inertial.com
+    found: list[Array] = []
+    for hole in part.holes:
+        way = (hole.end - hole.start) / np.linalg.norm(hole.end - hole.start)
+        way = way if (hole.start + hole.end - 2.0 * middle) @ way > 0.0 else -way
+        if (
+            np.abs(way).max() < 1.0 - 1e-6
+            and part.kind != "tube"
+            and not any(way @ other > 1.0 - 1e-6 for other in found)
+        ):
+            found.append(way)
+    return found
+
+
+def square_to(way: Array, letter: str) -> View:
+    """A view along a direction in the x-y plane of a part, that it looks from, shape (3,)."""
+    right = np.cross([0.0, 0.0, 1.0], way)
+    x, y, z = (right / np.linalg.norm(right)).tolist()
+    return View(f"view {letter}, square to the holes", (x, y, z), (0.0, 0.0, 1.0))
+
+
+def part_view(part: Part, view: View, scale: float) -> Sheet:
+    """A part from one side with its size, holes that are looked into with their diameters, others hidden.
+
+    Args:
+        part: The part.
+        view: How it is looked at.
+        scale: Of the drawing.
+    """
+    factor, labels = 1e3 * scale, Labels(Sheet())
+    sheet = labels.sheet
+    for outline in draw_solids(sheet, solids_of(part, np.eye(4)), view, factor):
+        labels.keep_clear(*outline)
+    left, bottom, right, top = sheet.extent
+    into: dict[float, list[Array]] = {}
+    for hole in part.holes:
+        draw_hole(labels, hole, view, factor)
+        if not view.flat(hole.end - hole.start).any() or np.linalg.norm(view.flat(hole.end - hole.start)) < 1e-9:
+            into.setdefault(round(2e3 * hole.radius, 2), []).append(factor * view.flat(hole.end))
+    if part.kind in ("bracket", "corner") and view is PART_VIEWS[0]:
+        draw_angle(labels, part, factor)
+    width, height = number((right - left) / scale), number((top - bottom) / scale)
+    outer = max((s.radius for s in part.solids if isinstance(s, Rod)), default=0.0)
+    round_ = abs(right - left - 2.0 * factor * outer) < 0.1 and abs(top - bottom - 2.0 * factor * outer) < 0.1
+    labels.dimension(f"⌀{width}" if round_ else width, (right, bottom), (left, bottom))
+    if not round_:
+        labels.dimension(height, (left, bottom), (left, top))
+    for size, middles in sorted(into.items()):
+        count = len({tuple(np.round(m, 3)) for m in middles})
+        target = max(middles, key=lambda m: float(m.sum())) + 0.7 * scale * size / 2.0
+        labels.leader(f"{f'{count} × ' if count > 1 else ''}⌀{number(size, 2)}", target)
+    extent = sheet.extent
+    sheet.text(view.name, ((extent[0] + extent[2]) / 2.0, extent[1] - LETTER - 1.0), size=3.0)
+    return sheet
+
+
+def draw_hole(labels: Labels, hole: Rod, view: View, factor: float) -> None:
+    """A hole as a circle with its centre, or hidden from the side with its axis.
+
+    Args:
+        labels: What is drawn on.
+        hole: The hole.
+        view: How it is looked at.
+        factor: Millimetres on paper per metre.
+    """
+    start, end = factor * view.flat([hole.start, hole.end])
+    along, radius = end - start, factor * hole.radius
+    if np.linalg.norm(along) < 1e-6:
+        labels.sheet.area(circle(end, radius), "thin", "none")
+        for reach in (radius + 1.0) * np.eye(2):
+            labels.sheet.line(end - reach, end + reach, pen="thin" if radius < 2.0 else "axis")
+    elif abs(float((hole.end - hole.start) @ view.towards)) < 1e-9:
+        way = along / np.linalg.norm(along)
+        side = radius * np.array([-way[1], way[0]])
+        for by in (side, -side):
+            labels.sheet.line(start + by, end + by, pen="hidden")
+        labels.sheet.line(start - 1.5 * way, end + 1.5 * way, pen="axis")
+
+
+def draw_angle(labels: Labels, part: Part, factor: float) -> None:
+    """The angle between the two axes that a bracket or corner joins, with its arc.
+
+    Args:
+        labels: The front view.
+        part: The part.
+        factor: Millimetres on paper per metre.
+    """
+    angle = part.sizes["angle"]
+    first, last = (np.pi / 2.0, np.pi / 2.0 - angle) if part.kind == "bracket" else (angle / 2.0, -angle / 2.0)
+    foot = np.zeros(2)
+    if part.note in ("wedge", "standing"):
+        foot[1] = factor * min(float(s.polygon[:, 1].min()) for s in part.solids if not isinstance(s, Rod))
+    box = labels.sheet.extent
+    reach = float(np.linalg.norm([max(abs(box[0]), abs(box[2])), max(abs(box[1]), abs(box[3]))])) + 4.0
+    for turn in (first, last):
+        end = foot + reach * np.array([np.cos(turn), np.sin(turn)])
+        labels.sheet.line(foot, end, pen="axis")
+        labels.keep_clear(foot, end)
+    turns = np.linspace(first, last, 40)
+    arc = foot + (reach - 2.0) * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    if angle > 1e-6:
+        labels.sheet.line(*arc)
+        labels.keep_clear(*arc)
+        labels.leader(f"{degrees(angle)}°", arc[20])
+
+
+def overview(build: Build, of: str) -> Sheet:
+    """The arm pulled apart, its kinds of part numbered, with the parts list.
+
+    Args:
+        build: The build.
+        of: Number of the sheet.
+    """
+    assembly, view = assembly_of(build), slanted()
+    turned = np.eye(4)
+    turned[:3, :3] = MOUNTINGS[build.result.base_pose.mounted]
+    placed = [(each, turned @ pose) for each, pose in at_zero(assembly, build.result.table)]
+    centres = [pose[:3, :3] @ each.part.inertial.com + pose[:3, 3] for each, pose in placed]
+    away, drawn = np.zeros(3), []
+    for k, (each, pose) in enumerate(placed):
+        step = centres[k] - centres[k - 1] if k else np.zeros(3)
+        away = away + NEXT * step / max(float(np.linalg.norm(step)), 1e-6)
+        moved = pose.copy()
+        moved[:3, 3] += away
+        drawn.append((each, solids_of(each.part, moved, each.link, SHADES.get(each.part.kind, "white"))))
+    kinds = assembly.counted()
+    rows = [("no.", "part", "qty", "material", "mass [g]", "marks")]
+    for k, (name, (part, places)) in enumerate(kinds.items(), start=1):
+        marks = ", ".join(each.mark for each in places)
+        mass = number(1e3 * part.mass)
+        rows.append((str(k), name, str(len(places)), "bought" if part.bought else part.material, mass, marks))
+    widths = (8.0, 36.0, 8.0, 36.0, 16.0, 66.0)
+    sheet = Sheet()
+    table = sheet.table((405.0 - sum(widths), 282.0), widths, rows, min(6.0, 220.0 / len(rows)))
+    under = Box((25.0, block_box(4 * [""])[3] + 4.0, 405.0, table[1] - 4.0))
+    solids = [solid for _, several in drawn for solid in several]
+    seen = view.flat(np.concatenate([solid.corners for solid in solids]))
+    beside = Box((25.0, 15.0, table[0] - 4.0, 282.0))
+    factor, space = max((float(np.min((room.size - 40.0) / np.ptp(seen, axis=0))), room) for room in (under, beside))
+    labels = Labels(Sheet())
+    for outline in draw_solids(labels.sheet, solids, view, factor):
+        labels.keep_clear(*outline)
+    numbers = {name: str(k) for k, name in enumerate(kinds, start=1)}
+    for each, several in drawn:
+        labels.leader(numbers[each.part.name], factor * view.flat(several[0].middle))
+    extent = labels.sheet.extent
+    sheet.put(labels.sheet, np.array(space[:2]) + (space.size - extent.size) / 2.0 - extent[:2])
+    total = sum(part.mass * len(places) for part, places in kinds.values())
+    fields = [
+        ("title", f"{build.result.name}: parts"), ("sheet", of), ("mass of all", f"{number(total, 2)} kg"),
+        ("drawn", "with every joint at zero, not to scale"),
+    ]  # fmt: skip
+    return framed(sheet, fields)
