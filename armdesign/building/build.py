@@ -252,7 +252,7 @@ def bears(fitted: Fitted, speed: float, options: BuildOptions, payload: float) -
     duty = duty_of(fitted.arm.body, moved, actuators, fitted.arm.base_pose, load)
     torque = duty.torque(range(len(actuators)))
     used = tuple(duty.shortfall(j, j, torque[:, j]) for j in range(len(actuators)))
-    return replace(fitted.choice, shortfalls=used) if all(each.met for each in used) else None
+    return replace(fitted.choice, shortfalls=used, nodes=0) if all(each.met for each in used) else None
 
 
 def priced(actuators: Sequence[Actuator], options: BuildOptions) -> tuple[Actuator, ...]:

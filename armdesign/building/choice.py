@@ -75,7 +75,7 @@ class Choice:
         actuators: From the base on, n of them.
         cost: Sum of what was minimised.
         shortfalls: What each uses of its limits.
-        nodes: Partial choices that were looked at.
+        nodes: Partial choices that were looked at; 0 where choices went in a circle, and this is the best of it.
     """
 
     actuators: tuple[Actuator, ...]

@@ -83,7 +83,11 @@ def show_build(made: Build) -> None:
         rows.append((f"joint {j}", a.name, *shares, f"{a.mass:.3g}", price))
     show_table(("", "actuator", "rated [%]", "peak [%]", "speed [%]", "mass [kg]", "price"), rows, left=(0, 1))
     least = "lighter" if made.options.least == "mass" else "cheaper"
-    show_text(f"No {least} choice meets the margin of {made.options.margin:g}: proven in {made.choice.nodes} steps.")
+    show_text(
+        f"No {least} choice meets the margin of {made.options.margin:g}: proven in {made.choice.nodes} steps."
+        if made.choice.nodes else
+        f"Each choice moves the modules so that another is better; this is the {least.replace('er', 'est')} that bears."
+    )  # fmt: skip
     if made.tube is not None and made.sag is not None:
         show_text(f"Tubes: {made.tube.name}; the tool sags {made.sag * 1e3:.2f} mm under the payload at most.")
     if made.before is not None:
