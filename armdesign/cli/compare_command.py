@@ -121,9 +121,9 @@ def compare(
     if csv_file is not None:
         write_whole(csv_file, comparison_csv(comparison))
     if not quiet:
-        show_table(FITNESS, [fitness_cells(row) for row in comparison.rows])
-        typer.echo()
         show_table(EFFORT, [effort_cells(row) for row in comparison.rows])
+        typer.echo()
+        show_table(FITNESS, [fitness_cells(row) for row in comparison.rows])
         show_text("\n".join(comparison_notes(comparison)))
 
 

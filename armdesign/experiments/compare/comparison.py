@@ -18,6 +18,7 @@ from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
 from armdesign.fitness.problem import Problem, make_problem, start_effort
 from armdesign.kinematics.base_pose import placed_base
+from armdesign.kinematics.motion import smooth_motion
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.settings.sections import Settings, Solver
@@ -36,6 +37,7 @@ class ArmScore:
         worst_point: Index of the followed point with the largest error.
         moving_mass: Mass of all that moves [kg]; None where it is not known.
         torque: Peak torque of each joint, shape (n,) [N m]; None where it is not known.
+        speed: Largest speed of each joint that turns, on the smoothed path [rad/s]; None where nothing is reached.
         base: Base pose (x, y, z, yaw) that was found for a ready-made arm, shape (4,) [m, rad].
         mounted: What its base is mounted on: floor, wall or ceiling.
         evaluations: Base poses that were tried.
@@ -47,6 +49,7 @@ class ArmScore:
     worst_point: int = 0
     moving_mass: float | None = None
     torque: Array | None = None
+    speed: Array | None = None
     base: Array | None = None
     mounted: str = "floor"
     evaluations: int = 0
@@ -80,6 +83,11 @@ class ArmScore:
     def peak_torque(self) -> float | None:
         """Largest torque of any joint [N m]; None where it is not known."""
         return None if self.torque is None else float(self.torque.max())
+
+    @property
+    def peak_speed(self) -> float | None:
+        """Largest speed of any joint that turns [rad/s]; None where it is not known."""
+        return None if self.speed is None or not len(self.speed) else float(self.speed.max())
 
     @property
     def worst_error(self) -> float:
@@ -195,13 +203,16 @@ def score_ready_made(
 
 
 def with_effort(row: ArmScore, problem: DesignProblem, model: pin.Model) -> ArmScore:
-    """The row with its worst point and, where masses are known, the torques along its path."""
+    """The row with its worst point, speeds and, where masses are known, the torques along its path."""
     if not row.reached:
         return row
     followed = np.array(problem.settings.fitness.weights) > 0.0
     worst = np.where(followed, row.path.distance.max(axis=0), -1.0)
-    torque = None if row.moving_mass is None else peak_torques(model, problem.task.time, row.path.q)
-    return replace(row, worst_point=int(np.argmax(worst)), torque=torque)
+    time, q = problem.task.time, row.path.q
+    torque = None if row.moving_mass is None else peak_torques(model, time, q)
+    turns = ~np.array(row.arm.table.prismatic) if isinstance(row.arm, DesignArm) else np.ones(row.arm.dof, dtype=bool)
+    speed = np.abs(smooth_motion(time, q).v).max(axis=0)[turns]
+    return replace(row, worst_point=int(np.argmax(worst)), torque=torque, speed=speed)
 
 
 def some_problem(problem: DesignProblem) -> Problem:

@@ -9,34 +9,44 @@ import numpy as np
 
 from armdesign._version import __version__
 from armdesign.demonstration.provenance import as_json
+from armdesign.experiments.compare.arms import DesignArm
 from armdesign.experiments.compare.comparison import READY_MADE, ArmScore, Comparison
-from armdesign.feasibility.verdict import spread
 from armdesign.files import csv_table
+from armdesign.views.report.others import OtherArm, winners
 
 SCHEMA_VERSION = 1
-FITNESS = ("arm", "hand [mm]", "95 %", "largest", "r [m]", "f [mm]", "E [mm]", "start [mm]")
-"""Headings of the first table: how well the arms do; the error of the hand, then the figures of the paper."""
-EFFORT = ("arm", "joints", "L [m]", "moving [kg]", "torque [N m]", "base x, y, z, yaw [mm, deg]")
-"""Headings of the second: what that takes."""
+EFFORT = ("arm", "error [mm]", "mean", "joints", "L [m]", "kg", "N m", "deg/s")
+"""Headings of the first table: the hand's largest and mean error, and what that takes: moving mass, torque, speed."""
+FITNESS = ("arm", "r [m]", "f [mm]", "E [mm]", "start [mm]")
+"""Headings of the second: the figures of the paper."""
 COLUMNS = (
     "name", "kind", "joints", "length", "fitness", "path_fitness", "area", "worst_error", "worst_point",
     "start_reached", "start_error", "moving_mass", "peak_torque", "base_x", "base_y", "base_z", "base_yaw", "tool",
-    "source",
+    "source", "peak_speed",
 )  # fmt: skip
 """Columns of the CSV."""
 
 
+def effort_cells(row: ArmScore) -> tuple[str, ...]:
+    """The cells of an arm under EFFORT."""
+    arm, speed = as_other(row), row.peak_speed
+    return (
+        arm.name,
+        shown(arm.error and 1e3 * arm.error, 1),
+        shown(1e3 * float(row.path.distance[:, -1].mean()) if row.reached else None, 1),
+        str(arm.joints),
+        shown(arm.length, 3),
+        shown(arm.mass, 2),
+        shown(arm.torque, 1),
+        shown(speed and float(np.rad2deg(speed)), 0),
+    )
+
+
 def fitness_cells(row: ArmScore) -> tuple[str, ...]:
     """The cells of an arm under FITNESS."""
-    scores = row.scores
-    missed = "" if row.reached else " missed"
-    errors: tuple[float | None, ...] = (None, None, None)
-    if row.reached:
-        hand = spread([row.path.distance[:, -1]])
-        errors = (hand.mean * 1e3, hand.p95 * 1e3, hand.max * 1e3)
+    scores, missed = row.scores, "" if row.reached else " missed"
     return (
         row.arm.name,
-        *(shown(error, 1) for error in errors),
         shown(row.fitness, 4),
         shown(float(scores.path_fitness[0]) * 1e3, 2),
         shown(float(scores.area[0]) * 1e3, 2),
@@ -44,14 +54,21 @@ def fitness_cells(row: ArmScore) -> tuple[str, ...]:
     )
 
 
-def effort_cells(row: ArmScore) -> tuple[str, ...]:
-    """The cells of an arm under EFFORT."""
-    base = "-"
-    if row.base is not None:
-        base = ", ".join(f"{value:.0f}" for value in (*row.base[:3] * 1e3, np.rad2deg(row.base[3])))
-        base += "" if row.mounted == "floor" else f" {row.mounted}"
-    size = (str(row.arm.dof), f"{row.arm.length:.3f}")
-    return row.arm.name, *size, shown(row.moving_mass, 2), shown(row.peak_torque, 1), base
+def as_other(row: ArmScore) -> OtherArm:
+    """An arm of the comparison as the report shows it; joints that slide take forces, which are no torques."""
+    turns = not (isinstance(row.arm, DesignArm) and any(row.arm.table.prismatic))
+    error = float(row.path.distance[:, -1].max()) if row.reached else None
+    torque = row.peak_torque if turns else None
+    return OtherArm(row.arm.name, row.kind, row.arm.dof, error, row.arm.length, row.moving_mass, torque)
+
+
+def base_words(row: ArmScore) -> str:
+    """Where a ready-made arm stands, in a sentence; empty for a design."""
+    if row.base is None:
+        return ""
+    x, y, z, yaw = (f"{value:.0f}" for value in (*row.base[:3] * 1e3, np.rad2deg(row.base[3])))
+    on = "" if row.mounted == "floor" else f", mounted as on a {row.mounted}"
+    return f"{row.arm.name} stands at x {x}, y {y}, z {z} mm, yaw {yaw} deg{on}."
 
 
 def shown(value: float | None, digits: int) -> str:
@@ -61,9 +78,8 @@ def shown(value: float | None, digits: int) -> str:
 
 def comparison_notes(comparison: Comparison) -> list[str]:
     """What a reader of the tables has to know, a sentence each."""
-    notes, rows, best, sites = [], comparison.rows, comparison.best, comparison.problem.space.sites
-    if best is not None and sum(row.reached for row in rows) > 1:
-        notes.append(f"Smallest r: {best.arm.name}.")
+    rows, sites = comparison.rows, comparison.problem.space.sites
+    notes = [f"{what}: {', '.join(names)}, {value}." for what, value, names in winners([as_other(row) for row in rows])]
     if any(row.kind == READY_MADE for row in rows):
         if sites:
             places = "; ".join(map(str, sites))
@@ -75,6 +91,7 @@ def comparison_notes(comparison: Comparison) -> list[str]:
     edge = np.inf if sites else 0.98 * comparison.base_search.half_width
     for row in rows:
         name = row.arm.name
+        notes += [base_words(row)] if row.base is not None else []
         if not row.reached:
             notes.append(f"{name} does not reach the start of the task; the nearest that was found is shown.")
         if row.base is not None and row.reached and (np.abs(row.base[:3]) > edge).any():
@@ -145,6 +162,7 @@ def row_content(row: ArmScore, points: tuple[str, ...]) -> dict[str, Any]:
         "moving_mass": row.moving_mass,
         "peak_torque": row.peak_torque,
         "joint_torques": row.torque,
+        "peak_speed": row.peak_speed,
         "tool": row.tool,
         "base": None if row.base is None else dict(zip(("x", "y", "z", "yaw"), row.base.tolist(), strict=True)),
         "mounted": None if row.base is None else row.mounted,

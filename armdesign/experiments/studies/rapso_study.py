@@ -16,7 +16,7 @@ from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequ
 from armdesign.experiments.studies.study_tables import Cell, Column, Spread, Table
 from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.files import csv_table, write_whole
-from armdesign.views.report.drawing import line_style
+from armdesign.views.report.drawing import GREY
 
 TITLE = "RA-PSO against PSO"
 RANGES = ("valid", "box")
@@ -24,6 +24,8 @@ READINGS = {"valid": "extent over the valid particles", "box": "width of the bou
 QUANTITIES = {"fitness": "fitness", "effort": "CE"}
 MUCH = -50.0
 """Change of CE in percent that still counts as much lower; the paper's are -66.5 to -76.0."""
+ASIDE = 0.22
+"""How far the dots stand beside the mean."""
 FEW = 6
 """Fewer pairs than this make a bootstrap interval that holds the truth less often than it says."""
 
@@ -227,38 +229,37 @@ def interval(values: Change, k: int) -> str:
 
 
 def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
-    """Change of fitness and of CE over D: the mean with its interval, every task and n as a thin line."""
+    """Change of fitness and of CE over D: the mean with its interval, every task and n as a faint dot."""
     intervals, ranges = read_options(request)
-    picture = Figure(figsize=(4.3 * len(QUANTITIES), 2.7 * len(ranges) + 0.3), layout="constrained")
+    picture = Figure(figsize=(4.8, 2.0 * len(ranges) + 0.5), layout="constrained")
     axes = picture.subplots(len(ranges), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
     for line, reading in zip(axes, ranges, strict=True):
         rows = rows_of(request, records, reading)
         for axis, (name, title) in zip(line, QUANTITIES.items(), strict=True):
             draw_changes(axis, rows, intervals, name)
-            axis.set(title=f"range = {reading}", ylabel=f"change of {title} [%]", xticks=intervals)
+            axis.set(title=f"{title}, range = {reading}", xticks=intervals)
+            axis.set_xlim(min(intervals) - 0.5, max(intervals) + 0.5)
+            axis.title.set_fontsize(9)
+        line[0].set_ylabel("change against PSO [%]", fontsize=8.5)
     for axis in axes[-1]:
         axis.set_xlabel("D")
     handles, labels = axes[0][0].get_legend_handles_labels()
-    picture.legend(handles, labels, loc="outside lower center", ncols=4, fontsize="small")
+    picture.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=8.5, frameon=False)
     return picture
 
 
 def draw_changes(axis: Axes, rows: Sequence[Row], intervals: Sequence[int], name: str) -> None:
-    """The lines of one panel: a colour for every n, dashes for every task."""
+    """One panel: the mean with its interval, and beside it what it is the mean of."""
     axis.axhline(0.0, color="black", linewidth=0.8)
-    single = [row for row in rows if row.dof is not None]
-    joints, tasks = (list(dict.fromkeys(getattr(row, key) for row in single)) for key in ("dof", "task"))
-    for row in single:
+    for k, row in enumerate(row for row in rows if row.dof is not None):
         values: Change = getattr(row, name)
-        colour = line_style(joints.index(row.dof) + 1)["color"]
-        dashes = line_style(tasks.index(row.task))["linestyle"]
-        axis.plot(intervals, values.percent, linewidth=0.8, marker=".", label=f"{row.task}, n = {row.dof}",
-                  color=colour, linestyle=dashes)  # fmt: skip
+        axis.plot(np.array(intervals) + ASIDE, values.percent, "o", color=GREY, markersize=3, alpha=0.6,
+                  markeredgewidth=0.0, label=None if k else "a task with n joints")  # fmt: skip
     if rows:
         mean: Change = getattr(rows[-1], name)
         errors = np.nan_to_num(np.stack([mean.percent - mean.low, mean.high - mean.percent]))
-        axis.errorbar(intervals, mean.percent, np.maximum(errors, 0.0), color="black", linewidth=2.0, capsize=4,
-                      marker="o", label="mean")  # fmt: skip
+        axis.errorbar(intervals, mean.percent, np.maximum(errors, 0.0), color="black", linewidth=1.8, capsize=4,
+                      marker="o", markersize=5, label="mean with 95 % interval")  # fmt: skip
 
 
 def more(request: StudyRequest, records: Sequence[Record], folder: Path) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_design
 from armdesign.settings.sections import Search as SearchSettings
+from armdesign.views.report.drawing import ARM, GREY
 
 TITLE = "Searches for the whole robot"
 NAME = "robot"
@@ -34,6 +35,8 @@ TITLES = {
     "abc": "ABC", "ga": "GA", "pso-opytimizer": "PSO of opytimizer", "sa": "SA", "sa-default": "SA, its defaults",
     "pso": "PSO", "rapso": "RA-PSO",
 }  # fmt: skip
+MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
+"""Of the numbers of joints in the figure."""
 TEMPERATURE = 1.0
 """What SA starts at: r differs by some decimetres between good arms [m]."""
 OWN_WAYS = ("patience", "target", "time_limit", "first")
@@ -183,36 +186,37 @@ def mean_fitness(done: Sequence[Record], task: str | None = None, n: int | None 
 
 
 def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
-    """R of every run by number of joints and algorithm, with the means: a panel per task."""
-    names, algorithms = [task_name(key) for key in request.tasks], request.options["algorithms"]
-    picture = Figure(figsize=(4.2 * len(names) + 1.6, 3.6), layout="constrained")
-    panels = picture.subplots(1, len(names), squeeze=False)[0]
+    """How good every search's arms are: mean r by number of joints, lowest to highest seed; a panel per task."""
+    names, algorithms = [task_name(key) for key in request.tasks], list(request.options["algorithms"])
+    height = 0.35 + 0.16 * len(algorithms) * len(request.dof) + 0.05 * len(algorithms)
+    picture = Figure(figsize=(4.8, (height + 0.5) * len(names) + 0.4), layout="constrained")
+    panels = picture.subplots(len(names), 1, squeeze=False, sharex=True)[:, 0]
     for axes, name in zip(panels, names, strict=True):
+        done = [r for r in records if r.task == name and r.finished]
         for i, algorithm in enumerate(algorithms):
-            draw_algorithm(axes, request, [r for r in records if r.task == name and r.finished], algorithm, i)
-        axes.set_title(name)
-        axes.set_xticks(range(len(request.dof)), [f"n = {n}" for n in request.dof])
-        axes.set_ylim(bottom=0.0)
-        axes.grid(visible=False, axis="x")
-    panels[0].set_ylabel("robot fitness r [m]")
+            draw_algorithm(axes, request, done, algorithm, i)
+        axes.set_title(name, fontsize=9.5, loc="left")
+        axes.set_yticks(range(len(algorithms)), [TITLES[each] for each in algorithms])
+        axes.set_ylim(len(algorithms) - 0.5, -0.5)
+        axes.set_xlim(left=0.0)
+        axes.grid(axis="x", linewidth=0.35)
+        for edge in range(1, len(algorithms)):
+            axes.axhline(edge - 0.5, color="#dddddd", linewidth=0.6)
+    panels[-1].set_xlabel("robot fitness r [m], less is better")
     handles, labels = panels[0].get_legend_handles_labels()
-    picture.legend(handles, labels, loc="outside right center", handlelength=1.5)
+    picture.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8.5, frameon=False, handlelength=1.2)
     return picture
 
 
-def draw_algorithm(
-    axes: Axes,
-    request: StudyRequest,
-    records: Sequence[Record],
-    algorithm: str,
-    i: int,
-) -> None:
-    """A column of marks per number of joints, its mean as a bar."""
-    count = len(request.options["algorithms"])
-    shift = (i - (count - 1) / 2) * 0.8 / count
+def draw_algorithm(axes: Axes, request: StudyRequest, records: Sequence[Record], algorithm: str, i: int) -> None:
+    """A row of a search: for every number of joints the mean over the seeds, and from the best to the worst."""
+    colour = ARM if algorithm in OWN else GREY
     for k, n in enumerate(request.dof):
         values = [float(r.content["fitness"]) for r in records if r.algorithm == algorithm and r.dof == n]
-        axes.plot([k + shift] * len(values), values, ".", color=f"C{i}", markersize=4, alpha=0.6)
+        place = i + (k - (len(request.dof) - 1) / 2.0) * 0.8 / max(len(request.dof), 2)
+        style = {"marker": MARKS[k % len(MARKS)], "color": colour, "markersize": 5, "linestyle": "none"}
         if values:
-            axes.plot([k + shift], [np.mean(values)], "_", color=f"C{i}", markersize=12, markeredgewidth=2)
-    axes.plot([], [], "_", color=f"C{i}", markersize=12, markeredgewidth=2, label=TITLES[algorithm])
+            axes.plot([min(values), max(values)], [place, place], color=colour, linewidth=1.6, solid_capstyle="butt")
+            axes.plot([np.mean(values)], [place], **style)
+        if i == 0:
+            axes.plot([], [], **(style | {"color": "black"}), label=f"n = {n}")

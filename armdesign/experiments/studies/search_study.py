@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from armdesign._types import Array
@@ -17,6 +16,7 @@ from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequ
 from armdesign.experiments.studies.study_tables import Cell, Column, Table
 from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.runs.reading import read_history
+from armdesign.views.report.drawing import line_style
 
 TITLE = "The searches against each other"
 ALGORITHMS = ("multibasin", "rapso", "pso")
@@ -183,40 +183,22 @@ def spread(values: Sequence[float], best: float) -> tuple[Cell, ...]:
 
 
 def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
-    """How far above the best known arm the median seed is, over the candidates; the band holds all seeds."""
+    """How often the best known arm is found: share of all searches within 1 % of it, over the candidates tried."""
     best, groups = best_known(records), runs_of(records)
-    places = [(n, task_name(key)) for n in request.dof for key in request.tasks]
-    wide = min(len(request.tasks) if len(request.tasks) > 1 else 2, len(places)) or 1
-    high = -(-len(places) // wide) or 1
-    picture = Figure(figsize=(4.2 * wide, 2.8 * high), layout="constrained")
-    axes = np.atleast_1d(picture.subplots(high, wide, squeeze=False).ravel())
-    for ax, (n, task) in zip(axes, places, strict=False):
-        for k, algorithm in enumerate(request.options["algorithms"]):
-            draw(ax, groups.get((n, task, algorithm), []), best.get((n, task), np.inf), algorithm, f"C{k}")
-        ax.set_title(f"{task}, n = {n}", fontsize=9)
-    for ax in axes[len(places) :]:
-        ax.set_axis_off()
-    if places:
-        axes[0].legend(fontsize=7)
+    picture = Figure(figsize=(4.8, 3.0), layout="constrained")
+    axes = picture.subplots()
+    most = max((run.candidates for runs in groups.values() for run in runs), default=1000)
+    marks = np.geomspace(min(200, most), most, 200)
+    for k, algorithm in enumerate(request.options["algorithms"]):
+        near = np.array([
+            [run.at(mark) <= NEAR * best[n, task] for mark in marks]
+            for (n, task, name), runs in groups.items() if name == algorithm for run in runs
+        ])  # fmt: skip
+        if len(near):
+            axes.plot(marks, 100.0 * near.mean(axis=0), label=f"{algorithm} ({len(near)} searches)", **line_style(k))
+    axes.set(xscale="log", ylim=(0.0, 102.0), xlabel="candidates tried", ylabel="within 1 % of the best known [%]")
+    axes.xaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
+    axes.grid(linewidth=0.35)
+    if axes.lines:
+        axes.legend(fontsize=8.5, frameon=False, handlelength=3.2)
     return picture
-
-
-def draw(ax: Axes, runs: Sequence[Run], best: float, label: str, colour: str) -> None:
-    """Curves of one search."""
-    if not runs or not np.isfinite(best):
-        return
-    marks = np.geomspace(200, max(run.candidates for run in runs), 120)
-    curves = np.array([[100.0 * (run.at(mark) / best - 1.0) for mark in marks] for run in runs])
-    curves = np.where(np.isfinite(curves), np.maximum(curves, 0.05), np.nan)
-    shown = np.isfinite(curves).all(axis=0)
-    ax.plot(marks[shown], np.median(curves, axis=0)[shown], color=colour, label=label)
-    lowest, highest = (bound(curves, axis=0)[shown] for bound in (np.min, np.max))
-    ax.fill_between(marks[shown], lowest, highest, color=colour, alpha=0.2)
-    ax.axhline(1.0, color="0.6", linewidth=0.8)
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_formatter(lambda value, _: f"{value:g}")
-        axis.set_minor_formatter(lambda value, _: "")
-    ax.set_xlabel("candidates", fontsize=8)
-    ax.set_ylabel("above the best known [%]", fontsize=8)

@@ -73,6 +73,9 @@ def test_the_table_holds_designs_and_ready_made_arms(place):
     Path("arm.csv").write_text(THREE)
     outcome = run("arm.csv", "ur3", "--task", PACKAGING, *QUICK, "--json", "a.json", "--csv", "a.csv")
     assert outcome.exit_code == 0, outcome.output
+    assert max(map(len, outcome.output.splitlines())) <= 80
+    assert "Fewest joints: arm.csv, 3 joints." in " ".join(outcome.output.split())
+    assert "Smallest r" not in outcome.output
     content = json.loads(Path("a.json").read_text())
     rows = list(csv.DictReader(io.StringIO(Path("a.csv").read_text())))
     assert [row["name"] for row in rows] == [arm["name"] for arm in content["arms"]] == ["arm.csv", "ur3"]
