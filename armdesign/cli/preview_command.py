@@ -26,6 +26,9 @@ def preview(
     browse: Annotated[bool, option("--open/--no-open", None, "Open the page in the browser.")] = True,
     port: Annotated[int | None, option("--port", "N", "Port on 127.0.0.1; default: a free one.")] = None,
     speed: Annotated[float, option("--speed", "X", "Playback speed as a multiple of the real one.")] = 1.0,
+    title: Annotated[
+        str | None, option("--title", "TEXT", "Title of the page (default: the names of the runs).")
+    ] = None,
 ) -> None:
     """Show arms performing their task in the browser.
 
@@ -39,17 +42,23 @@ def preview(
         if html.is_dir():
             raise RunFolderError(f"cannot write {html}: it is a folder", value=str(html), fix="Give the name of a file")
         refuse_existing(html, overwrite=overwrite)
-        page = draw(runs, speed)
+        page = draw(runs, speed, title)
         write_whole(html, page)
         typer.echo(f"Written: {html} ({len(page.encode()) / 1e6:.1f} MB)")
         return
     refuse_without("--html", {"--overwrite": overwrite})
     with views.preview.PageServer(port) as server:
-        server.show(draw(runs, speed), browse=browse, say=typer.echo)
+        server.show(draw(runs, speed, title), browse=browse, say=typer.echo)
 
 
-def draw(runs: list[Path], speed: float) -> str:
-    """The page of run folders."""
+def draw(runs: list[Path], speed: float, title: str | None = None) -> str:
+    """The page of run folders.
+
+    Args:
+        runs: The folders.
+        speed: Times true speed.
+        title: What the page is called; the names of the runs by default.
+    """
     with compiling(quiet=False):
         finished = [read_result(folder) for folder in runs]
-    return views.preview.preview_html(finished, speed)
+    return views.preview.preview_html(finished, speed, title=title)

@@ -25,6 +25,7 @@ def preview(
     overwrite: bool = False,
     browse: bool = True,
     port: int | None = None,
+    title: str | None = None,
 ) -> None:
     """Show arms performing their task beside the demonstrator, in the browser or as one HTML file.
 
@@ -35,6 +36,7 @@ def preview(
         overwrite: Whether a file of that name is replaced.
         browse: Whether a page that is served is opened in the browser.
         port: Where it is served; a free one by default.
+        title: What the page is called; the names of the arms by default.
 
     Raises:
         RunFolderError: There is a file already, or it cannot be written.
@@ -43,10 +45,10 @@ def preview(
     shown = [results] if isinstance(results, Result) else list(results)
     if page is None:
         with PageServer(port) as server:
-            server.show(preview_html(shown, speed), browse=browse)
+            server.show(preview_html(shown, speed, title=title), browse=browse)
         return
     refuse_existing(Path(page), overwrite=overwrite)
-    write_whole(page, preview_html(shown, speed))
+    write_whole(page, preview_html(shown, speed, title=title))
 
 
 def report(

@@ -214,7 +214,7 @@ def draw_algorithm(axes: Axes, request: StudyRequest, records: Sequence[Record],
     for k, n in enumerate(request.dof):
         values = [float(r.content["fitness"]) for r in records if r.algorithm == algorithm and r.dof == n]
         place = i + (k - (len(request.dof) - 1) / 2.0) * 0.8 / max(len(request.dof), 2)
-        style = {"marker": MARKS[k % len(MARKS)], "color": colour, "markersize": 5, "linestyle": "none"}
+        style: dict[str, Any] = {"marker": MARKS[k % len(MARKS)], "color": colour, "markersize": 5, "linestyle": "none"}
         if values:
             axes.plot([min(values), max(values)], [place, place], color=colour, linewidth=1.6, solid_capstyle="butt")
             axes.plot([np.mean(values)], [place], **style)

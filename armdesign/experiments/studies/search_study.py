@@ -198,6 +198,7 @@ def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
             axes.plot(marks, 100.0 * near.mean(axis=0), label=f"{algorithm} ({len(near)} searches)", **line_style(k))
     axes.set(xscale="log", ylim=(0.0, 102.0), xlabel="candidates tried", ylabel="within 1 % of the best known [%]")
     axes.xaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
+    axes.xaxis.set_minor_formatter(lambda value, _: "")
     axes.grid(linewidth=0.35)
     if axes.lines:
         axes.legend(fontsize=8.5, frameon=False, handlelength=3.2)

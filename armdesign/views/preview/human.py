@@ -17,8 +17,12 @@ from armdesign.views.preview.recorder import Track, pose_tracks, position_track
 from armdesign.views.preview.shapes import OnTop, draw_frame, material, rod, rod_tracks, trace
 from armdesign.views.skeleton import places
 
-POINT, SEGMENT, PLACE, ERROR, TRACE = 0.014, 0.006, 0.009, 0.0045, 0.003
+POINT, PLACE, ERROR, TRACE = 0.014, 0.009, 0.0045, 0.003
 """Radii [m]."""
+LIMBS = (0.05, 0.03)
+"""Radii of the demonstrator's arm at its first and last segment, about those of an adult [m]."""
+FLESH = 0.45
+"""Opacity of it, so that points and errors inside are seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +52,7 @@ def motion_of(run: Result) -> Motion:
 
 
 def draw_demonstrator(node: Any, motion: Motion, chosen: Indices) -> list[Track]:  # noqa: ANN401
-    """Draw the points as balls, and rods from point to point of the demonstrator's arm.
+    """Draw the points as balls, and the demonstrator's arm as limbs from point to point, rounded where they meet.
 
     Args:
         node: A ``meshcat.Visualizer``; the base frame is that of the node.
@@ -64,10 +68,14 @@ def draw_demonstrator(node: Any, motion: Motion, chosen: Indices) -> list[Track]
         ball = node[f"point_{i + 1}"]
         ball.set_object(mg.Sphere(POINT), material(DEMONSTRATOR))
         tracks.append(position_track(ball.path.lower(), points[:, i]))
+    radii = np.linspace(*LIMBS, max(ends.shape[1] - 1, 1)).tolist()
     for i in range(ends.shape[1] - 1):
         segment = node[f"segment_{i + 1}"]
-        segment.set_object(rod(SEGMENT), material(DEMONSTRATOR))
+        segment.set_object(rod(radii[i]), material(DEMONSTRATOR, FLESH))
         tracks += rod_tracks(segment.path.lower(), ends[:, i], ends[:, i + 1])
+        bend = node[f"bend_{i + 1}"]
+        bend.set_object(mg.Sphere(radii[i]), material(DEMONSTRATOR, FLESH))
+        tracks.append(position_track(bend.path.lower(), ends[:, i]))
     return tracks
 
 

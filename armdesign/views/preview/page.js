@@ -4,7 +4,7 @@
   const data = JSON.parse(byId("data").textContent);
   const panel = byId("panel"), slider = byId("time"), clock = byId("clock"), button = byId("play");
   const narrow = () => window.innerWidth < 700;
-  if (narrow()) panel.open = false;
+  if (narrow()) byId("numbers").open = false;
 
   let viewer;
   try {
@@ -23,10 +23,11 @@
   const point = (xyz) => new THREE.Vector3(xyz[0], xyz[2], -xyz[1]);
 
   // The camera: as near as everything stays in sight.
-  function frame() {
-    const all = data.framed.map(point), away = point(data.direction).normalize();
+  const SIDES = { front: [1, 0, 0.02], side: [0, -1, 0.02], top: [0.001, 0, 1], all: data.direction };
+  function frame(direction = data.direction) {
+    const all = data.framed.map(point), away = point(direction).normalize();
     const target = new THREE.Box3().setFromPoints(all).getCenter(new THREE.Vector3());
-    const room = { left: narrow() ? -0.95 : -0.95 + 2 * Math.min(0.4, 270 / window.innerWidth), right: 0.95, low: -0.84, high: 0.94 };
+    const room = { left: narrow() ? -0.95 : -0.95 + 2 * Math.min(0.4, 270 / window.innerWidth), right: 0.95, low: narrow() ? -0.68 : -0.84, high: narrow() ? 0.5 : 0.94 };
     const place = (distance) => {
       camera.position.copy(target).addScaledVector(away, distance);
       camera.up.set(0, 1, 0);
@@ -63,6 +64,9 @@
   let touched = false;  // from then on the view is the user's
   viewer.controls.addEventListener("start", () => { touched = true; });
   window.addEventListener("resize", () => { if (!touched) frame(); });
+  for (const each of document.querySelectorAll("#views button")) {
+    each.addEventListener("click", () => { touched = true; frame(SIDES[each.dataset.view]); });
+  }
 
   // Texts in the scene.
   const texts = data.labels.map((label) => {
@@ -124,6 +128,26 @@
     });
   }
 
+  // Where each joint is, and how fast it moves.
+  const places = data.designs.map((design) => {
+    const body = byId("joints").createTBody();
+    if (data.designs.length > 1) row(body, design.name, 0);
+    return design.sliding.map((_, i) => row(body, `J${i + 1}`, 2));
+  });
+  function showJoints(time) {
+    data.designs.forEach((design, d) => {
+      let k = 0;
+      while (k < design.times.length - 2 && design.times[k + 1] <= time) k++;
+      const next = Math.min(k + 1, design.times.length - 1), span = design.times[next] - design.times[k];
+      const share = span > 0 ? Math.min(1, Math.max(0, (time - design.times[k]) / span)) : 0;
+      design.sliding.forEach((slides, i) => {
+        const from = design.joints[k][i], change = design.joints[next][i] - from, unit = slides ? "mm" : "°";
+        places[d][i][0].textContent = `${(from + share * change).toFixed(1)} ${unit}`;
+        places[d][i][1].textContent = `${(span > 0 && time < design.times[next] ? change / span : 0).toFixed(0)} ${unit}/s`;
+      });
+    });
+  }
+
   // Play, pause, slider: MeshCat's own animation, moved from here.
   slider.max = data.duration;
   function go(time) {
@@ -136,9 +160,10 @@
   }
   button.addEventListener("click", toggle);
   slider.addEventListener("input", () => go(Number(slider.value)));
+  byId("speed").addEventListener("change", (event) => { animator.mixer.timeScale = Number(event.target.value); });
   byId("controls").addEventListener("submit", (event) => event.preventDefault());
   document.addEventListener("keydown", (event) => {
-    if (event.key !== " " || event.target === button) return;
+    if (event.key !== " " || event.target.closest("button, select, summary")) return;
     event.preventDefault();
     toggle();
   });
@@ -162,6 +187,7 @@
     slider.value = shown;
     clock.textContent = `${shown.toFixed(2)} / ${data.duration.toFixed(2)} s`;
     showDistances(shown);
+    showJoints(shown);
   }
   refresh();
   window.preview = { viewer, go };

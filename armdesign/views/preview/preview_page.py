@@ -14,12 +14,14 @@ import meshcat
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.demonstration.files.readers import legible_text
 from armdesign.errors import SettingsError, counted
 from armdesign.search.result import Result
 from armdesign.views.preview.colours import ARM, AXES, DEMONSTRATOR, VIRIDIS
 from armdesign.views.preview.keyframes import RATE
 from armdesign.views.preview.preview_scene import AXIS, Scene, Shown, build_scene
 from armdesign.views.preview.recorder import encoded
+from armdesign.views.preview.surroundings import OBSTACLE, REGION
 
 HERE = Path(__file__).resolve().parent
 NEGLIGIBLE = 5e-5
@@ -27,13 +29,17 @@ NEGLIGIBLE = 5e-5
 
 SLOWEST = 1e-3
 """Least speed, times true speed."""
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0)
+"""Speeds to choose from on the page, beside the one it begins with."""
 MOST_DESIGNS = 12
 """Designs side by side; more would look alike, and would not fit into the page's size."""
 NAME_GAP = 0.06
 """Free space below a design's name [m]."""
 
 
-def preview_html(runs: Sequence[Result], speed: float = 1.0, urdfs: Sequence[str] | None = None) -> str:
+def preview_html(
+    runs: Sequence[Result], speed: float = 1.0, urdfs: Sequence[str] | None = None, title: str | None = None
+) -> str:
     """Finished runs performing their tasks, as one HTML page that works offline and loads nothing.
 
     The arms move at true speed. At most 60 frames per second are kept, fewer where a long recording would make
@@ -44,6 +50,7 @@ def preview_html(runs: Sequence[Result], speed: float = 1.0, urdfs: Sequence[str
         runs: The designs, shown side by side in this order.
         speed: Times true speed at which the page begins to play.
         urdfs: Their URDFs where these are known, such as a run folder's arm.urdf.
+        title: What the page is called; the names of the runs by default.
 
     Returns:
         The page; below 5 MB.
@@ -54,7 +61,7 @@ def preview_html(runs: Sequence[Result], speed: float = 1.0, urdfs: Sequence[str
     if not 1 <= len(runs) <= MOST_DESIGNS:
         raise SettingsError(f"a page cannot show {counted(len(runs), 'design')}", allowed=f"1 to {MOST_DESIGNS}")
     check_speed(speed)
-    return page(build_scene(runs, urdfs), speed)
+    return page(build_scene(runs, urdfs), speed, title)
 
 
 def check_speed(speed: float) -> None:
@@ -68,8 +75,14 @@ def check_speed(speed: float) -> None:
         raise SettingsError(f"the speed is {speed:g}", value=speed, allowed=allowed)
 
 
-def page(scene: Scene, speed: float) -> str:
-    """The page of a scene; every name in it is escaped."""
+def page(scene: Scene, speed: float, title: str | None = None) -> str:
+    """The page of a scene; every name in it is escaped.
+
+    Args:
+        scene: What is drawn.
+        speed: Times true speed.
+        title: What the page is called; the names of the designs by default.
+    """
     scripts = {"meshcat": meshcat_bundle(), "script": (HERE / "page.js").read_text(encoding="utf-8")}
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=True, trim_blocks=True)
     template = environment.from_string((HERE / "page.html.j2").read_text(encoding="utf-8"))
@@ -80,8 +93,19 @@ def page(scene: Scene, speed: float) -> str:
         style=(HERE / "page.css").read_text(encoding="utf-8"),
         commands="\n".join(map(encoded, scene.commands)),
         data=embedded(page_data(scene, speed)),
-        names=[shown.name for shown in scene.designs],
-        colours={"arm": ARM, "demonstrator": DEMONSTRATOR, "scale": ", ".join(VIRIDIS)},
+        title=legible_text(title or ""),
+        names=", ".join(shown.name for shown in scene.designs),
+        speed=speed,
+        speeds=sorted({*SPEEDS, speed}),
+        surroundings=any(shown.surrounded for shown in scene.designs),
+        regions=any(shown.regions for shown in scene.designs),
+        colours={
+            "arm": ARM,
+            "demonstrator": DEMONSTRATOR,
+            "room": OBSTACLE,
+            "region": REGION,
+            "scale": ", ".join(VIRIDIS),
+        },
         ticks=[f"{share * scene.scale.top * 1e3:g}" for share in (0.0, 0.5, 1.0)],
         oriented=any(shown.oriented for shown in scene.designs),
         notes=notes(scene, speed),
@@ -97,8 +121,16 @@ def page_data(scene: Scene, speed: float) -> dict[str, Any]:
         "labels": [label for shown in scene.designs for label in labels(shown, several=len(scene.designs) > 1)],
         "framed": [point for shown in scene.designs for point in framed(shown, scene.floor).tolist()],
         "scale": {"top": scene.scale.top * 1e3, "colours": VIRIDIS},
-        "direction": [1.0, -0.22, 0.4] if len(scene.designs) > 1 else [0.62, -0.8, 0.42],
+        "direction": looked_from(scene).tolist(),
     }
+
+
+def looked_from(scene: Scene) -> Array:
+    """Where the camera stands, seen from the middle: on the free side of every wall, shape (3,)."""
+    direction = np.array([1.0, -0.22, 0.4] if len(scene.designs) > 1 else [0.62, -0.8, 0.42])
+    for normal in scene.designs[0].walls:
+        direction = direction - 2.0 * min(0.0, float(direction @ normal)) * normal
+    return direction
 
 
 def framed(shown: Shown, floor: float) -> Array:
@@ -116,12 +148,14 @@ def top_of(shown: Shown) -> float:
 
 
 def design_data(shown: Shown) -> dict[str, Any]:
-    """The distances of a design over time."""
+    """The distances and the joints of a design over time [mm, deg]."""
     return {
         "name": shown.name,
         "points": shown.points,
         "times": np.round(shown.times, 4).tolist(),
         "distances": np.round(shown.distance * 1e3, 1).tolist(),
+        "sliding": list(shown.sliding),
+        "joints": np.round(shown.joints * np.where(shown.sliding, 1e3, np.rad2deg(1.0)), 2).tolist(),
     }
 
 

@@ -26,7 +26,7 @@ from armdesign.views.preview.human import (
 from armdesign.views.preview.keyframes import Indices, choose_frames, deviation, most_keyframes
 from armdesign.views.preview.recorder import Command, Window, animation
 from armdesign.views.preview.shapes import draw_frame, draw_grid
-from armdesign.views.preview.surroundings import draw_obstacles, draw_sites, thinned_names
+from armdesign.views.preview.surroundings import draw_obstacles, draw_sites, thinned_names, wall_normals
 
 GAP = 0.25
 """Free space between designs side by side [m]."""
@@ -54,6 +54,11 @@ class Shown:
         frames: Number of frames of the task.
         deviation: How far the end-effector gets from its path by showing only keyframes [m].
         oriented: Whether the hand's orientation is followed.
+        joints: Places of the joints at the keyframes, shape (K, n) [rad; m].
+        sliding: Which joints slide, n of them.
+        walls: Where the free sides of the walls are, shape (W, 3), of length 1.
+        surrounded: Whether anything stands in its room.
+        regions: Whether there is a choice of places for its base.
         simplified: Names of the obstacles that are drawn as the box about them.
     """
 
@@ -66,6 +71,11 @@ class Shown:
     frames: int
     deviation: float
     oriented: bool
+    joints: Array
+    sliding: tuple[bool, ...]
+    walls: Array
+    surrounded: bool = False
+    regions: bool = False
     simplified: tuple[str, ...] = ()
 
 
@@ -117,7 +127,7 @@ def build_scene(runs: Sequence[Result], urdfs: Sequence[str] | None = None) -> S
         room.set_transform(translated(beside[k]))
         draw_sites(room, run.problem.space.sites)
         tracks = [
-            *draw_obstacles(room, run.problem.first.obstacles.each, chosen),
+            *draw_obstacles(room, run.problem.first.obstacles.each, chosen, bounds[k]),
             *draw_arm(node, urdf, run.evaluation.path.q[chosen]),
             *draw_demonstrator(node["demonstrator"], motion, chosen),
             *draw_errors(node["distances"], motion, chosen, scale),
@@ -150,6 +160,11 @@ def describe(run: Result, motion: Motion, chosen: Indices, beside: Array, bounds
         frames=len(task.time),
         deviation=deviation(task.time, motion.tip[:, None], chosen),
         oriented=task.R is not None,
+        joints=run.evaluation.path.q[chosen],
+        sliding=run.table.prismatic,
+        walls=wall_normals(run.problem.first.obstacles.each),
+        surrounded=bool(run.problem.first.obstacles.each),
+        regions=any(np.ptp(site.box, axis=0).max() > 0.0 for site in run.problem.space.sites),
         simplified=tuple(map(legible_text, thinned_names(run.problem.first.obstacles.each))),
     )
 

@@ -16,7 +16,8 @@ import pytest
 from armdesign.errors import SettingsError
 from armdesign.kinematics.models import arm_model
 from armdesign.views.preview import preview_html
-from armdesign.views.preview.preview_page import digest
+from armdesign.views.preview.preview_page import digest, looked_from
+from armdesign.views.preview.preview_scene import build_scene
 
 FRAMES = (0, 37, 99)
 LARGEST = 5_000_000
@@ -46,6 +47,8 @@ setTimeout(() => {
     played, seen, pictures, speed: viewer.animator.mixer.timeScale,
     loaded: performance.getEntriesByType("resource").map((entry) => entry.name),
     distances: document.getElementById("distances").textContent,
+    joints: [...document.querySelectorAll("#joints td")].map((cell) => cell.textContent),
+    bar: getComputedStyle(document.querySelector(".dg.main") || document.createElement("p")).display,
   });
   document.body.appendChild(output);
 }, 500);
@@ -145,6 +148,33 @@ def test_the_page_plays_by_itself_and_loads_nothing(probe):
     assert probe["played"] > 0.0
     assert probe["speed"] == 1.0
     assert EVIL in probe["distances"]
+    assert probe["bar"] in ("none", "")  # MeshCat's own controls
+
+
+def test_the_page_says_where_every_joint_is_and_how_fast(probe, example_runs):
+    cells = iter(zip(probe["joints"][::2], probe["joints"][1::2], strict=True))
+    for run in example_runs.values():
+        q = np.rad2deg(run.evaluation.path.q)
+        for i in range(run.table.dof):
+            place, speed = next(cells)
+            assert q[:, i].min() - 0.06 <= float(place.removesuffix(" °")) <= q[:, i].max() + 0.06
+            assert speed.endswith("°/s")
+    assert next(cells, None) is None
+
+
+def test_a_title_takes_the_place_of_the_names_and_is_text(example_runs):
+    page = preview_html([example_runs["packaging"]], title=EVIL)
+    assert f"<title>{html.escape(EVIL, quote=False)[:8]}" in page
+    assert "<script>alert(1)" not in page
+    assert "<title>packaging: preview</title>" in preview_html([example_runs["packaging"]])
+
+
+def test_the_camera_stands_on_the_free_side_of_walls(any_run):
+    walls = np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    scene = build_scene([any_run(0, 3)])
+    seen = dataclasses.replace(scene, designs=(dataclasses.replace(scene.designs[0], walls=walls),))
+    assert (walls @ looked_from(seen) > 0.0).all()
+    assert np.linalg.norm(looked_from(seen)) == pytest.approx(np.linalg.norm(looked_from(scene)))
 
 
 def test_the_browser_has_the_arms_where_pinocchio_has_them(probe, example_runs):
