@@ -27,7 +27,7 @@ from scipy.spatial import ConvexHull
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody, polyline
 from armdesign.bodies.cylinder import Cylinder
-from armdesign.building.catalogue import Actuator
+from armdesign.building.catalogue import CIRCLES, Actuator
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Part, Placed, Prism, Rod, Screws
 from armdesign.building.tubes import Tube
 from armdesign.errors import CatalogueError
@@ -149,6 +149,12 @@ def generic_circle(diameter: float) -> BoltCircle:
     threads = ((0.03, "M2"), (0.045, "M2.5"), (0.07, "M3"), (0.11, "M4"))
     thread = next((name for most, name in threads if diameter < most), "M5")
     return BoltCircle(float(np.round(diameter / 2.0, 3)), 4 if diameter < 0.11 else 6, thread, generic=True)
+
+
+def circle_of(actuator: Actuator, end: str) -> BoltCircle:
+    """The bolt circle at an end of an actuator, one of ``CIRCLES``; assumed where it is not known."""
+    known = actuator.circles.get(end)
+    return generic_circle(actuator.diameter) if known is None else BoltCircle(*known)
 
 
 def envelope(actuator: Actuator, shop: Shop) -> tuple[float, float]:
@@ -274,7 +280,7 @@ def actuator_face(arm: ArmBody, joint: int, link: int, actuator: Actuator, sign:
         sign: The end of it, along its axis.
     """
     axis = np.array([0.0, 0.0, 1.0]) if link == joint else joint_axis(arm, joint)
-    circle = generic_circle(actuator.diameter)
+    circle = circle_of(actuator, "housing" if link == joint else "output")
     return Face(f"J{joint}", arm.sphere(joint, link), sign * axis, actuator.length / 2.0, actuator.diameter / 2.0,
                 circle)  # fmt: skip
 
@@ -290,13 +296,13 @@ def placed_actuator(arm: ArmBody, joint: int, actuator: Actuator, sign: float) -
     """
     half, radius = np.array([0.0, 0.0, actuator.length / 2.0]), actuator.diameter / 2.0
     rod = Rod(-half, half, radius)
-    circle = generic_circle(actuator.diameter)
+    circles = {end: circle_of(actuator, end) for end in CIRCLES}
     sizes = {"diameter": actuator.diameter, "length": actuator.length}
     note = f"{actuator.family}; output towards link {joint - 1}"
-    if circle.generic:
+    if any(circle.generic for circle in circles.values()):
         note += "; its bolt circles are assumed: drill the brackets by the maker's drawing"
     part = Part("actuator", actuator.name, (rod,), (), "actuator", actuator.mass / rod.moments()[0], sizes,
-                {"output": circle, "housing": circle}, bought=True, note=note.split("; output")[0])  # fmt: skip
+                circles, bought=True, note=note.split("; output")[0])  # fmt: skip
     pose = np.diag([1.0, sign, sign, 1.0])
     pose[:3, 3] = arm.sphere(joint, joint)
     return Placed(replace(part, note=note), f"J{joint}", joint, pose)

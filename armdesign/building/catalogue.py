@@ -21,11 +21,12 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from armdesign.building.parts import SCREWS
 from armdesign.errors import CatalogueError
 from armdesign.files import is_number
 
@@ -53,9 +54,15 @@ FIGURES: Mapping[str, str] = {
     "angle_range": "deg",
     "voltage": "V",
     "price": "",
+    "output_circle": "length",
+    "output_screws": "",
+    "housing_circle": "length",
+    "housing_screws": "",
 }
 """Numbers that an actuator may have, and what they measure; the first ones by the family's units."""
-WORDS = ("name", "axis", "interface", "sheet", "note")
+WORDS = ("name", "axis", "interface", "sheet", "note", "output_thread", "housing_thread")
+CIRCLES = ("output", "housing")
+"""Ends of an actuator with a bolt circle: '_circle' is its diameter, '_screws' how many, '_thread' such as M3."""
 BOX = ("width", "height", "depth")
 STRONGEST, WEAKEST = 150.0, 0.1
 """Peak torque over mass of actuators, at most and at least [N m / kg]: harmonic drives reach some 140."""
@@ -101,6 +108,8 @@ class Actuator:
         price: In the family's currency; None where it is not known.
         interface: How it is talked to.
         sheet: Address of its data sheet.
+        circles: Bolt circles of its output and of its housing's other end, by ``CIRCLES``: diameter [m], number and
+            thread; without those that are not published.
     """
 
     family: str
@@ -119,6 +128,7 @@ class Actuator:
     price: float | None = None
     interface: str = ""
     sheet: str = ""
+    circles: Mapping[str, tuple[float, int, str]] = field(default_factory=dict)
 
     @property
     def slope(self) -> float:
@@ -307,6 +317,14 @@ def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]
     for name in ("name", "mass", "no_load_speed"):
         if name not in entry:
             yield f"'{name}' is missing"
+    for end in CIRCLES:
+        given = [name for name in (f"{end}_circle", f"{end}_screws", f"{end}_thread") if name in entry]
+        if given and len(given) < 3:
+            yield f"the bolt circle of the {end} has only {' and '.join(given)}; it needs _circle, _screws and _thread"
+        if entry.get(f"{end}_thread", "M3") not in SCREWS:
+            yield f"'{end}_thread' is {entry[f'{end}_thread']!r}; allowed: {', '.join(SCREWS)}"
+        if is_number(entry.get(f"{end}_screws", 4)) and entry.get(f"{end}_screws", 4) not in range(2, 25):
+            yield f"'{end}_screws' is {entry[f'{end}_screws']!r}; allowed: whole numbers from 2 to 24"
     if "rated_torque" not in entry and "peak_torque" not in entry:
         yield "'rated_torque' and 'peak_torque' are missing; one of them is needed"
     elif "rated_torque" not in entry and share is None:
@@ -352,7 +370,11 @@ def made(entry: Mapping[str, Any], family: str, scales: Mapping[str, float], sha
         price=si.get("price"),
         interface=entry.get("interface", ""),
         sheet=entry.get("sheet", ""),
-    )
+        circles={
+            end: (si[f"{end}_circle"], int(si[f"{end}_screws"]), entry[f"{end}_thread"])
+            for end in CIRCLES if f"{end}_circle" in entry
+        },
+    )  # fmt: skip
 
 
 def implausible(actuator: Actuator, units: Mapping[str, str]) -> Iterator[str]:

@@ -11,6 +11,7 @@ from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
 from armdesign.building.build import Build, BuildOptions, arm_mass
 from armdesign.building.build import build as build_of
 from armdesign.building.part_lists import part_lists
+from armdesign.building.parts_clearance import parts_gap
 from armdesign.building.record import RECORD, build_record
 from armdesign.cli.command_errors import one_sentence_errors
 from armdesign.cli.command_options import OUTPUT, OverwriteOption, QuietOption, number_of, option
@@ -94,6 +95,13 @@ def show_build(made: Build) -> None:
         show_snapping(made.before, made.result)
     if made.speed < 1.0:
         say(f"The motion is slowed down to {made.speed * 100:.0f} % of the demonstrated speed.")
+    gap = parts_gap(made)
+    if gap is not None:
+        first, second = gap.parts
+        if gap.value > 0.0:
+            show_text(f"On the motion {first} comes within {gap.value * 1e3:.1f} mm of {second}, no parts come nearer.")
+        else:
+            say(f"On the motion {first} meets {second}: take thinner tubes, or search with a larger --clearance.")
     if made.assembly is None:
         say(f"There are no solids of its parts, and masses leave brackets out: {made.misfit}")
     show_text(f"What moves weighs {arm_mass(made.result.body):.2f} kg.")

@@ -77,6 +77,8 @@ def test_box_becomes_the_cylinder_about_it(tmp_path):
         ("rated_torque = 1.0", "rated_torque = 4.0", ("above its peak",)),
         ('maker = "Somebody"\n', "", ("'maker' is missing",)),
         ('date = "2026-03"\n', "", ("[[source]]",)),
+        ("mass = 100.0", "mass = 100.0\noutput_screws = 4", ("output has only output_screws", "_thread")),
+        ("mass = 100.0", 'mass = 100.0\nhousing_thread = "M7"', ("'housing_thread' is 'M7'", "M2.5")),
     ],
 )
 def test_every_fault_has_its_sentence(faults, old, new, words):

@@ -3,11 +3,13 @@
 import dataclasses
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from armdesign.bodies.arm_body import arm_body
+from armdesign.building import parts_clearance
 from armdesign.building.assembly import (
     ALUMINIUM,
     GAP,
@@ -23,7 +25,8 @@ from armdesign.building.assembly import (
     tube,
 )
 from armdesign.building.catalogue import find_catalogue
-from armdesign.building.parts import SCREWS, BoltCircle, Prism, Rod
+from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod
+from armdesign.building.parts_clearance import parts_gap
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings import Body
@@ -220,6 +223,44 @@ def test_what_does_not_fit_is_refused():
     assert "L1" in str(error.value) or "link 1" in str(error.value)
     with pytest.raises(CatalogueError, match="bore"):
         assemble(arm_of(), CHOSEN, dataclasses.replace(SHOP, wall=0.013))
+
+
+def gap_of(first, second, pose, *, placed=False):
+    """The gap of two parts, one on link 0, one on link 1 at a pose, of an arm that stands still."""
+    parts = tuple(Placed(part, f"P{k}", k, pose if k else np.eye(4)) for k, part in enumerate((first, second)))
+    table = DHTable.from_rows([[0.0, 0, 0], [0.0, 0, 0.1]])
+    still = SimpleNamespace(demonstrations=(SimpleNamespace(path=SimpleNamespace(q=np.zeros((2, 1)))),), holdouts=())
+    result = SimpleNamespace(table=table, placed=placed, evaluation=still, problem=None)
+    return parts_gap(SimpleNamespace(assembly=Assembly(parts, ()), result=result))
+
+
+def test_gaps_of_parts_by_hand(monkeypatch):
+    monkeypatch.setattr(parts_clearance, "motions", lambda evaluation, problem: [(None, np.zeros((2, 1)))])
+    square = np.array([[0.0, 0], [0.02, 0], [0.02, 0.02], [0, 0.02]])
+    block = SHOP.part("bracket", [Prism(square, 0.02)], [])
+    rod = SHOP.part("spacer", [Rod(np.zeros(3), np.array([0.0, 0.0, 0.05]), 0.01)], [])
+    pose = np.eye(4)
+    pose[:3, 3] = [0.035, 0.01, 0.0]  # the round side is 0.035 - 0.01 - 0.02 from the block
+    assert gap_of(block, rod, pose).value == pytest.approx(0.005, abs=1e-6)
+    pose[0, 3] = 0.025
+    assert gap_of(block, rod, pose).value == 0.0
+    pose[:3, 3] = [0.4, 0.0, 0.0]
+    assert gap_of(block, rod, pose) is None
+    tilted = np.eye(4)
+    tilted[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]  # lies along y, 12 mm above the face
+    tilted[:3, 3] = [0.4, 0.0, 0.022]
+    lifted = SHOP.part("spacer", [Rod(np.array([0.0, 0, 0.1]), np.array([0.0, 0, 0.15]), 0.01)], [])
+    assert gap_of(lifted, rod, tilted, placed=True).value == pytest.approx(0.012, abs=1e-9)
+
+
+def test_published_bolt_circles_are_taken():
+    a = dataclasses.replace(CHOSEN[1], circles={"output": (0.025, 6, "M3")})
+    placed = assemble(arm_of(), [CHOSEN[0], a, CHOSEN[2]], SHOP).placed
+    by_mark = {each.mark: each.part for each in placed}
+    held, own = by_mark["J2-L1"].circles["face"], by_mark["J2-L2"].circles["face"]
+    assert (held.diameter, held.count, held.generic) == (0.025, 6, False)
+    assert own == generic_circle(a.diameter)
+    assert "assumed" in next(each.part.note for each in placed if each.mark == "J2")
 
 
 def test_corner_holds_its_tubes_on_their_axes():
