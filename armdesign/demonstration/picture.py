@@ -24,6 +24,7 @@ FORMATS = ("png", "svg", "pdf")
 _COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")  # Okabe and Ito
 _DASHES = ("-", "--", "-.", ":")  # so that the lines differ without colour too
 _GREY = "#B0B0B0"
+_SHADES = ("#DCE6EE", "#B9CDDD", "#86AECB", "#4189B9", "#00456E")  # of the arm, the first frame to the last
 _FEW = 8  # points that get a colour each where no arm is known
 _ROWS = 40  # points with gaps that are shown
 _DRAWN = 2000  # frames of a path; more cannot be told apart
@@ -99,7 +100,7 @@ def _figure(recording: Recording) -> Figure:
         _view(axis, recording, shown, (across, up))
         axis.set(title=title, xlabel=f"{'xyz'[across]} [m]", ylabel=f"{'xyz'[up]} [m]", aspect="equal")
         axis.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]))
-    _legend(axes[1, 1], axes[0, 0], len(recording.points) - (0 if _by_colour(recording) else len(shown)))
+    _legend(axes[1, 1], axes[0, 0], len(recording.points) - len(shown))
     _gaps(lower.subplots(), rows, recording)
     return figure
 
@@ -123,10 +124,10 @@ def _view(axis: Axes, recording: Recording, shown: Mapping[str, Array], plane: t
     every = _every(recording)
     for name, values in recording.points.items():
         if name not in shown or shown[name] is not values:
-            axis.plot(values[::every, across], values[::every, up], color=_GREY, linewidth=0.6, zorder=1)
+            axis.plot(values[::every, across], values[::every, up], color=_GREY, linewidth=0.5, alpha=0.45, zorder=1)
     for i, (name, values) in enumerate(shown.items()):
         style: dict[str, Any] = {"color": _COLOURS[i % len(_COLOURS)], "zorder": 3}
-        style |= {"linestyle": _DASHES[i % len(_DASHES)], "linewidth": 1.6}
+        style |= {"linestyle": _DASHES[i % len(_DASHES)], "linewidth": 1.1}
         axis.plot(values[::every, across], values[::every, up], label=_plain(_short(name)), **style)
         seen = np.flatnonzero(~np.isnan(values[:, 0]))
         if len(seen):
@@ -134,8 +135,9 @@ def _view(axis: Axes, recording: Recording, shown: Mapping[str, Array], plane: t
     if len(shown) > 2 and not (_by_colour(recording) and len(shown) > 5):  # more are hardly one arm
         joints = np.stack(list(shown.values()), axis=1)
         whole = np.flatnonzero(~np.isnan(joints).any(axis=(1, 2)))
-        for frame in whole[np.linspace(0, len(whole) - 1, 5).astype(int)] if len(whole) else ():
-            axis.plot(*joints[frame][:, plane].T, color="#555555", linewidth=0.8, alpha=0.6, zorder=2)
+        frames = whole[np.linspace(0, len(whole) - 1, len(_SHADES)).astype(int)] if len(whole) else ()
+        for shade, frame in zip(_SHADES, frames, strict=False):
+            axis.plot(*joints[frame][:, plane].T, color=shade, linewidth=2.6, solid_capstyle="round", zorder=2)
     axis.grid(linewidth=0.3)
 
 
@@ -151,8 +153,8 @@ def _legend(axis: Axes, source: Axes, others: int) -> None:
     if not handles:
         axis.text(0.0, 1.0, f"{others} points, none known by its name as part of an arm", va="top", wrap=True)
         return
-    title = "Dots: the first frame.\nDark lines: from point to point, in five frames."
-    title += "\nThin grey lines: the other points." if others > 0 else ""
+    title = "Dots: the first frame.\nThick lines: the arm in five frames, light to dark."
+    title += "\nFaded: the other points." if others > 0 else ""
     axis.legend(handles, labels, loc="upper left", frameon=False, title=title, alignment="left", handlelength=4)
 
 

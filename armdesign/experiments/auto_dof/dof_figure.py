@@ -1,74 +1,65 @@
-"""The picture of what more joints bring: path fitness over joints, and robot fitness over length."""
+"""The picture of what more joints bring: the hand's error over joints, with the tolerance."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Sequence
+from typing import Any
 
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from armdesign.experiments.auto_dof.dof_records import DofResult
 from armdesign.experiments.auto_dof.dof_rule import Rule
-from armdesign.views.report.drawing import ARM, GREY, HUMAN, png
+from armdesign.views.report.drawing import ARM, GREY, new_figure, png
+
+MILLIMETRES = re.compile(r"([\d.]+) mm")
+"""The distance in a tolerance in words."""
 
 
 def pareto_png(results: Sequence[DofResult], chosen: int, rule: Rule) -> bytes:
-    """Joints, length and fitness of the best arm of every number of joints, the chosen one marked."""
+    """The hand's error of the best arm of every number of joints, the chosen one marked."""
     return png(lambda: pareto(results, chosen, rule))
 
 
 def pareto(results: Sequence[DofResult], chosen: int, rule: Rule) -> Figure:
-    """The picture of the best arms: path fitness over joints on the left, robot fitness over length on the right.
+    """The hand's largest and mean error over the number of joints.
 
     Args:
         results: The best arm of every number of joints that was searched.
         chosen: The chosen n.
-        rule: When more joints do not pay.
+        rule: When more joints do not pay; its tolerance is drawn as a line.
     """
-    figure = Figure(figsize=(8.2, 3.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    valid = [result for result in results if result.valid]
-    front = efficient(valid)
-    left.axhline(1e3 * rule.enough, color=HUMAN, linewidth=1.0, linestyle="--", zorder=1)
-    left.text(
-        0.99, 1e3 * rule.enough, "enough ", color=HUMAN, ha="right", va="bottom", transform=left.get_yaxis_transform()
-    )
-    left.plot([r.dof for r in valid], [1e3 * r.path_fitness for r in valid], color=ARM, linewidth=1.0, zorder=2)
-    mark(left, [(r.dof, 1e3 * r.path_fitness, f"{1e3 * r.path_fitness:.2f}", r) for r in valid], front, chosen)
-    left.set(xlabel="joints n", ylabel="path fitness f [mm]", ylim=(0.0, None), title="What a joint more brings")
-    left.set_xticks([r.dof for r in results])
-    left.set_xlim(results[0].dof - 0.4, results[-1].dof + 0.6)
-    for r in results:
-        if not r.valid:
-            left.text(r.dof, 0.5, "no valid arm", rotation=90, ha="center", va="center", color=GREY,
-                      transform=left.get_xaxis_transform())  # fmt: skip
-    mark(right, [(r.length, r.fitness, f"n = {r.dof}", r) for r in valid], front, chosen)
-    right.set(xlabel="length L [m]", ylabel="robot fitness r [m]", ylim=(0.0, None), title="Length and fitness")
-    right.margins(x=0.22)
-    for axis in (left, right):
-        axis.set_ylim(0.0, 1.12 * axis.get_ylim()[1])
-    figure.supxlabel(
-        "large: chosen; filled: no other arm has as few joints, is as short and fits as well", fontsize=8.5, color=GREY
-    )
+    figure = new_figure(3.0, top=0.3)
+    axis = figure.subplots()
+    valid = [result for result in results if result.valid and math.isfinite(result.hand_max)]
+    joints = [result.dof for result in valid]
+    largest, mean = [1e3 * result.hand_max for result in valid], [1e3 * result.hand_error for result in valid]
+    axis.plot(joints, largest, "o-", color=ARM, markersize=5, label="largest error")
+    axis.plot(joints, mean, "s--", color=GREY, markersize=4, label="mean error")
+    top = max([*largest, 1.0])
+    stated = MILLIMETRES.search(rule.tolerance)
+    if stated is not None:
+        allowed = float(stated.group(1))
+        top = max(top, allowed)
+        axis.axhline(allowed, color="black", linewidth=0.9, linestyle=":")
+        axis.text(results[-1].dof + 0.4, allowed, f"allowed: {allowed:g} mm ", ha="right", va="bottom", fontsize=8)
+    for result in valid:
+        if result.dof == chosen:
+            ring: dict[str, Any] = {
+                "markersize": 12,
+                "markerfacecolor": "none",
+                "markeredgecolor": "black",
+                "linestyle": "none",
+            }
+            axis.plot(chosen, 1e3 * result.hand_max, "o", label=f"chosen: {1e3 * result.hand_max:.1f} mm", **ring)
+    for result in results:
+        if not result.valid:
+            axis.text(result.dof, 0.5, "no valid arm", rotation=90, ha="center", va="center", color=GREY,
+                      transform=axis.get_xaxis_transform())  # fmt: skip
+    axis.set(xlabel="joints", ylabel="tool to hand [mm]", ylim=(0.0, 1.15 * top))
+    axis.set_xticks([result.dof for result in results])
+    axis.set_xlim(results[0].dof - 0.4, results[-1].dof + 0.4)
+    axis.grid(visible=False, axis="x")
+    figure.legend(loc="upper left", ncols=3, columnspacing=1.2, handlelength=2.0, borderpad=0.2)
     return figure
-
-
-def mark(
-    axis: Axes, points: Sequence[tuple[float, float, str, DofResult]], front: Sequence[DofResult], chosen: int
-) -> None:
-    """A labelled dot for every arm."""
-    for x, y, text, result in points:
-        face = ARM if result in front else "white"
-        size = 11 if result.dof == chosen else 6
-        axis.plot(x, y, marker="o", markersize=size, color=face, markeredgecolor=ARM, markeredgewidth=1.3, zorder=3)
-        axis.annotate(text, (x, y), (6, 6), textcoords="offset points", fontsize=8)
-
-
-def efficient(results: Sequence[DofResult]) -> list[DofResult]:
-    """The arms that no other one equals or beats in joints, length and robot fitness alike."""
-    keys = [(result.dof, result.length, result.fitness) for result in results]
-    return [
-        result
-        for result, key in zip(results, keys, strict=True)
-        if not any(other != key and all(a <= b for a, b in zip(other, key, strict=True)) for other in keys)
-    ]
