@@ -16,6 +16,7 @@ from typer.core import TyperCommand, TyperGroup
 from armdesign._version import __version__
 
 COMMANDS = {
+    "studio": ("studio_command", "Go from a recording to an arm on one page in the browser."),
     "search": ("search_command", "Search the arm that follows a recorded demonstration best."),
     "evaluate": ("evaluate_command", "Score a given arm on a task."),
     "check": ("check_command", "Judge a finished arm: can it exist, and does it do its task?"),

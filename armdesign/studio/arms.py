@@ -1,0 +1,200 @@
+"""Arms on a task side by side: one table for designs, other numbers of joints, alternatives and ready-made arms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.building.build import arm_mass
+from armdesign.errors import counted
+from armdesign.experiments.compare.comparison import ArmScore
+from armdesign.experiments.compare.serial_arm import SerialArm
+from armdesign.feasibility.verdict import Verdict
+from armdesign.feasibility.violations import gap_words
+from armdesign.feasibility.words import base_words, pace, tolerance_words
+from armdesign.kinematics.base_pose import BasePose, placed_base
+from armdesign.search.result import Result, done
+from armdesign.settings import Settings
+from armdesign.studio.takes import nearest
+
+Place = Callable[[int], Array]
+"""Where an arm's links are in a frame of the task: frame number to poses, shape (L, 4, 4), base first."""
+SORTS = ("largest error", "mean error", "joints", "length", "mass", "price")
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """An arm that does the task.
+
+    Attributes:
+        name: What to call it.
+        joints: Number of joints.
+        time: Frame times of the task, shape (T,) [s].
+        error: Distance of the end-effector from the hand, shape (T,) [m]; infinite where it does not reach the start.
+        length: Its length [m].
+        mass: What moves [kg]; None where it is not known.
+        place: Where its links are.
+        result: The design; None of a ready-made arm.
+        price: Of its parts; None where they are not chosen.
+    """
+
+    name: str
+    joints: int
+    time: Array
+    error: Array
+    length: float
+    mass: float | None
+    place: Place
+    result: Result | None = None
+    price: float | None = None
+
+    @property
+    def worst(self) -> float:
+        """When the error is largest [s]."""
+        return float(self.time[int(np.argmax(self.error))])
+
+    def at(self, time: float) -> Array:
+        """Where its links are at a time, shape (L, 4, 4)."""
+        return self.place(nearest(self.time, time))
+
+
+def design_arm(result: Result, name: str | None = None, price: float | None = None) -> Arm:
+    """A design with what it does on the first demonstration.
+
+    Args:
+        result: The design.
+        name: What to call it; by default as its run.
+        price: Of its parts.
+    """
+    table, q = result.table, result.evaluation.path.q
+    base = result.base_pose.matrix
+    error = done(table, result.problem.first, result.evaluation.demonstrations[0]).miss
+
+    def place(frame: int) -> Array:
+        return np.asarray(base @ np.concatenate([np.eye(4)[None], table.frames(q[frame])[:-1]]))
+
+    mass = arm_mass(result.body)
+    return Arm(
+        name or result.name, table.dof, result.problem.task.time, error, table.length, mass, place, result, price
+    )
+
+
+def ready_made_arm(row: ArmScore, result: Result) -> Arm:
+    """A ready-made arm where it does best.
+
+    Args:
+        row: Its score.
+        result: A design for the same task.
+    """
+    if not isinstance(row.arm, SerialArm) or row.base is None:
+        raise TypeError("a ready-made arm is wanted")
+    arm, q, problem = row.arm, row.path.q, result.problem.in_room
+    pose = placed_base(row.base[:3], float(row.base[3]), row.mounted)
+    base = BasePose(pose.translation + (0.0 if problem.origin is None else problem.origin), pose.rotation).matrix
+
+    def place(frame: int) -> Array:
+        poses = [base]
+        for i, placement in enumerate(arm.placements):
+            poses.append(poses[-1] @ placement)
+            if i < arm.dof:
+                poses[-1] = poses[-1] @ turn(arm.axes[i], float(q[frame, i]))
+        return np.array(poses)
+
+    time = result.problem.task.time
+    error = row.path.distance[:, -1] if row.reached else np.full(len(time), np.inf)
+    return Arm(arm.name, arm.dof, time, error, arm.length, row.moving_mass, place)
+
+
+def turn(axis: Array, angle: float) -> Array:
+    """A turn about an axis through the origin, shape (4, 4) (Rodrigues)."""
+    x, y, z = axis
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    pose = np.eye(4)
+    pose[:3, :3] += np.sin(angle) * across + (1.0 - np.cos(angle)) * across @ across
+    return pose
+
+
+def millimetres(length: float) -> str:
+    """A length in words, as precise as anybody would say it."""
+    if not np.isfinite(length):
+        return "not reached"
+    value = 1e3 * length
+    return f"{value:.0f} mm" if value >= 9.95 else f"{value:.1f} mm"
+
+
+def ordered(arms: Sequence[Arm], by: str) -> list[Arm]:
+    """Arms sorted by one of ``SORTS``, what is not known last."""
+    keys: dict[str, Callable[[Arm], float | None]] = {
+        "largest error": lambda arm: float(arm.error.max()),
+        "mean error": lambda arm: float(arm.error.mean()),
+        "joints": lambda arm: arm.joints,
+        "length": lambda arm: arm.length,
+        "mass": lambda arm: arm.mass,
+        "price": lambda arm: arm.price,
+    }
+    values = {id(arm): keys[by](arm) for arm in arms}
+    return sorted(arms, key=lambda arm: (values[id(arm)] is None, values[id(arm)] or 0.0))
+
+
+def arms_table(arms: Sequence[Arm], colours: Sequence[str]) -> str:
+    """The arms as a table of a page.
+
+    Args:
+        arms: In their order.
+        colours: The colour that each is drawn in.
+    """
+    heads = ("Arm", "Joints", "Largest error", "Mean", "Length", "Mass", "Price")
+    rows = []
+    for arm, colour in zip(arms, colours, strict=True):
+        cells = (
+            str(arm.joints), millimetres(float(arm.error.max())), millimetres(float(arm.error.mean())),
+            f"{arm.length:.2f} m", "-" if arm.mass is None else f"{arm.mass:.1f} kg",
+            "-" if arm.price is None else f"{arm.price:.0f}",
+        )  # fmt: skip
+        name = f'<th scope="row"><i style="background:{colour}"></i>{escape(arm.name)}</th>'
+        rows.append(f"<tr>{name}{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
+    head = "".join(f'<th scope="col">{each}</th>' for each in heads)
+    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+
+
+def verdict_lines(verdict: Verdict, settings: Settings, base: BasePose) -> tuple[bool | None, list[str]]:
+    """The verdict in plain words, the most important first.
+
+    Args:
+        verdict: The verdict.
+        settings: What it was judged by.
+        base: Where the arm stands.
+
+    Returns:
+        Whether it passed, None where no tolerance was asked for; and the lines.
+    """
+    largest = millimetres(verdict.hand_error.max)
+    lines = [f"Largest error of the hand: {largest} (mean {millimetres(verdict.hand_error.mean)})"]
+    if verdict.tolerance_met is not None:
+        word = "within" if verdict.tolerance_met else "more than"
+        lines[0] += f", {word} the {tolerance_words(settings.needs)} allowed"
+    others = [reason for reason in verdict.reasons if not reason.startswith("The hand misses")]
+    lines += [reason if verdict.feasible else f"Not feasible: {reason}" for reason in others]
+    if base.frame == "room":
+        lines.append(base_words(base))
+    gaps = [gap for gap in (verdict.self_clearance, verdict.obstacle_clearance) if gap is not None]
+    lines += [f"{sentence(gap_words(gap))}." for gap in gaps if gap.value >= settings.body.clearance]
+    lines.append(f"Runs at {pace(verdict.speed_fraction)}.")
+    passed = verdict.passed if verdict.tolerance_met is not None or not verdict.feasible else None
+    return passed, lines
+
+
+def sentence(text: str) -> str:
+    """A text with a capital letter."""
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def headline(arm: Arm) -> str:
+    """What an arm does, in a line."""
+    return (
+        f"{arm.name}, {counted(arm.joints, 'joint')}: largest error of the hand {millimetres(float(arm.error.max()))}"
+    )

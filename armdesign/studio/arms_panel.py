@@ -1,0 +1,142 @@
+"""Panel 4, arms: what was found, other numbers of joints, alternatives, ready-made arms, side by side and in step."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+
+from armdesign.errors import ArmDesignError, SettingsError
+from armdesign.experiments.auto_dof.dof_records import holds_auto, run_name
+from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch
+from armdesign.experiments.compare.comparison import compare
+from armdesign.experiments.compare.ready_made import ready_made_arms
+from armdesign.runs.alternatives import write_alternatives
+from armdesign.runs.folder import RESULT
+from armdesign.runs.reading import read_problem, read_result
+from armdesign.search.result import Result
+from armdesign.studio.arms import SORTS, Arm, arms_table, design_arm, headline, ordered, ready_made_arm
+from armdesign.studio.commands import shown
+from armdesign.studio.page import Page
+from armdesign.studio.scene import COLOURS
+
+ALL = "all of them"
+POSES = 400
+"""Base poses that are tried for a ready-made arm."""
+
+
+class CancelledError(ArmDesignError):
+    """Somebody does not want to wait."""
+
+
+class ArmsPanel:
+    """The arms."""
+
+    def __init__(self, page: Page) -> None:
+        """Lay out the panel."""
+        self.page, gui = page, page.gui
+        self.arms: list[Arm] = []
+        self.run: Path | None = None
+        self.result: Result | None = None
+        self.cancelled = False
+        self.note = page.html("Search an arm first; here it is compared with others.")
+        self.table = page.html("")
+        self.sort = gui.add_dropdown("Sort by", SORTS)
+        self.which = gui.add_dropdown("Show", (ALL,))
+        self.others = gui.add_button("Add other arms of this search")
+        self.robot = gui.add_dropdown("Ready-made arm", tuple(ready_made_arms()) or ("none",))
+        self.add = gui.add_button("Compare with it")
+        self.bar = gui.add_progress_bar(0.0, visible=False)
+        self.cancel = gui.add_button("Cancel", visible=False)
+        self.command = page.html("")
+        self.others.on_click(lambda _: page.slow("alternatives", self.find_alternatives))
+        self.add.on_click(lambda _: page.slow("compare", self.mount))
+        self.cancel.on_click(lambda _: setattr(self, "cancelled", True))
+        self.sort.on_update(lambda _: page.work("arms", self.show))
+        self.which.on_update(lambda _: page.work("arms", self.show))
+
+    def forget(self) -> None:
+        """Another run is watched."""
+        self.arms, self.run, self.result = [], None, None
+        self.page.set_html(self.table, "")
+
+    def begin(self, result: Result, run: Path) -> None:
+        """A search has ended: its arm, and those of other numbers of joints."""
+        self.run, self.result = run, result
+        self.arms = [design_arm(result, "best arm")]
+        if holds_auto(run):
+            for n in range(1, 11):
+                place = run / run_name(n)
+                if n != result.table.dof and (place / RESULT).is_file():
+                    self.arms.append(design_arm(read_result(place), f"{n} joints"))
+        for place in sorted((run / "alternatives").glob("[0-9]*")):
+            if (place / RESULT).is_file() and place.name != "1":
+                self.arms.append(design_arm(read_result(place), f"alternative {place.name}"))
+        self.show()
+
+    def put(self, arms: list[Arm]) -> None:
+        """Add arms to the table, in the place of those of their names."""
+        names = {arm.name for arm in arms}
+        self.arms = [arm for arm in self.arms if arm.name not in names] + arms
+        self.show()
+
+    def show(self) -> None:
+        """Show the table, the scene and the errors."""
+        if not self.arms:
+            return
+        arms = ordered(self.arms, self.sort.value)
+        colours = {arm.name: COLOURS[k % len(COLOURS)] for k, arm in enumerate(self.arms)}
+        names = tuple(arm.name for arm in arms)
+        if self.which.options != (*names, ALL):
+            chosen = self.which.value if self.which.value in names else self.arms[0].name
+            self.which.options = (*names, ALL)
+            self.which.value = chosen if len(arms) == 1 else ALL
+        seen = arms if self.which.value == ALL else [arm for arm in arms if arm.name == self.which.value]
+        page = self.page
+        page.set_html(self.note, f"<h4>{escape(headline(arms[0]))}</h4>First by {self.sort.value}.")
+        page.set_html(self.table, arms_table(arms, [colours[arm.name] for arm in arms]))
+        page.show_arms(*((arm, colours[arm.name]) for arm in seen))
+        if self.run is not None:
+            robots = [arm.name for arm in self.arms if arm.result is None] or [self.robot.value]
+            lines = [shown(["alternatives", self.run]), shown(["compare", self.run, *robots])]
+            page.set_html(self.command, f"<code>{'<br>'.join(map(escape, lines))}</code>")
+
+    def ready(self) -> tuple[Path, Result]:
+        """The run and its arm.
+
+        Raises:
+            SettingsError: There is none yet.
+        """
+        if self.run is None or self.result is None:
+            raise SettingsError("there is no arm yet", fix="Search one first")
+        return self.run, self.result
+
+    def find_alternatives(self) -> None:
+        """Find the best arms of the search that really differ."""
+        run, result = self.ready()
+        place = run / run_name(result.table.dof) if holds_auto(run) else run
+        found = write_alternatives(place, read_problem(place), count=4)
+        arms = [design_arm(each.result, f"alternative {each.rank}") for each in found if each.rank > 1]
+        if not arms:
+            self.page.notify("No other arms", "All good arms of this search are alike.")
+        self.page.work("put", lambda: self.put(arms))
+
+    def mount(self) -> None:
+        """Find the best place of a ready-made arm on the same task."""
+        _, result = self.ready()
+        name, self.cancelled = self.robot.value, False
+
+        def told(_: str, progress: BaseProgress) -> None:
+            self.bar.value = 100.0 * progress.evaluations / progress.total
+            if self.cancelled:
+                raise CancelledError("the comparison was cancelled")
+
+        self.bar.visible = self.cancel.visible = True
+        try:
+            found = compare([name], result.problem.in_room, BaseSearch(POSES), on_progress=told)
+        finally:
+            self.bar.visible = self.cancel.visible = False
+        arms = [ready_made_arm(row, result) for row in found.rows]
+        if not found.rows[0].reached:
+            message = f"{name} does not reach the start of the motion from any place that may be taken"
+            raise SettingsError(message, value=name, fix="Choose a larger arm, or allow more places")
+        self.page.work("put", lambda: self.put(arms))

@@ -1,0 +1,269 @@
+"""Panel 2, the cell: where the arm may stand, what stands around it, what it carries and how exact it has to be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from armdesign.cell.obstacle_file import read_obstacles
+from armdesign.errors import ArmDesignError
+from armdesign.files import write_whole
+from armdesign.settings import Settings
+from armdesign.studio.page import Page
+from armdesign.studio.takes import keep_upload
+
+FLOOR, BOX, SHOULDER = "on the floor, best place", "in a box that I drag", "at the shoulder, which moves"
+MOUNTINGS = ("floor", "wall", "ceiling", "any")
+ADDED = "cell.toml"
+"""The cell file of what was added on the page."""
+
+
+@dataclass
+class Solid:
+    """A box or cylinder that was added on the page.
+
+    Attributes:
+        name: What it is called.
+        kind: ``box`` or ``cylinder``.
+        center: Shape (3,) [m].
+        size: Edges; of a cylinder diameter twice, then its length, shape (3,) [m].
+        yaw: Its turn about the vertical [deg].
+    """
+
+    name: str
+    kind: str
+    center: tuple[float, float, float]
+    size: tuple[float, float, float]
+    yaw: float = 0.0
+
+
+def cell_text(solids: list[Solid]) -> str:
+    """Solids as a cell file."""
+    entries = []
+    for one in solids:
+        x, y, z = (f"{max(edge, 1e-3):.4f}" for edge in one.size)
+        size = f"size = [{x}, {y}, {z}]" if one.kind == "box" else f"radius = {one.size[0] / 2.0:.4f}\nlength = {z}"
+        center = ", ".join(f"{value:.4f}" for value in one.center)
+        entries.append(
+            f'[[{one.kind}]]\nname = "{one.name}"\ncenter = [{center}]\nrpy = [0.0, 0.0, {one.yaw:.2f}]\n{size}\n'
+        )
+    return "\n".join(entries)
+
+
+def region(center: tuple[float, ...], size: tuple[float, ...]) -> str:
+    """A box for the base as the setting ``place`` has it.
+
+    Args:
+        center: Shape (3,) [m].
+        size: Edges, shape (3,) [m].
+    """
+    ends = ((c - abs(s) / 2.0, c + abs(s) / 2.0) for c, s in zip(center, size, strict=True))
+    texts = (f"{low:.3f}" if high - low < 1e-3 else f"{low:.3f}..{high:.3f}" for low, high in ends)
+    return " ".join(f"{axis}={text}" for axis, text in zip("xyz", texts, strict=True))
+
+
+class CellPanel:
+    """The cell."""
+
+    def __init__(self, page: Page) -> None:
+        """Lay out the panel."""
+        self.page, gui = page, page.gui
+        self.solids: list[Solid] = []
+        self.files: list[Path] = []
+        self.filling = False
+        self.gizmo: Any = None
+        with gui.add_folder("Where may the arm stand?"):
+            self.stand = gui.add_dropdown("The base stands", (FLOOR, BOX, SHOULDER))
+            self.mounted = gui.add_dropdown("Mounted on", MOUNTINGS, visible=False)
+            self.center = gui.add_vector3("Box: middle [m]", (0.5, 0.0, 0.0), step=0.01, visible=False)
+            self.size = gui.add_vector3("Box: edges [m]", (0.6, 0.6, 0.0), step=0.01, visible=False)
+        with gui.add_folder("What stands in the way?"):
+            kinds = gui.add_button_group("Add", ("Box", "Cylinder"))
+            kinds.on_click(lambda event: page.work("add", lambda: self.add(event.target.value.lower())))
+            upload = gui.add_upload_button("Load a mesh or a cell file")
+            upload.on_upload(lambda event: self.uploaded(event.target.value.name, event.target.value.content))
+            self.unit = gui.add_dropdown("Unit of meshes", ("m", "cm", "mm", "in"))
+            self.which = gui.add_dropdown("Change", ("nothing",))
+            self.at = gui.add_vector3("Middle [m]", (0.0, 0.0, 0.0), step=0.01, visible=False)
+            self.edges = gui.add_vector3("Edges [m]", (0.3, 0.3, 0.3), min=(0.001,) * 3, step=0.01, visible=False)
+            self.yaw = gui.add_number("Turn [deg]", 0.0, step=5.0, visible=False)
+            self.remove = gui.add_button("Remove it", visible=False)
+        with gui.add_folder("What must it do?"):
+            self.tolerance = gui.add_number("Hand may be off by [mm], 0: any", 20.0, min=0.0, max=1000.0, step=1.0)
+            self.payload = gui.add_number("It carries [kg]", 0.0, min=0.0, max=1000.0, step=0.1)
+            self.speed = gui.add_number("Fastest joint [deg/s], 0: any", 0.0, min=0.0, max=1e5, step=10.0)
+        self.note = page.html("")
+        self.remove.on_click(lambda _: page.work("remove", self.drop))
+        page.watch(self, "which", self.choose, self.which)
+        page.watch(self, "solid", self.reshape, self.at, self.edges, self.yaw)
+        whole = (self.stand, self.mounted, self.center, self.size, self.unit, self.tolerance, self.payload, self.speed)
+        page.watch(self, "take", self.changed, *whole)
+
+    def fresh(self, *, captured: bool) -> None:
+        """Begin anew for another take; one that a capture system has made has a floor."""
+        self.filling = True
+        self.stand.value = FLOOR if captured else SHOULDER
+        self.filling = False
+
+    def changed(self) -> None:
+        """Something was changed: settle the task anew."""
+        self.hold_box()
+        self.page.panels["Take"].settle()
+
+    def over(self, settings: Settings) -> Settings:
+        """Settings with the cell as it stands on the page.
+
+        Args:
+            settings: Of the take.
+
+        Raises:
+            ArmDesignError: Something cannot be used.
+        """
+        boxed = self.stand.value == BOX
+        cell: dict[str, Any] = {"stand": "floor" if self.stand.value == FLOOR else None, "place": (), "mounted": None}
+        if boxed:
+            cell["place"] = (region(self.center.value, self.size.value),)
+            cell["mounted"] = None if self.mounted.value == "floor" else self.mounted.value
+        files = [str(path.resolve()) for path in self.files]
+        if self.solids:
+            target = self.page.folder / "takes" / ADDED
+            target.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(target, cell_text(self.solids))
+            files.append(str(target.resolve()))
+        cell["obstacles"] = tuple(files)
+        meshes = any(path.suffix.lower() in (".stl", ".obj", ".ply") for path in self.files)
+        cell["obstacle_units"] = self.unit.value if meshes and self.unit.value != "m" else None
+        needs = {
+            "hand_tolerance": 1e-3 * self.tolerance.value or None,
+            "payload": self.payload.value,
+            "max_speed": (self.speed.value,) if self.speed.value else None,
+        }
+        changes: Mapping[str, Mapping[str, Any]] = {"cell": cell, "needs": needs}
+        self.page.settings = settings.replace(changes)
+        return self.page.settings
+
+    def show(self) -> None:
+        """Show the room in the scene."""
+        page = self.page
+        try:
+            cell = page.settings.cell
+            found = read_obstacles(cell.obstacles, cell.obstacle_units) if cell.obstacles else None
+            sites = () if page.problem is None else page.problem.space.sites
+            if page.problem is not None:
+                obstacles = page.problem.first.obstacles.each
+            else:
+                obstacles = () if found is None else found.each
+            page.scene.show_room(obstacles, sites)
+        except ArmDesignError as error:
+            page.set_html(self.note, f'<b class="bad">{escape(str(error))}</b>')
+            return
+        told = {
+            FLOOR: "The search finds the best place on the floor, in the blue area.",
+            BOX: "The search finds the best place in the blue box: drag it by its arrows.",
+            SHOULDER: "The arm hangs at the person's shoulder and moves with it: good for study, not for a workshop.",
+        }
+        ready = '<br><a data-panel="Search" href="#">Next: search the arm</a>' if page.problem is not None else ""
+        page.set_html(self.note, f"{told[self.stand.value]}{ready}")
+
+    def hold_box(self) -> None:
+        """Show what belongs to the box for the base, with a gizmo to drag it by."""
+        boxed = self.stand.value == BOX
+        for handle in (self.center, self.size, self.mounted):
+            handle.visible = boxed
+        if boxed and (self.gizmo is None or self.which.value == "nothing"):
+            self.hold(self.center.value, self.dragged_box)
+        elif not boxed and self.which.value == "nothing":
+            self.page.scene.clear("/gizmo")
+
+    def hold(self, at: tuple[float, ...], dragged: Any) -> None:  # noqa: ANN401 (a callback)
+        """Put the gizmo somewhere.
+
+        Args:
+            at: Where, shape (3,) [m].
+            dragged: Called with where it is dragged to.
+        """
+        self.page.scene.clear("/gizmo")
+        self.gizmo = self.page.scene.api.add_transform_controls(
+            "/gizmo", scale=0.3, disable_rotations=True, depth_test=False, position=at
+        )
+        self.gizmo.on_update(lambda event: dragged(tuple(np.round(event.target.position, 3).tolist())))
+
+    def dragged_box(self, at: tuple[float, float, float]) -> None:
+        """The box for the base was dragged."""
+        self.center.value = at
+
+    def uploaded(self, name: str, content: bytes) -> None:
+        """A file of obstacles has come."""
+
+        def wish() -> None:
+            path = keep_upload(self.page.folder / "takes", name, content)
+            read_obstacles([path], self.unit.value)
+            self.files = [*(each for each in self.files if each != path), path]
+            self.list_solids(f"file {path.name}")
+            self.changed()
+
+        self.page.work("obstacle", wish)
+
+    def add(self, kind: str) -> None:
+        """Add a solid where it is seen, beside the hand's path."""
+        count = 1 + sum(one.kind == kind for one in self.solids)
+        _, middle = self.page.scene.look_at(self.page.problem)
+        name = f"{kind}_{count}"
+        while any(one.name == name for one in self.solids):
+            count += 1
+            name = f"{kind}_{count}"
+        x, y = (round(float(value), 2) for value in middle[:2])
+        self.solids.append(Solid(name, kind, (x + 0.5, y, 0.2), (0.4, 0.4, 0.4)))
+        self.list_solids(name)
+        self.changed()
+
+    def list_solids(self, chosen: str) -> None:
+        """List what was added, with one of them chosen."""
+        self.filling = True
+        names = ("nothing", *(one.name for one in self.solids), *(f"file {path.name}" for path in self.files))
+        self.which.options = names
+        self.which.value = chosen if chosen in names else "nothing"
+        self.filling = False
+        self.choose()
+
+    def choose(self) -> None:
+        """Show what can be changed of the chosen solid."""
+        one = next((each for each in self.solids if each.name == self.which.value), None)
+        for handle in (self.at, self.edges, self.yaw):
+            handle.visible = one is not None
+        self.remove.visible = self.which.value != "nothing"
+        if one is None:
+            self.gizmo = None
+            self.page.scene.clear("/gizmo")
+            self.hold_box()
+            return
+        self.filling = True
+        self.at.value, self.edges.value, self.yaw.value = one.center, one.size, one.yaw
+        self.filling = False
+
+        def dragged(at: tuple[float, float, float]) -> None:
+            self.at.value = at
+
+        self.hold(one.center, dragged)
+
+    def reshape(self) -> None:
+        """The chosen solid was moved or resized."""
+        one = next((each for each in self.solids if each.name == self.which.value), None)
+        if one is None:
+            return
+        one.center, one.size, one.yaw = self.at.value, self.edges.value, self.yaw.value
+        if self.gizmo is not None and np.abs(np.array(self.gizmo.position) - one.center).max() > 2e-3:
+            self.gizmo.position = one.center
+        self.changed()
+
+    def drop(self) -> None:
+        """Remove the chosen solid or file."""
+        self.solids = [one for one in self.solids if one.name != self.which.value]
+        self.files = [path for path in self.files if f"file {path.name}" != self.which.value]
+        self.list_solids("nothing")
+        self.changed()

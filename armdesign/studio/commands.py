@@ -1,0 +1,219 @@
+"""What the studio does, as one would type it: settings as flags, and searches as processes of their own."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import shlex
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from armdesign.errors import RunFolderError
+from armdesign.experiments.auto_dof.dof_records import holds_auto, run_name
+from armdesign.files import write_whole
+from armdesign.runs import checkpoint
+from armdesign.runs.folder import RESULT
+from armdesign.runs.listing import RunStatus, read_run, read_runs
+from armdesign.runs.lock import holder_of
+from armdesign.runs.reading import read_problem, read_result
+from armdesign.runs.resumable import identity
+from armdesign.search.backends.backend import InProcess
+from armdesign.search.result import Result
+from armdesign.search.search import NothingFoundError, Search
+from armdesign.settings.kinds import Interval, Kind, Several, Switch, Table, flag_name
+from armdesign.settings.sections import SECTIONS, Settings
+
+LOG = "studio.log"
+"""What a search that the studio has started says, in its run folder."""
+
+
+def flags(settings: Settings, *, without: Sequence[str] = ()) -> tuple[list[str], Settings]:
+    """Settings as flags of ``armdesign search``.
+
+    Args:
+        settings: The settings.
+        without: Names of entries that are given otherwise.
+
+    Returns:
+        The flags of what differs from the defaults, and the defaults with what differs, too, but has no flag.
+    """
+    words: list[str] = []
+    rest: dict[str, dict[str, Any]] = {}
+    for kind in SECTIONS:
+        section = getattr(settings, kind.title())
+        entries = {entry.name: entry for entry in dataclasses.fields(section)}
+        for name, value in section.changed().items():
+            entry = entries[name]
+            panel = kind.panel if entry.metadata["panel"] is None else entry.metadata["panel"]
+            if name in without:
+                continue
+            if panel and value is not None:
+                words += flag_words(entry.metadata["kind"], flag_name(entry), value)
+            else:
+                rest.setdefault(kind.title(), {})[name] = value
+    return words, Settings().replace(rest)
+
+
+def flag_words(kind: Kind, flag: str, value: Any) -> list[str]:  # noqa: ANN401 (a setting's value)
+    """The words that set an entry.
+
+    Args:
+        kind: What it takes.
+        flag: Its flag.
+        value: Its value.
+    """
+    match kind:
+        case Switch():
+            return [flag if value else f"--no-{flag[2:]}"]
+        case Table():
+            return [f"{flag}={name}={flag_value(each)}" for name, each in value.items()]
+        case Several(item=Interval()) | Several(repeated=True):
+            return [f"{flag}={flag_value(each)}" for each in value]
+        case Interval():
+            return [f"{flag}={flag_value(value)}"]
+        case Several():
+            return [f"{flag}={','.join(map(flag_value, value))}"]
+    return [f"{flag}={flag_value(value)}"]
+
+
+def flag_value(value: Any) -> str:  # noqa: ANN401 (a setting's value)
+    """A value, or the two ends of an interval."""
+    if isinstance(value, (tuple, list)):
+        return ":".join(map(flag_value, value))
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+class Command(NamedTuple):
+    """A command of armdesign.
+
+    Attributes:
+        words: Its words behind ``armdesign``.
+        folder: The run folder that it writes.
+    """
+
+    words: tuple[str, ...]
+    folder: Path
+
+    def __str__(self) -> str:
+        return shown(self.words)
+
+
+def shown(words: Sequence[str | Path]) -> str:
+    """A command as one would type it."""
+    return shlex.join(["armdesign", *map(str, words)])
+
+
+def search_command(settings: Settings, take: Path, runs: Path, *, auto: bool = False) -> Command:
+    """The search of a take under settings, into a folder that is free.
+
+    Settings that have no flag are written beside the runs, into a file that the command names.
+
+    Args:
+        settings: The settings.
+        take: The recording.
+        runs: The folder that runs are in.
+        auto: Whether the number of joints is searched, too.
+    """
+    stem = f"{take.stem}-{'auto' if auto else f'n{settings.design.dof}'}-seed{settings.search.seed}"
+    folder, k = runs / stem, 2
+    while folder.exists():
+        folder, k = runs / f"{stem}-{k}", k + 1
+    words, rest = flags(settings, without=("recording", "files", "dof"))
+    config = []
+    if rest != Settings():
+        file = runs / f"{folder.name}.toml"
+        runs.mkdir(parents=True, exist_ok=True)
+        write_whole(file, rest.to_toml())
+        config = ["--config", str(file)]
+    dof = "auto" if auto else str(settings.design.dof)
+    return Command(("search", str(take), f"--dof={dof}", *config, *words, "--out", str(folder)), folder)
+
+
+def begin(command: Command | Path) -> subprocess.Popen[bytes]:
+    """Start a search, or go on with one, in a process that outlives this one.
+
+    Args:
+        command: The search, or the run folder of one to go on with.
+    """
+    folder = command if isinstance(command, Path) else command.folder
+    words = ("search", "--resume", str(folder)) if isinstance(command, Path) else command.words
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with (folder / LOG).open("wb") as log:
+            return subprocess.Popen(
+                [sys.executable, "-m", "armdesign", *words],
+                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, start_new_session=True,
+            )  # fmt: skip
+    except OSError as error:
+        raise RunFolderError(f"cannot write to {folder}: {error.strerror}", value=str(folder)) from error
+
+
+def stop(folder: Path) -> bool:
+    """Ask the search in a run folder to end with the best arm so far; whether there was one on this machine."""
+    for place in (folder, *folder.glob("n*")):
+        words = (holder_of(place) or "").split()
+        if len(words) == 4 and words[1].isdecimal() and words[3] == os.uname().nodename:
+            os.kill(int(words[1]), signal.SIGINT)
+            return True
+    return False
+
+
+def last_words(folder: Path) -> str:
+    """The sentence that a search ended with where it failed; empty where it did not."""
+    try:
+        lines = (folder / LOG).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    return next((line.removeprefix("armdesign: ") for line in lines if line.startswith("armdesign: ")), "")
+
+
+def known_runs(runs: Path) -> list[RunStatus]:
+    """The runs in a folder, newest first; those of a search for the number of joints as one."""
+    if not runs.is_dir():
+        return []
+    found = {}
+    for each in read_runs(runs):
+        whole = next((place for place in (each.folder, each.folder.parent) if holds_auto(place)), each.folder)
+        if whole.name not in ("alternatives",) and each.folder.parent.name != "alternatives":
+            found[whole] = status(whole)
+    return sorted(found.values(), key=lambda run: run.age)
+
+
+def status(folder: Path) -> RunStatus:
+    """How far a run is; of a search for the number of joints, the one that is at it or was last."""
+    if not holds_auto(folder) or (folder / RESULT).is_file():
+        return read_run(folder)
+    inner = [folder / run_name(n) for n in range(1, 11)]
+    at_work = [read_run(place) for place in inner if (place / checkpoint.CURRENT).is_file()]
+    if not at_work:
+        return dataclasses.replace(read_run(folder), state="running" if holder_of(folder) else "stopped")
+    last = at_work[-1]
+    return dataclasses.replace(last, state="running" if any(map(holder_of, (folder, last.folder))) else "stopped")
+
+
+def best_so_far(run: RunStatus) -> Result | None:
+    """The best arm of a run, whether it has ended or not; None where none was found yet.
+
+    Args:
+        run: How far it is.
+
+    Raises:
+        RunFolderError: Its files are damaged.
+    """
+    if run.state in ("finished", "evaluated"):
+        return read_result(run.folder)
+    state = checkpoint.load_state(run.folder, identity(run.folder))
+    if state is None:
+        return None
+    problem = read_problem(run.folder)
+    search = Search(problem, InProcess(problem))
+    search.restore(state)
+    try:
+        result = search.result("interrupted")
+    except NothingFoundError:
+        return None
+    return dataclasses.replace(result, name=run.folder.name, folder=run.folder)

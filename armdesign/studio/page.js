@@ -1,0 +1,33 @@
+// What the page does by itself: a file dropped anywhere goes to the button for files of the open panel, a click in a
+// plot goes to that moment, a link to a panel opens it.
+(() => {
+  const shown = (each) => each.parentElement.querySelector("button")?.offsetParent;
+  addEventListener("dragover", (event) => event.preventDefault());
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    const input = [...document.querySelectorAll("input[type=file]")].find(shown);
+    if (!input || !event.dataTransfer.files.length) return;
+    input.files = event.dataTransfer.files;
+    input.dispatchEvent(new Event("change", { bubbles: true }));
+  });
+  const typed = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value");
+  const goTo = (time) => {
+    const slider = document.querySelector("[role=slider]"); // the timeline is the first on the page
+    const input = slider?.closest("[id]")?.parentElement?.querySelector("input:not([type=hidden])");
+    if (!input) return;
+    typed.set.call(input, time.toFixed(2));
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  };
+  addEventListener("click", (event) => {
+    const plot = event.target.closest("svg[data-start]");
+    if (plot) {
+      const box = plot.getBoundingClientRect(), { start, end, left, right, width } = plot.dataset;
+      const x = ((event.clientX - box.left) / box.width) * width;
+      const share = Math.min(Math.max((x - left) / (right - left), 0), 1);
+      goTo(Number(start) + share * (end - start));
+    }
+    const panel = event.target.closest("[data-panel]")?.dataset.panel;
+    const tabs = panel ? [...document.querySelectorAll("[role=tab]")] : [];
+    tabs.find((tab) => tab.textContent.trim() === panel)?.click();
+  });
+})();

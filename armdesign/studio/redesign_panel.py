@@ -1,0 +1,185 @@
+"""Panel 5, redesign: change a dimension and see path, error and clearance solved again at once, with the gradient."""
+
+from __future__ import annotations
+
+import dataclasses
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.errors import ArmDesignError, SettingsError
+from armdesign.search.evaluation import evaluate_candidate
+from armdesign.search.result import Result
+from armdesign.studio import commands
+from armdesign.studio.arms import design_arm, millimetres, verdict_lines
+from armdesign.studio.page import Page
+from armdesign.studio.scene import COLOURS
+
+STEP_LENGTH, STEP_ANGLE = 0.01, np.deg2rad(5.0)
+"""What the gradient is said for: 1 cm, 5 degrees."""
+
+
+def plain_name(name: str) -> str:
+    """What an entry of the design is, in words: ``a_1`` is the length of link 1."""
+    kind, _, row = name.rpartition("_")
+    if kind == "base":
+        return f"base {row} [{'deg' if row == 'yaw' else 'm'}]"
+    number = "tool" if row == "tool" else f"joint {int(row) + 1}"
+    return {"alpha": f"twist before {number} [deg]", "a": f"length before {number} [m]",
+            "d": f"offset along {number} [m]"}[kind]  # fmt: skip
+
+
+def gradient_words(slope: float, *, angular: bool) -> str:
+    """Which way an entry has to go for a better arm, and how much that brings.
+
+    Args:
+        slope: Derivative of the score r by the entry [m/rad] or [m/m].
+        angular: Whether the entry is an angle.
+    """
+    gain = abs(slope) * (STEP_ANGLE if angular else STEP_LENGTH)
+    if not np.isfinite(gain) or gain < 5e-5:
+        return "at its best"
+    return f"{'&larr; less' if slope > 0.0 else '&rarr; more'}: {1e3 * gain:.1f} per {'5 deg' if angular else 'cm'}"
+
+
+class RedesignPanel:
+    """Live redesign."""
+
+    def __init__(self, page: Page) -> None:
+        """Lay out the panel."""
+        self.page, gui = page, page.gui
+        self.result: Result | None = None
+        self.Phi = np.zeros(0)
+        self.sliders: list[Any] = []
+        self.filling = False
+        self.state = page.html("Search an arm first; here it is changed by hand.")
+        self.back = gui.add_button("Back to the arm that was found", visible=False)
+        self.take = gui.add_button("Search from this arm on", visible=False)
+        self.folder = gui.add_folder("Dimensions", visible=False)
+        self.gradient = page.html("")
+        self.back.on_click(lambda _: page.work("redesign", self.go_back))
+        self.take.on_click(lambda _: page.work("start", self.search_from_here))
+
+    def begin(self, result: Result) -> None:
+        """An arm to change."""
+        self.result = result
+        space = result.problem.in_room.space
+        base = result.problem.first.base
+        self.Phi = space.phi(result.table, base)
+        self.filling = True
+        for slider in self.sliders:
+            slider.remove()
+        self.sliders = []
+        low, high = space.bounds
+        with self.folder:
+            for k, name in enumerate(space.free_names):
+                scale = np.rad2deg(1.0) if space.angular[k] else 1.0
+                ends = np.round(scale * np.array([low[k], high[k]]), 4)
+                value = float(np.clip(round(scale * self.Phi[k], 4), *ends))
+                step = 0.1 if space.angular[k] else 0.001
+                slider = self.page.gui.add_slider(plain_name(name), float(ends[0]), float(ends[1]), step, value)
+                self.page.watch(self, "redesign", self.solve, slider)
+                self.sliders.append(slider)
+        self.filling = False
+        self.back.visible = self.take.visible = self.folder.visible = True
+        self.page.set_html(self.state, "Move a slider: the motion is solved again at once.")
+        self.page.set_html(self.gradient, "")
+        self.page.scene.clear("/gradient")
+
+    def go_back(self) -> None:
+        """Take back all changes."""
+        if self.result is not None:
+            self.begin(self.result)
+            self.page.show_arms((design_arm(self.result), COLOURS[0]))
+
+    def solve(self) -> None:
+        """Follow the task with the arm as the sliders have it."""
+        if self.result is None:
+            return
+        problem, page = self.result.problem.in_room, self.page
+        scale = np.where(problem.space.angular, np.rad2deg(1.0), 1.0)
+        moved = np.array([slider.value for slider in self.sliders]) / scale
+        low, high = problem.space.bounds
+        self.Phi = Phi = np.clip(moved, low, high)
+        try:
+            seen, found = evaluate_candidate(Phi, problem)
+        except ArmDesignError as error:
+            page.set_html(self.state, f'<b class="bad">{escape(str(error))}</b>')
+            return
+        result = Result(seen, found, name="changed by hand", known_slides=None)
+        arm = design_arm(result)
+        before = design_arm(self.result)
+        page.show_arms((arm, COLOURS[0]))
+        change = float(arm.error.max() - before.error.max())
+        words = f"Largest error of the hand: {millimetres(float(arm.error.max()))}"
+        words += f" ({'+' if change >= 0.0 else '-'}{millimetres(abs(change))} against the arm that was found)"
+        page.set_html(self.state, f"<h4>{words}</h4>Clearance follows when you pause.")
+        self.show_gradient(Phi)
+        page.work("clearance", lambda: self.judge(result, words))
+
+    def judge(self, result: Result, words: str) -> None:
+        """What the changed arm touches; only once nothing newer is wished.
+
+        Args:
+            result: The changed arm.
+            words: What it does.
+        """
+        if "redesign" in self.page.work.wishes:
+            return
+        _, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
+        items = "".join(f"<li>{escape(line)}</li>" for line in lines[1:])
+        self.page.set_html(self.state, f"<h4>{words}</h4><ul>{items}</ul>")
+
+    def show_gradient(self, Phi: Array) -> None:
+        """Which way every dimension has to go, and where the base wants to."""
+        if self.result is None:
+            return
+        problem = self.result.problem.in_room
+        scores, _ = problem.objective(1).evaluate(Phi[None], slopes=True)
+        slopes = scores.slopes[0] if scores.slopes.shape[1] else np.full(len(Phi), np.nan)
+        space = problem.space
+        rows = ""
+        for name, slope, turns in zip(space.free_names, slopes, space.angular, strict=True):
+            title = escape(plain_name(name).split(" [")[0])
+            rows += f"<tr><th>{title}</th><td>{gradient_words(float(slope), angular=bool(turns))}</td></tr>"
+        self.page.set_html(
+            self.gradient, f"<b>Which way lowers the score</b> (error and detours together)<table>{rows}</table>"
+        )
+        self.point_base(space.free_names, slopes)
+
+    def point_base(self, names: tuple[str, ...], slopes: Array) -> None:
+        """An arrow at the base the way that lowers the score.
+
+        Args:
+            names: Entries of Phi.
+            slopes: Derivatives of the score by them.
+        """
+        scene, result = self.page.scene, self.result
+        scene.clear("/gradient")
+        way = np.array([-slopes[names.index(f"base_{x}")] if f"base_{x}" in names else 0.0 for x in "xyz"])
+        size = float(np.linalg.norm(way))
+        if result is None or not np.isfinite(size) or size < 1e-3:
+            return
+        arm = self.page.arm
+        start = (result.base_pose.translation if arm is None else arm.at(scene.time)[0][:3, 3]) + [0.0, 0.0, 0.05]
+        ends = np.stack([start, start + way / size * min(0.4, 0.1 + size)])[None]
+        scene.api.add_arrows("/gradient", ends, (0, 140, 90), shaft_radius=0.008, head_radius=0.02, head_length=0.05)
+
+    def search_from_here(self) -> None:
+        """Start a search whose first generation begins with this arm.
+
+        Raises:
+            SettingsError: There is no arm, or its recording is gone.
+        """
+        page = self.page
+        if self.result is None or page.take is None:
+            raise SettingsError("there is no arm and recording to search from", fix="Search one first")
+        settings = dataclasses.replace(self.result.problem.settings, task=page.settings.task)
+        first = tuple(float(x) for x in self.Phi)
+        settings = settings.replace({"search": {"first": (first,), "seed": settings.search.seed + 1}})
+        command = commands.search_command(settings, page.take, page.folder / "runs")
+        page.panels["Search"].process = commands.begin(command)
+        page.panels["Search"].watch(command.folder)
+        page.notify("The search goes on from this arm", str(command), "green")

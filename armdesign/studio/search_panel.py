@@ -1,0 +1,223 @@
+"""Panel 3, the search: a process of its own, in a run folder like any other, which this page only watches."""
+
+from __future__ import annotations
+
+import dataclasses
+from html import escape
+from pathlib import Path
+from subprocess import Popen
+
+import numpy as np
+
+from armdesign.demonstration import resolve
+from armdesign.errors import ArmDesignError, SettingsError, resume_command
+from armdesign.runs.folder import settings_file
+from armdesign.runs.listing import RunStatus
+from armdesign.search.design_arm import recording_of
+from armdesign.search.result import Result
+from armdesign.settings.sections import read_settings
+from armdesign.studio import commands
+from armdesign.studio.arms import design_arm, verdict_lines
+from armdesign.studio.page import Page
+from armdesign.studio.plots import Curve, plot
+from armdesign.studio.scene import COLOURS
+from armdesign.studio.takes import Shot
+
+AUTO, NO_RUN = "find out", "none yet"
+STATES = {
+    "running": "Searching", "finished": "The search has ended", "interrupted": "The search was stopped",
+    "stopped": "Nobody is searching; Go on takes it up", "failed": "No arm was found", "broken": "The run is damaged",
+    "evaluated": "A given arm, not a search",
+}  # fmt: skip
+
+
+class SearchPanel:
+    """The search.
+
+    Attributes:
+        run: The run folder that is watched; None for none.
+        result: Its best arm so far.
+    """
+
+    def __init__(self, page: Page) -> None:
+        """Lay out the panel."""
+        self.page, gui = page, page.gui
+        self.run: Path | None = None
+        self.result: Result | None = None
+        self.process: Popen[bytes] | None = None
+        self.seen: tuple[str, float | None] = ("", None)
+        self.curve: dict[Path, list[tuple[float, float]]] = {}
+        self.joints = gui.add_dropdown("Joints", (AUTO, *map(str, range(2, 9))), initial_value="4")
+        self.effort = gui.add_dropdown("Effort", ("quick", "normal", "thorough"), initial_value="normal")
+        self.start = gui.add_button("Search the arm", color="green")
+        self.buttons = gui.add_button_group("", ("Stop", "Go on"))
+        self.bar = gui.add_progress_bar(0.0, visible=False)
+        self.state = page.html("")
+        self.runs = gui.add_dropdown("Earlier runs", (NO_RUN,))
+        self.command = page.html("")
+        self.start.on_click(lambda _: page.work("start", self.begin))
+        self.buttons.on_click(lambda event: page.work("press", lambda: self.press(event.target.value)))
+        self.runs.on_update(lambda _: page.work("run", self.choose_run))
+        for handle in (self.joints, self.effort):
+            handle.on_update(lambda _: page.work("command", self.show_command))
+        page.work("runs", self.list_runs)
+
+    def settled(self) -> commands.Command:
+        """The search as it stands on the page.
+
+        Raises:
+            SettingsError: There is no take yet, or what is asked for cannot be done.
+        """
+        page = self.page
+        if page.take is None:
+            raise SettingsError("there is no recording yet", fix="Drop one on the page")
+        auto = self.joints.value == AUTO
+        changes = {"search": {"effort": self.effort.value}, "design": {} if auto else {"dof": int(self.joints.value)}}
+        settings = page.panels["Cell"].over(page.settings).replace(changes)
+        return commands.search_command(settings, page.take, page.folder / "runs", auto=auto)
+
+    def show_command(self) -> None:
+        """Show the search as one would type it."""
+        if self.page.take is None:
+            return
+        try:
+            text = f"The same on the command line:<code>{escape(str(self.settled()))}</code>"
+        except ArmDesignError as error:
+            text = f'<span class="bad">{escape(str(error))}</span>'
+        self.page.set_html(self.command, text)
+
+    def begin(self) -> None:
+        """Start the search.
+
+        Raises:
+            ArmDesignError: The take cannot be used as it is.
+        """
+        if self.page.problem is None:
+            raise SettingsError("the take cannot be searched for yet", fix="See what the panel Take says")
+        command = self.settled()
+        self.process = commands.begin(command)
+        self.watch(command.folder)
+
+    def watch(self, folder: Path) -> None:
+        """Watch a run folder from now on."""
+        self.run, self.result, self.seen = folder, None, ("", None)
+        self.page.panels["Arms"].forget()
+        self.page.set_html(self.state, "Starting. The first time takes a minute longer, as parts are compiled.")
+        self.look()
+
+    def leave(self) -> None:
+        """Watch nothing; the search goes on."""
+        self.run, self.result = None, None
+        self.bar.visible = False
+        self.page.set_html(self.state, "")
+
+    def press(self, button: str) -> None:
+        """Stop the search, or go on with it."""
+        if self.run is None:
+            raise SettingsError("no search was started yet", fix="Press 'Search the arm'")
+        if button == "Stop" and not commands.stop(self.run):
+            raise SettingsError("nobody is searching in this run", value=str(self.run), fix="Press 'Go on'")
+        if button == "Go on":
+            self.process = commands.begin(self.run)
+            self.seen = ("", None)
+
+    def list_runs(self) -> None:
+        """List the runs that are there."""
+        names = [str(run.folder.relative_to(self.page.folder / "runs")) for run in self.known()]
+        self.runs.options = tuple(dict.fromkeys((NO_RUN if self.run is None else self.run.name, *names)))
+
+    def known(self) -> list[RunStatus]:
+        """The runs in the studio's folder, newest first."""
+        return commands.known_runs(self.page.folder / "runs")
+
+    def choose_run(self) -> None:
+        """Another run was chosen."""
+        name = self.runs.value
+        if name != NO_RUN and (self.run is None or name != self.run.name):
+            self.open_run(self.page.folder / "runs" / name)
+
+    def open_run(self, folder: Path) -> None:
+        """Open a run folder, with its recording where that is still there.
+
+        Args:
+            folder: The run folder.
+        """
+        page = self.page
+        inner = folder if settings_file(folder).is_file() else commands.status(folder).folder
+        settings = read_settings(settings_file(inner))
+        page.settings = settings
+        if settings.task.recording is not None and Path(settings.task.recording).is_file():
+            recording = recording_of(settings)
+            page.take, page.recording = Path(settings.task.recording), recording
+            page.scene.show_take(Shot(recording, resolve(recording, settings.task.base, settings.task.points, None)))
+        else:
+            page.scene.show_take(None)
+        self.watch(folder)
+        page.look()
+
+    def look(self) -> None:
+        """See how far the watched search is, and show its best arm where that is a new one."""
+        if self.run is None:
+            return
+        run = commands.status(self.run)
+        alive = self.process is not None and self.process.poll() is None
+        if self.process is not None and not alive and run.state in ("broken", "stopped", "failed"):
+            self.process = None
+            words = commands.last_words(self.run) or "The search has ended without a word; see its studio.log."
+            self.page.set_html(self.state, f'<b class="bad">The search has failed</b><br>{escape(words)}')
+            self.page.notify("The search has failed", words, "red", None)
+            self.seen = (run.state, run.best)
+        state = "running" if alive and run.state in ("broken", "stopped", "interrupted") else run.state
+        self.bar.visible = state == "running" and bool(run.iterations)
+        if run.iterations and run.planned:
+            self.bar.value = 100.0 * min(1.0, run.iterations / run.planned)
+        if (state, run.best) == self.seen or (run.best is None and state == "running"):
+            return
+        if self.seen[0] == "running" and state == "finished":
+            self.page.notify("The search has ended", "The panel Arms has what it found.", "green")
+        self.seen = (state, run.best)
+        self.show(run, state)
+        self.list_runs()
+
+    def show(self, run: RunStatus, state: str) -> None:
+        """Show the best arm so far, and what is known of the search.
+
+        Args:
+            run: How far it is.
+            state: Its state in the studio's words.
+        """
+        result = commands.best_so_far(run) if run.state != "broken" else None
+        if result is None or self.run is None:
+            if state != "failed":
+                self.page.set_html(self.state, STATES.get(state, state))
+            return
+        self.result = result = dataclasses.replace(result, name=self.run.name)
+        arm = design_arm(result)
+        self.page.problem = result.problem.in_room
+        self.page.panels["Cell"].show()
+        self.page.show_arms((arm, COLOURS[0]))
+        points = self.curve.setdefault(self.run, [])
+        points.append((float(run.iterations or 0), 1e3 * float(arm.error.max())))
+        ended = state in ("finished", "interrupted", "evaluated")
+        lines = [f"<h4>{STATES.get(state, state)}</h4>"]
+        if ended:
+            passed, words = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
+            mark = "" if passed is None else ' class="good"' if passed else ' class="bad"'
+            lines.append(
+                f"<ul>{''.join(f'<li{mark if not k else str()}>{escape(w)}</li>' for k, w in enumerate(words))}</ul>"
+            )
+        if result.facts is not None:
+            lines.append(f"{run.iterations or result.facts.evaluations} arms tried. {escape(result.facts.found)}")
+        x, y = np.array(points, dtype=float).reshape(-1, 2).T
+        if len(x) > 1:
+            lines.append(plot([Curve(x, y, COLOURS[0], "best so far")], "Largest error of the best arm so far [mm]",
+                              "arms tried"))  # fmt: skip
+        if ended:
+            lines.append('<br><a data-panel="Arms" href="#">Next: compare arms</a>')
+            self.page.panels["Arms"].begin(result, self.run)
+            self.page.panels["Redesign"].begin(result)
+            self.page.panels["Out"].begin(result, self.run)
+        if ended and not result.verdict.passed:
+            lines.append("<br>Not good enough? Allow one joint more, or a larger error in the panel Cell.")
+        lines.append(f"<code>{escape(resume_command('search', self.run))}</code>" if state != "finished" else "")
+        self.page.set_html(self.state, "".join(lines))

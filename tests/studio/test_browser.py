@@ -1,0 +1,93 @@
+"""The studio as a person sees it, in a real Chromium."""
+
+import io
+import os
+import time
+import urllib.error
+import urllib.request
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from armdesign.runs.folder import RESULT
+
+SCENE = {"x": 0, "y": 0, "width": 800, "height": 800}
+
+
+def tab(page, name):
+    page.get_by_role("tab", name=name, exact=True).click()
+
+
+def colours(page):
+    """How many colours the scene has."""
+    picture = Image.open(io.BytesIO(page.screenshot(clip=SCENE))).convert("RGB")
+    return len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0))
+
+
+def test_the_page_is_for_who_has_the_address_and_shows_a_take(studio, open_page, take):
+    address, folder = studio()
+    plain = address.split("?")[0]
+    for refused in (plain, f"{plain}?token=guess"):
+        with pytest.raises(urllib.error.HTTPError) as caught:
+            urllib.request.urlopen(refused)
+        assert caught.value.code == 403
+    page, faults = open_page(address)
+    page.locator("input[type=file]").first.set_input_files(take)
+    page.get_by_text("What cleaning did").wait_for()
+    assert (folder / "takes" / take.name).read_bytes() == take.read_bytes()
+    bad = {"name": "bad.c3d", "mimeType": "", "buffer": b"not a recording"}
+    page.locator("input[type=file]").first.set_input_files(bad)
+    page.get_by_text("takes/bad.c3d", exact=False).first.wait_for()  # the sentence of the command line
+    assert page.get_by_text("Traceback").count() == 0
+    page.wait_for_timeout(500)
+    assert colours(page) > 50
+    assert faults == []
+
+
+@pytest.mark.slow
+def test_from_a_c3d_to_a_urdf(studio, open_page, take):
+    address, folder = studio(take)
+    page, faults = open_page(address)
+    tab(page, "Search")
+    page.get_by_role("textbox", name="Effort").click()
+    page.get_by_role("option", name="quick").click()
+    page.get_by_role("button", name="Search the arm").click()
+    page.get_by_role("heading", name="Searching").wait_for(timeout=240_000)
+    page.reload()  # in mid-search
+    page.get_by_text("armdesign studio").first.wait_for()
+    tab(page, "Search")
+    page.get_by_role("heading", name="The search has ended").wait_for(timeout=400_000)
+    (run,) = (folder / "runs").iterdir()
+    assert (run / RESULT).is_file()
+    before = colours(page)
+    page.locator("svg[data-start]").first.click(position={"x": 250, "y": 60})
+    page.wait_for_timeout(1000)
+    assert colours(page) > 50 < before
+    tab(page, "Redesign")
+    slider = page.get_by_role("slider").nth(4)
+    slider.focus()
+    slider.press("ArrowRight")  # by the keyboard alone
+    page.get_by_text("against the arm that was found").wait_for(timeout=120_000)
+    tab(page, "Out")
+    with page.expect_download(timeout=120_000) as download:
+        page.get_by_role("button", name="Download the robot file").click()
+    assert download.value.suggested_filename == "arm.urdf"
+    joints = ElementTree.parse(download.value.path()).getroot().findall("joint[@type='revolute']")
+    assert len(joints) == 4
+    assert faults == []
+
+
+@pytest.mark.slow
+def test_closing_the_page_stops_nothing(studio, open_page, take):
+    address, folder = studio(take)
+    page, _ = open_page(address)
+    tab(page, "Search")
+    page.get_by_role("button", name="Search the arm").click()
+    page.get_by_role("heading", name="Searching").wait_for(timeout=240_000)
+    page.close()
+    (run,) = (folder / "runs").iterdir()
+    before = os.stat(run / "state.npz").st_mtime_ns
+    time.sleep(3.0)
+    assert (run / RESULT).exists() or os.stat(run / "state.npz").st_mtime_ns > before

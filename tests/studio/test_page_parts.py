@@ -1,0 +1,202 @@
+"""What the page is made of, without a browser: takes, arms, plots, the cell, the guard."""
+
+import numpy as np
+import pytest
+
+from armdesign.cell.obstacle_file import read_obstacles
+from armdesign.demonstration import Recording, resolve
+from armdesign.demonstration.recording import About
+from armdesign.errors import RecordingError, SettingsError
+from armdesign.experiments.compare.base_pose import BaseSearch
+from armdesign.experiments.compare.comparison import compare
+from armdesign.kinematics.dh import DHTable
+from armdesign.search.evaluation import evaluate_design
+from armdesign.search.prepare import prepare
+from armdesign.search.result import Result
+from armdesign.settings.place import sites
+from armdesign.settings.sections import Cell, Settings
+from armdesign.studio import server
+from armdesign.studio.arms import SORTS, arms_table, design_arm, ordered, ready_made_arm, verdict_lines
+from armdesign.studio.cell_panel import Solid, cell_text, region
+from armdesign.studio.out_panel import packed
+from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
+from armdesign.studio.redesign_panel import gradient_words, plain_name
+from armdesign.studio.takes import Shot, bridged, chosen_points, keep_upload, nearest, roles_of
+
+
+def reach(frames=60):
+    """An arm that reaches forward, with one gap in its wrist."""
+    time = np.linspace(0.0, 1.0, frames)
+    way = 0.15 * np.sin(np.pi * time)
+    still = np.zeros(frames)
+    wrist = np.stack([0.35 + way, still, 1.0 + way], axis=1)
+    wrist[20:24] = np.nan
+    points = {
+        "RSHO": np.tile([0.0, 0.0, 1.3], (frames, 1)),
+        "RELB": np.stack([0.2 + way / 2, still - 0.1, 1.1 + way / 2], axis=1),
+        "RWRA": wrist,
+        "RFIN": np.stack([0.42 + way, still, 1.0 + 1.1 * way], axis=1),
+    }
+    return Recording(time, points, source="reach", about=About(captured=True, format="C3D"))
+
+
+@pytest.fixture(scope="module")
+def result():
+    settings = Settings().replace({"design": {"dof": 3}, "needs": {"hand_tolerance": 0.01}})
+    problem = prepare(reach(), settings)
+    rows = [(0.0, 0.0, 0.0), (1.5, 0.0, 0.0), (0.2, 0.3, 0.0), (-0.2, 0.25, 0.1)]
+    return Result(problem, evaluate_design(DHTable.from_rows(rows), problem), name="three")
+
+
+def test_an_upload_keeps_its_last_name_alone(tmp_path):
+    for name in ("take.c3d", "../../take.c3d", "C:\\takes\\take.c3d"):
+        assert keep_upload(tmp_path / "in", name, b"x") == tmp_path / "in" / "take.c3d"
+    for name, content in (("", b"x"), (".hidden", b"x"), ("a\nb", b"x"), ("take.c3d", b"")):
+        with pytest.raises(RecordingError):
+            keep_upload(tmp_path / "in", name, content)
+
+
+def test_gaps_are_seen_and_bridged_for_the_picture_only():
+    recording = reach()
+    shot = Shot(recording, resolve(recording, None, (), None))
+    names, seen = shot.gaps()
+    assert seen.shape[0] == len(names) == 4
+    assert (seen < 1.0).any(axis=1).tolist() == [False, False, True, False]
+    assert np.isfinite(shot.chain).all()
+    assert np.isnan(shot.at(recording.time[21])).any()
+    line = np.stack([recording.time] * 3, axis=1)
+    holed = np.where(np.isnan(recording.points["RWRA"]), np.nan, line)
+    np.testing.assert_allclose(bridged(recording.time, holed), line, atol=1e-12)
+
+
+def test_a_long_take_makes_a_small_picture():
+    frames = 60_000
+    points = {f"m{k}": np.full((frames, 3), float(k)) for k in range(60)}
+    points["m7"][::3] = np.nan
+    shot = Shot(Recording(np.arange(frames) / 100.0, points, source="long"))
+    names, seen = shot.gaps()
+    assert seen.shape == (60, 240)
+    assert len(gap_picture(names, seen, shot.recording.time)) < 100_000
+
+
+def test_roles_name_what_the_guess_has_found():
+    recording = reach()
+    roles = roles_of(resolve(recording, None, (), None))
+    assert list(roles) == ["shoulder", "elbow", "wrist", "hand"]
+    again = resolve(recording, roles["shoulder"], list(roles.values())[1:], None)
+    assert again.points == ("elbow", "wrist", "hand")
+    assert chosen_points(["a+b", "", "x=c+d"], ("a+b", "c", "d")) == {"base": '"a+b"', "points": ("x=c+d",)}
+
+
+def test_frames_by_time():
+    times = np.array([0.0, 0.1, 0.2])
+    assert [nearest(times, t) for t in (-1.0, 0.0, 0.1, 0.19, 5.0)] == [0, 0, 1, 1, 2]
+
+
+def test_the_links_of_an_arm_end_at_its_tool(result):
+    arm = design_arm(result)
+    q = result.evaluation.path.q
+    tool = result.base_pose.matrix @ result.table.frames(q[7])[-1]
+    last = np.linalg.inv(result.table.frames(q[7])[-2]) @ result.table.frames(q[7])[-1]
+    np.testing.assert_allclose(arm.at(arm.time[7])[-1] @ last, tool, atol=1e-12)
+
+
+def test_a_ready_made_arm_is_drawn_as_far_from_the_hand_as_it_is_scored(result):
+    row = compare(["ur5"], result.problem, BaseSearch(30)).rows[0]
+    arm, task = ready_made_arm(row, result), result.problem.task
+    places = np.array([arm.place(k)[-1][:3, 3] for k in range(len(arm.time))])
+    np.testing.assert_allclose(np.linalg.norm(places - task.P[:, -1], axis=1), arm.error, atol=1e-9)
+
+
+def test_arms_are_sorted_and_what_is_not_known_comes_last(result):
+    cheap, dear = design_arm(result, "cheap", 10.0), design_arm(result, "dear", 20.0)
+    unknown = design_arm(result, "<b>unknown</b>")
+    assert [arm.name for arm in ordered([unknown, dear, cheap], "price")] == ["cheap", "dear", "<b>unknown</b>"]
+    for by in SORTS:
+        assert len(ordered([unknown, dear, cheap], by)) == 3
+    assert "<b>unknown" not in arms_table([unknown], ["#000000"])
+
+
+def test_the_verdict_begins_with_the_error(result):
+    passed, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
+    assert lines[0].startswith("Largest error of the hand")
+    assert passed == result.verdict.passed
+
+
+def test_a_thinned_curve_keeps_its_peak():
+    x = np.arange(10_000.0)
+    y = np.where(x == 4321, 9.0, 1.0)
+    few, kept = thinned(x, y)
+    assert len(few) <= 400
+    assert kept.max() == 9.0
+    assert few[np.argmax(kept)] == 4321
+
+
+def test_a_plot_says_where_a_click_is():
+    text = plot([Curve(np.array([2.0, 4.0]), np.array([0.0, 1.0]), "red", "<a>")], "t", "s", timed=True)
+    assert f'data-start="2.0" data-end="4.0" data-left="{LEFT}" data-right="{RIGHT}"' in text
+    assert "<a>" not in text
+    assert plot([], "t", "s") == ""
+    for top in (1e-6, 0.3, 7.0, 123.0, 4e5):
+        marks = ticks(top)
+        assert 2 <= len(marks) <= 5
+        assert marks[-1] <= top
+
+
+def test_solids_are_read_back_from_their_cell_file(tmp_path):
+    solids = [
+        Solid("table", "box", (0.1, -0.2, 0.4), (0.5, 0.6, 0.8), 30.0),
+        Solid("pole", "cylinder", (1.0, 0, 1), (0.1, 0.1, 2)),
+    ]
+    (tmp_path / "cell.toml").write_text(cell_text(solids))
+    box, pole = read_obstacles([tmp_path / "cell.toml"]).each
+    np.testing.assert_allclose(box.shape.size, solids[0].size)
+    np.testing.assert_allclose(box.pose[:3, 3], solids[0].center)
+    np.testing.assert_allclose(np.rad2deg(np.arctan2(box.pose[1, 0], box.pose[0, 0])), 30.0)
+    assert (pole.shape.radius, pole.shape.length) == (0.05, 2.0)
+
+
+def test_a_box_for_the_base_is_a_region():
+    (site,) = sites(Cell(place=(region((0.5, 0.0, 0.1), (0.6, 0.2, 0.0)),)))
+    np.testing.assert_allclose(site.box, [[0.2, -0.1, 0.1], [0.8, 0.1, 0.1]])
+
+
+def test_gradients_say_which_way():
+    assert "less" in gradient_words(0.5, angular=False)
+    assert "more" in gradient_words(-0.5, angular=True)
+    assert gradient_words(1e-6, angular=False) == gradient_words(float("nan"), angular=True) == "at its best"
+    names = {plain_name(name) for name in ("alpha_0", "a_1", "d_tool", "base_x", "base_yaw")}
+    assert len(names) == 5
+
+
+def test_downloads_are_packed_only_where_there_are_several():
+    assert packed({"arm.urdf": b"x"}) == ("arm.urdf", b"x")
+    assert packed({"a": b"x", "b": b"y"})[0] == "arm.zip"
+
+
+@pytest.mark.parametrize(
+    ("path", "headers", "passes"),
+    [
+        ("/?token={t}", {}, True),
+        ("/", {"Cookie": "{c}={t}"}, True),
+        ("/", {"Cookie": "{c}={t}", "Origin": "http://127.0.0.1:8123"}, True),
+        ("/", {}, False),
+        ("/?token=other", {}, False),
+        ("/", {"Cookie": "{c}=other"}, False),
+        ("/?token={t}", {"Host": "evil.example:8123"}, False),
+        ("/", {"Cookie": "{c}={t}", "Origin": "http://evil.example"}, False),
+        ("/", {"Cookie": "{c}={t}", "Origin": "null"}, False),
+    ],
+)
+def test_the_guard_wants_token_host_and_origin(path, headers, passes):
+    guard = server.Guard(8123)
+    filled = {key: text.format(t=guard.token, c=guard.cookie) for key, text in headers.items()}
+    assert guard.permits(path.format(t=guard.token), {"Host": "127.0.0.1:8123", **filled}) is passes
+
+
+def test_a_port_that_is_taken_is_refused():
+    with server.socket.socket() as taken:
+        taken.bind((server.HOST, 0))
+        taken.listen()
+        with pytest.raises(SettingsError):
+            server.free_port(taken.getsockname()[1])
