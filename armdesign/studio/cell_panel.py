@@ -14,6 +14,7 @@ from armdesign.cell.obstacle_file import read_obstacles
 from armdesign.errors import ArmDesignError
 from armdesign.files import write_whole
 from armdesign.settings import Settings
+from armdesign.settings.place import sites
 from armdesign.studio.page import Page
 from armdesign.studio.takes import keep_upload
 
@@ -95,19 +96,40 @@ class CellPanel:
             self.remove = gui.add_button("Remove it", visible=False)
         with gui.add_folder("What must it do?"):
             self.tolerance = gui.add_number("Hand may be off by [mm], 0: any", 20.0, min=0.0, max=1000.0, step=1.0)
+            self.longest = gui.add_number("Longest arm [m]", 1.2, min=0.6, max=10.0, step=0.1)
             self.payload = gui.add_number("It carries [kg]", 0.0, min=0.0, max=1000.0, step=0.1)
             self.speed = gui.add_number("Fastest joint [deg/s], 0: any", 0.0, min=0.0, max=1e5, step=10.0)
         self.note = page.html("")
         self.remove.on_click(lambda _: page.work("remove", self.drop))
         page.watch(self, "which", self.choose, self.which)
         page.watch(self, "solid", self.reshape, self.at, self.edges, self.yaw)
-        whole = (self.stand, self.mounted, self.center, self.size, self.unit, self.tolerance, self.payload, self.speed)
-        page.watch(self, "take", self.changed, *whole)
+        whole = (self.stand, self.mounted, self.center, self.size, self.unit, self.tolerance)
+        page.watch(self, "take", self.changed, *whole, self.longest, self.payload, self.speed)
 
-    def fresh(self, *, captured: bool) -> None:
-        """Begin anew for another take; one that a capture system has made has a floor."""
+    def fresh(self, known: Settings | None, *, captured: bool) -> None:
+        """Begin with another take.
+
+        Args:
+            known: The settings of a run that is opened; None to keep what the page asks for.
+            captured: Whether a capture system has made it, so that it has a floor.
+        """
         self.filling = True
-        self.stand.value = FLOOR if captured else SHOULDER
+        if known is None:
+            self.stand.value = FLOOR if captured else SHOULDER
+        else:
+            cell, needs = known.cell, known.needs
+            placed = bool(cell.place) or cell.base_at is not None
+            self.stand.value = FLOOR if cell.stand == "floor" else BOX if placed else SHOULDER
+            if self.stand.value == BOX:
+                low, high = sites(cell)[0].box
+                self.center.value, self.size.value = tuple((low + high) / 2.0), tuple(high - low)
+                self.mounted.value = cell.mounted or "floor"
+            self.solids, self.files = [], [Path(path) for path in cell.obstacles if Path(path).is_file()]
+            self.unit.value = cell.obstacle_units or "m"
+            self.tolerance.value, self.payload.value = 1e3 * (needs.hand_tolerance or 0.0), needs.payload
+            self.speed.value = 0.0 if needs.max_speed is None else max(needs.max_speed)
+            self.longest.value = known.design.length[1]
+            self.which.options = ("nothing", *(f"file {path.name}" for path in self.files))
         self.filling = False
 
     def changed(self) -> None:
@@ -143,7 +165,11 @@ class CellPanel:
             "payload": self.payload.value,
             "max_speed": (self.speed.value,) if self.speed.value else None,
         }
-        changes: Mapping[str, Mapping[str, Any]] = {"cell": cell, "needs": needs}
+        changes: Mapping[str, Mapping[str, Any]] = {
+            "cell": cell,
+            "needs": needs,
+            "design": {"length": (0.6, self.longest.value)},
+        }
         self.page.settings = settings.replace(changes)
         return self.page.settings
 

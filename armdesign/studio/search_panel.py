@@ -9,11 +9,10 @@ from subprocess import Popen
 
 import numpy as np
 
-from armdesign.demonstration import resolve
 from armdesign.errors import ArmDesignError, SettingsError, resume_command
+from armdesign.experiments.auto_dof.dof_records import holds_auto
 from armdesign.runs.folder import settings_file
 from armdesign.runs.listing import RunStatus
-from armdesign.search.design_arm import recording_of
 from armdesign.search.result import Result
 from armdesign.settings.sections import read_settings
 from armdesign.studio import commands
@@ -21,7 +20,6 @@ from armdesign.studio.arms import design_arm, verdict_lines
 from armdesign.studio.page import Page
 from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import COLOURS
-from armdesign.studio.takes import Shot
 
 AUTO, NO_RUN = "find out", "none yet"
 STATES = {
@@ -142,18 +140,17 @@ class SearchPanel:
         Args:
             folder: The run folder.
         """
-        page = self.page
         inner = folder if settings_file(folder).is_file() else commands.status(folder).folder
         settings = read_settings(settings_file(inner))
-        page.settings = settings
-        if settings.task.recording is not None and Path(settings.task.recording).is_file():
-            recording = recording_of(settings)
-            page.take, page.recording = Path(settings.task.recording), recording
-            page.scene.show_take(Shot(recording, resolve(recording, settings.task.base, settings.task.points, None)))
+        take = settings.task.recording
+        if take is not None and Path(take).is_file():
+            self.joints.value = AUTO if holds_auto(folder) else str(settings.design.dof)
+            self.page.panels["Take"].open_take(Path(take), settings)
         else:
-            page.scene.show_take(None)
+            self.page.settings = settings
+            self.page.scene.show_take(None)
         self.watch(folder)
-        page.look()
+        self.page.look()
 
     def look(self) -> None:
         """See how far the watched search is, and show its best arm where that is a new one."""
@@ -218,6 +215,8 @@ class SearchPanel:
             self.page.panels["Redesign"].begin(result)
             self.page.panels["Out"].begin(result, self.run)
         if ended and not result.verdict.passed:
-            lines.append("<br>Not good enough? Allow one joint more, or a larger error in the panel Cell.")
+            lines.append(
+                "<br>Not good enough? Allow one joint more, or a longer arm or larger error in the panel Cell."
+            )
         lines.append(f"<code>{escape(resume_command('search', self.run))}</code>" if state != "finished" else "")
         self.page.set_html(self.state, "".join(lines))

@@ -23,13 +23,21 @@ CLEANED = ("outliers", "gaps", "repeats", "low_pass", "hidden-markers", "cut", "
 UNSAID = "as the file says"
 
 
+def four(texts: list[str]) -> tuple[str, ...]:
+    """Expressions for shoulder, elbow, wrist and hand out of as many as there are, the first and the last kept."""
+    if len(texts) < 2:
+        return (*texts, *[NONE] * (len(ROLES) - len(texts)))
+    middle = texts[1:-1][: len(ROLES) - 2]
+    return (texts[0], *middle, *[NONE] * (len(ROLES) - 2 - len(middle)), texts[-1])
+
+
 class TakePanel:
     """The take."""
 
     def __init__(self, page: Page) -> None:
         """Lay out the panel."""
         self.page, gui = page, page.gui
-        self.roles: dict[str, str] = {}
+        self.guess: tuple[str, ...] = ()
         self.filling = False
         upload = gui.add_upload_button("Choose a recording, or drop it on the page")
         upload.on_upload(lambda event: self.uploaded(event.target.value.name, event.target.value.content))
@@ -71,11 +79,12 @@ class TakePanel:
         if self.page.take is not None:
             self.open_take(self.page.take)
 
-    def open_take(self, path: Path) -> None:
+    def open_take(self, path: Path, known: Settings | None = None) -> None:
         """Read a take, guess its arm, and show it.
 
         Args:
             path: Its file.
+            known: The settings of a run that is opened with it; by default those on the page.
 
         Raises:
             ArmDesignError: It cannot be read.
@@ -84,7 +93,7 @@ class TakePanel:
         said = {"units": self.units.value, "up": self.up.value}
         task = {name: None if value == UNSAID else value for name, value in said.items()}
         task |= {"recording": str(path), "rate": self.rate.value or None}
-        settings = Settings().replace({"task": task})
+        settings = Settings().replace({"task": task}) if known is None else known
         recording = recording_of(settings)
         page.take, page.recording, page.settings = path, recording, settings
         page.panels["Search"].leave()
@@ -92,28 +101,27 @@ class TakePanel:
         captured = recording.about.captured
         how = settled_cleaning(settings.task, recording)
         try:
-            found = roles_of(resolve(recording, None, (), None))
+            found = guess = roles_of(resolve(recording, None, (), None))
+            if known is not None:
+                found = roles_of(resolve(recording, known.task.base, known.task.points, None))
         except ArmDesignError as error:
-            found = {}
+            found = guess = {}
             page.notify("Which points are the arm?", str(error), "yellow", None)
         self.filling = True
-        self.roles = found
         names = tuple(recording.points)
-        texts = list(found.values())[: len(ROLES) - 1] + list(found.values())[len(ROLES) - 1 :][-1:]
-        if 1 < len(texts) < len(ROLES):
-            texts[-1:-1] = [NONE] * (len(ROLES) - len(texts))
-        texts += [NONE] * (len(ROLES) - len(texts))
+        self.guess = four(list(guess.values()))
+        texts = four(list(found.values()))
         for handle, text in zip(self.points, texts, strict=True):
-            handle.options = tuple(dict.fromkeys((NONE, *found.values(), *names)))
+            handle.options = tuple(dict.fromkeys((NONE, *found.values(), *guess.values(), *names)))
             handle.value = text
-        self.guess = tuple(texts)
         start, end = float(recording.time[0]), float(recording.time[-1])
-        self.part.min, self.part.max, self.part.value = start, end, (start, end)
+        part = (how.start or start, how.stop or end)
+        self.part.min, self.part.max, self.part.value = start, end, part
         self.outliers.value, self.repeats.value = bool(how.outliers), bool(how.repeats)
         self.low_pass.value = 0.0 if how.low_pass in (None, "off") else float(how.low_pass)
         self.max_gap.value = how.max_gap
         page.span(start, end)
-        page.panels["Cell"].fresh(captured=captured)
+        page.panels["Cell"].fresh(known, captured=captured)
         self.filling = False
         facts = f"{counted(recording.frames, 'frame')}, {end - start:.1f} s, {counted(len(names), 'point')}"
         about = f"<b>{escape(path.name)}</b>: {facts}"

@@ -1,0 +1,44 @@
+"""Make the picture of the studio in its documentation from a run folder.
+
+``python docs/make_studio_picture.py RUN PICTURE.png``, with Playwright and Chromium. Make the run in the studio, or by
+``armdesign search examples/box_lift.c3d --dof 5 --place "x=0.3..0.8 y=-0.75..-0.45 z=0.8" --obstacles
+examples/box_lift_cell.toml --tolerance 20mm --out RUN``.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+from armdesign.studio.server import open_server
+from armdesign.studio.studio import PANELS, Page
+
+FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+
+
+def main() -> None:
+    """Open the run, go to the moment of the largest error, and take the picture."""
+    run, picture = map(Path, sys.argv[1:3])
+    server, guard = open_server()
+    studio = Page(server, Path())
+    studio.lay_out(PANELS)
+    studio.panels["Search"].open_run(run)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(guard.address)
+        page.get_by_text("Largest error of the hand").first.wait_for(timeout=60_000)
+        page.get_by_role("tab", name="Search", exact=True).click()
+        studio.time.value = studio.arm.worst
+        page.get_by_text("Software WebGL").locator("xpath=ancestor::*[@role='alert']").get_by_role("button").click()
+        page.wait_for_timeout(3000)
+        page.screenshot(path=picture)
+        browser.close()
+    server.stop()
+
+
+if __name__ == "__main__":
+    main()
