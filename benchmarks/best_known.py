@@ -1,7 +1,8 @@
 """Keep the best arm ever found for a task and a number of joints: python benchmarks/best_known.py RUNS...
 
-Goes through all finished runs below the folders named, of whatever search or of `armdesign evaluate --out`, and puts those that are better than the
-record, or on a task that has none, into benchmarks/best_known.json. The fitness is computed afresh from the design.
+Goes through all finished runs below the folders named, of whatever search or of `armdesign evaluate --out`, and puts
+those that are better than the record, or on a task that has none, into benchmarks/best_known.json. The fitness is
+computed afresh from the design.
 """
 
 from __future__ import annotations
