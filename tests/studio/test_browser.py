@@ -51,8 +51,6 @@ def test_from_a_c3d_to_a_urdf(studio, open_page, take):
     address, folder = studio(take)
     page, faults = open_page(address)
     tab(page, "Search")
-    page.get_by_role("textbox", name="Effort").click()
-    page.get_by_role("option", name="quick").click()
     page.get_by_role("button", name="Search the arm").click()
     page.get_by_role("heading", name="Searching").wait_for(timeout=240_000)
     page.reload()  # in mid-search
