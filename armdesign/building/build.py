@@ -13,6 +13,8 @@ from armdesign.bodies.loads import base_gravity
 from armdesign.building.assembly import Shop, assemble, envelope, shop_of
 from armdesign.building.catalogue import Actuator, find_catalogue, shipped
 from armdesign.building.choice import Choice, Duty, Load, choose, duty_of, weakest
+from armdesign.building.kit import Kit, KitArm, kit_arm
+from armdesign.building.kit_snapping import snapped_to_kit
 from armdesign.building.parts import Assembly
 from armdesign.building.snapping import snapped
 from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
@@ -24,6 +26,8 @@ from armdesign.search.result import Result
 
 ROUNDS = 8
 """Most times that actuators are chosen anew because the parts that go with them have changed the arm."""
+BOUGHT = "it is made of a kit's links and brackets, which are bought"
+"""Why a build of a kit has no solids."""
 CUT = 1e-3
 """What tubes are cut to where no stock says it [m]."""
 PEDESTAL = 0.08
@@ -93,6 +97,7 @@ class Build:
         before: The same before lengths and twists were snapped; None where they were not.
         assembly: All its parts as solids; None where they do not fit.
         misfit: What does not fit then, in a sentence.
+        kit: The links and brackets of the family, where it is built of them; None where of tubes.
     """
 
     result: Result
@@ -105,6 +110,14 @@ class Build:
     before: Result | None = None
     assembly: Assembly | None = None
     misfit: str = ""
+    kit: Kit | None = None
+
+    @property
+    def pieces(self) -> KitArm | None:
+        """The pieces of the kit that it is made of; None where it is built of tubes."""
+        if self.kit is None:
+            return None
+        return kit_arm(self.result.table, [a.height for a in self.choice.actuators], self.kit)
 
 
 def assembly_of(build: Build) -> Assembly:
@@ -122,7 +135,7 @@ def build(result: Result, options: BuildOptions) -> Build:
     """Pick the parts of a finished design.
 
     Snapping is done with the bodies of a first choice, modules within their links so that brackets fit, and the parts
-    are chosen anew for what it gives.
+    are chosen anew for what it gives; of a kit, whose pieces fit actuators of one height, until those stay the same.
 
     Args:
         result: The design with its paths.
@@ -134,6 +147,8 @@ def build(result: Result, options: BuildOptions) -> Build:
     first = chosen_parts(result, options)
     if not options.snap:
         return first
+    if first.kit is not None:
+        return built_of_kit(result, first, first.kit, options)
     body = vars(first.result.problem.settings.body) | {"module_slide": 0.0, "inertials": None}
     cut = CUT if options.stock is None else find_stock(options.stock).cut
     made: Build | None = None
@@ -152,17 +167,45 @@ def build(result: Result, options: BuildOptions) -> Build:
     return replace(made or first, before=first.result)
 
 
-def chosen_parts(result: Result, options: BuildOptions) -> Build:
+def built_of_kit(result: Result, first: Build, kit: Kit, options: BuildOptions) -> Build:
+    """An arm of a kit's links and brackets.
+
+    Args:
+        result: The design.
+        first: Its actuators before it was snapped.
+        kit: The kit.
+        options: What it is built of.
+
+    Raises:
+        CatalogueError: No arm of the kit does the task, or no choice of actuators meets what is asked.
+    """
+    made = first
+    for _ in range(ROUNDS):
+        heights = tuple(a.height for a in made.choice.actuators)
+        body = {"body": vars(made.result.problem.settings.body)}
+        fitted = snapped_to_kit(changed(result, body), heights, kit)
+        made = chosen_parts(fitted, options, heights)
+        if heights == tuple(a.height for a in made.choice.actuators):
+            return replace(made, before=first.result)
+    raise CatalogueError(
+        "the heights of the actuators go in a circle: the kit's pieces for each make another the better",
+        value=options.catalogue, fix="Raise or lower --margin a little",
+    )  # fmt: skip
+
+
+def chosen_parts(result: Result, options: BuildOptions, heights: tuple[float, ...] = ()) -> Build:
     """Pick the parts of a design as it is.
 
     Args:
         result: The design with its paths.
         options: What it is built of.
+        heights: What the actuators' heights should be, n of them [m]; others are chosen only where none will do.
 
     Raises:
         CatalogueError: No choice of actuators or tubes meets what is asked; which joint, by how much, and what would.
     """
     catalogue = find_catalogue(options.catalogue)
+    kit = catalogue.kit if options.stock is None and not options.printed else None
     sizes = priced(catalogue.actuators, options)
     payload = result.problem.settings.needs.payload if options.payload is None else options.payload
     changes: dict[str, dict[str, Any]] = {"body": {"kind": "tube", "inertials": None}, "needs": {"payload": payload}}
@@ -172,13 +215,16 @@ def chosen_parts(result: Result, options: BuildOptions) -> Build:
     if options.stock is not None:
         tube, sag = choose_tube(plain, find_stock(options.stock), options, payload)
         changes["body"] |= {"tube_diameter": tube.diameter, "tube_wall": tube.wall, "tube_density": tube.density}
+    if kit is not None:
+        changes["body"] |= kit.body
+        sizes = tuple(replace(a, mass=a.mass + kit.fittings) for a in sizes)
     bare = changed(result, changes)
-    shop = shop_of(bare.problem.settings.body, tube, printed=options.printed)
-    speed, found = settled(bare, sizes, options, Load(payload, options.margin))
+    shop = None if kit is not None else shop_of(bare.problem.settings.body, tube, printed=options.printed)
+    speed, found = settled(bare, sizes, options, Load(payload, options.margin, (), heights))
     tried: list[Fitted] = []
     while len(tried) < ROUNDS:
         tried.append(fitted_with(bare, found, shop))
-        load = Load(payload, options.margin, () if tried[-1].assembly is None else found.actuators)
+        load = Load(payload, options.margin, () if tried[-1].assembly is None else found.actuators, heights)
         speed, found = settled(tried[-1].arm, sizes, options, load)
         if found.actuators in [each.choice.actuators for each in tried]:
             break
@@ -198,8 +244,10 @@ def chosen_parts(result: Result, options: BuildOptions) -> Build:
         "max_speed": tuple(float(np.degrees(a.no_load_speed)) for a in found.actuators),
     }
     final = changed(result, changes, speed)
+    own = {a.name: a for a in catalogue.actuators}
+    found = replace(found, actuators=tuple(own[a.name] for a in found.actuators))
     return Build(
-        final, found, tube, sag, speed, options, catalogue.currency, assembly=last.assembly, misfit=last.misfit
+        final, found, tube, sag, speed, options, catalogue.currency, assembly=last.assembly, misfit=last.misfit, kit=kit
     )
 
 
@@ -219,16 +267,19 @@ class Fitted(NamedTuple):
     misfit: str
 
 
-def fitted_with(bare: Result, choice: Choice, shop: Shop) -> Fitted:
+def fitted_with(bare: Result, choice: Choice, shop: Shop | None) -> Fitted:
     """An arm with actuators in it.
 
     Args:
         bare: The arm.
         choice: The actuators.
-        shop: What its other parts are made for.
+        shop: What its other parts are made for; None where a kit's are bought.
     """
-    modules = tuple((*envelope(a, shop), a.mass) for a in choice.actuators)
+    sizes = [(a.diameter, a.length) if shop is None else envelope(a, shop) for a in choice.actuators]
+    modules = tuple((*size, a.mass) for size, a in zip(sizes, choice.actuators, strict=True))
     arm = changed(bare, {"body": {"modules": modules, "inertials": None}})
+    if shop is None:
+        return Fitted(choice, arm, None, BOUGHT)
     try:
         assembly = assemble(arm.body, choice.actuators, shop)
     except CatalogueError as error:
@@ -353,18 +404,20 @@ def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, 
 
     def duty(speed: float, carried: float = payload, among: tuple[Actuator, ...] = sizes) -> Duty:
         moved = [smooth_motion(time / speed, q) for time, q in paths]
-        return duty_of(body, moved, among, result.base_pose, load._replace(payload=carried))
+        return duty_of(body, moved, among, result.base_pose, load._replace(payload=carried, heights=()))
 
     wanted = 1.0 if isinstance(options.speed, str) else options.speed
-    found = choose(duty(wanted), costs)
-    if found is not None:
-        return wanted, found
+    plain = duty(wanted)
+    for heights in (load.heights, ()) if load.heights else ((),):
+        found = choose(replace(plain, heights=heights), costs)
+        if found is not None:
+            return wanted, found
     slower = largest(lambda speed: choose(duty(speed), costs) is not None, wanted)
     if slower is not None and options.speed == "auto":
         choice = choose(duty(slower), costs)
         if choice is not None:
             return slower, choice
-    joint, short, best = weakest(duty(wanted))
+    joint, short, best = weakest(plain)
     helps = [] if slower is None else [f"{slower * 100:.0f} % of the speed (--speed {slower:g})"]
     carried = largest(lambda share: choose(duty(wanted, share * payload), costs) is not None, 1.0) if payload else None
     helps += [] if carried is None else [f"a payload of {carried * payload:.3g} kg"]

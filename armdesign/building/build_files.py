@@ -8,9 +8,11 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.building.build import Build, assembly_of
+from armdesign.building.hrdf import hrdf
 from armdesign.building.part_lists import part_lists
 from armdesign.building.parts import Part, Prism, file_name
 from armdesign.building.solids import at_zero, mesh, solid, step_file
+from armdesign.errors import CatalogueError
 
 
 def step_files(build: Build) -> dict[str, bytes]:
@@ -56,6 +58,20 @@ def mesh_places(build: Build) -> dict[int, list[tuple[str, Array, str]]]:
     return found
 
 
+def hrdf_files(build: Build) -> dict[str, str]:
+    """The arm as HEBI's robot configuration, which their software reads.
+
+    Raises:
+        CatalogueError: It is not built of HEBI's links and brackets.
+    """
+    if build.kit is None:
+        raise CatalogueError(
+            "HRDF holds arms of HEBI's actuators, links and brackets, and this one is of other parts",
+            value=build.options.catalogue, allowed="builds of hebi or hebi-x without --stock and --printed",
+        )  # fmt: skip
+    return {"arm.hrdf": hrdf(build.result.body, build.choice.actuators, build.kit, build.result.name)}
+
+
 def drawings(build: Build) -> Mapping[str, str | bytes]:
     """Sheets of the arm, of all parts and of each, as SVG and one PDF."""
     from armdesign.building.part_drawing import drawing_files  # noqa: PLC0415 (Matplotlib takes its time)
@@ -64,7 +80,7 @@ def drawings(build: Build) -> Mapping[str, str | bytes]:
 
 
 BUILD_FORMATS: Mapping[str, Callable[[Build], Mapping[str, str | bytes]]] = {
-    "step": step_files, "stl": stl_files, "drawing": drawings, "bom": part_lists,
+    "step": step_files, "stl": stl_files, "drawing": drawings, "bom": part_lists, "hrdf": hrdf_files,
 }  # fmt: skip
 """Kinds of file of builds, and what makes them."""
 

@@ -11,9 +11,10 @@
     name = "A1"
     ...
 
-``FIGURES`` has all figures of an actuator. A housing is round, by diameter and length, or a box, by width, height and
-depth with the ``axis`` that its output turns about. At least one of rated and peak torque is there; the other is taken
-to be the same, or by the family's ``rated_share`` of the peak.
+``FIGURES`` has all figures of an actuator; ``building/kit.py`` says what a [kit] of links and brackets is. A housing is
+round, by diameter and length, or a box, by width, height and depth with the ``axis`` that its output turns about. At
+least one of rated and peak torque is there; the other is taken to be the same, or by the family's ``rated_share`` of
+the peak.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from armdesign.building.kit import Kit, kit_faults, kit_of
 from armdesign.building.parts import SCREWS
 from armdesign.errors import CatalogueError
 from armdesign.files import is_number
@@ -60,6 +62,7 @@ FIGURES: Mapping[str, str] = {
     "housing_screws": "",
 }
 """Numbers that an actuator may have, and what they measure; the first ones by the family's units."""
+OPTIONAL = ("currency", "rated_share", "kit")
 WORDS = ("name", "axis", "interface", "sheet", "note", "output_thread", "housing_thread")
 CIRCLES = ("output", "housing")
 """Ends of an actuator with a bolt circle: '_circle' is its diameter, '_screws' how many, '_thread' such as M3."""
@@ -110,6 +113,8 @@ class Actuator:
         sheet: Address of its data sheet.
         circles: Bolt circles of its output and of its housing's other end, by ``CIRCLES``: diameter [m], number and
             thread; without those that are not published.
+        output_offset: From the face it is mounted with to that of its output, along the axis [m]; None where it is not
+            published.
     """
 
     family: str
@@ -129,6 +134,12 @@ class Actuator:
     interface: str = ""
     sheet: str = ""
     circles: Mapping[str, tuple[float, int, str]] = field(default_factory=dict)
+    output_offset: float | None = None
+
+    @property
+    def height(self) -> float:
+        """From the face it is mounted with to that of its output [m]: its length, where that is not published."""
+        return self.length if self.output_offset is None else self.output_offset
 
     @property
     def slope(self) -> float:
@@ -153,6 +164,7 @@ class Catalogue:
         currency: Of the prices; empty where there are none.
         sources: Where the figures come from.
         actuators: Its sizes, in the order of the file.
+        kit: Its links and brackets; None where it has none.
     """
 
     family: str
@@ -160,6 +172,7 @@ class Catalogue:
     currency: str
     sources: tuple[Source, ...]
     actuators: tuple[Actuator, ...]
+    kit: Kit | None = None
 
     def source(self, figure: str) -> Source | None:
         """Where a figure comes from."""
@@ -223,8 +236,8 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
     sources = tuple(Source(e["document"], e["date"], tuple(e["figures"])) for e in content["source"])
     sourced = {figure for source in sources for figure in source.figures}
     share, actuators = content.get("rated_share"), []
-    if share is not None and "rated_share" not in sourced:
-        faults.append(f"{path.name}: figure 'rated_share' has no source")
+    faults += [f"{path.name}: figure '{name}' has no source" for name in ("rated_share", "kit")
+               if name in content and name not in sourced]  # fmt: skip
     for k, entry in enumerate(content["actuator"], start=1):
         name = entry.get("name", f"number {k}")
         wrong = [*entry_faults(entry, share), *(f"figure '{f}' has no source" for f in entry if f in FIGURES
@@ -241,7 +254,8 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
         faults.append(f"{path.name}: there are prices, but no 'currency'")
     if faults:
         return None, faults
-    return Catalogue(content["family"], content["maker"], currency, sources, tuple(actuators)), []
+    kit = kit_of(content["kit"], scales) if "kit" in content else None
+    return Catalogue(content["family"], content["maker"], currency, sources, tuple(actuators), kit), []
 
 
 def read_toml(path: Path, what: str, allowed: str | None = None) -> dict[str, Any]:
@@ -273,8 +287,10 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
         elif not isinstance(content[name], wanted) or not content[name]:
             yield f"'{name}' is {content[name]!r}, not {'a text' if wanted is str else 'filled in'}"
     for name in content:
-        if name not in (*known, "currency", "rated_share"):
-            yield f"unknown entry '{name}'; allowed: {', '.join(known)}, currency, rated_share"
+        if name not in (*known, *OPTIONAL):
+            yield f"unknown entry '{name}'; allowed: {', '.join((*known, *OPTIONAL))}"
+    if "kit" in content:
+        yield from kit_faults(content["kit"])
     share = content.get("rated_share", 1.0)
     if not is_number(share) or not 0.0 < share <= 1.0:
         yield f"'rated_share' is {share!r}; allowed: above 0, at most 1"
@@ -292,7 +308,7 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
             yield "a [[source]] needs 'document', 'date' and 'figures', a list of names"
             continue
         for name in fields["figures"]:
-            if name not in (*FIGURES, *WORDS, "rated_share"):
+            if name not in (*FIGURES, *WORDS, "rated_share", "kit"):
                 yield f"a [[source]] names the unknown figure '{name}'"
     for entry in content["actuator"] if isinstance(content.get("actuator"), list) else ():
         if not isinstance(entry, dict):
@@ -374,6 +390,7 @@ def made(entry: Mapping[str, Any], family: str, scales: Mapping[str, float], sha
             end: (si[f"{end}_circle"], int(si[f"{end}_screws"]), entry[f"{end}_thread"])
             for end in CIRCLES if f"{end}_circle" in entry
         },
+        output_offset=si.get("output_offset"),
     )  # fmt: skip
 
 

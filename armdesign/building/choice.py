@@ -95,6 +95,7 @@ class Duty:
         turn: Range of every angle, shape (n,) [rad].
         fixed: Torques of all but the modules, shape (T, n) [N m].
         share: Torques of the module of joint k in size s, shape (n, K, T, n): (k, s, t, j) [N m].
+        heights: What the actuators' heights have to be, n of them [m]; none where any will do.
     """
 
     sizes: tuple[Actuator, ...]
@@ -103,6 +104,7 @@ class Duty:
     turn: Array
     fixed: Array
     share: Array
+    heights: tuple[float, ...] = ()
 
     @property
     def dof(self) -> int:
@@ -132,6 +134,8 @@ class Duty:
             torque: The joint's torque or what it is at least, shape (T,) [N m].
         """
         actuator, load = self.sizes[size], self.margin * np.abs(torque)
+        if self.heights and actuator.height != self.heights[joint]:
+            return Shortfall(np.inf, np.inf, np.inf, np.inf)
         left = actuator.no_load_speed - actuator.slope * load
         speed = self.speed[:, joint]
         used = np.where(speed > 0.0, np.divide(speed, left, out=np.full_like(speed, np.inf), where=left > 0.0), 0.0)
@@ -150,11 +154,13 @@ class Load(NamedTuple):
         payload: Point mass at the tool [kg].
         margin: Factor on torques.
         held: The actuators that the mass properties of its links are with, n of them; none for its modules.
+        heights: What the actuators' heights should be, n of them [m]; none where any will do.
     """
 
     payload: float
     margin: float
     held: Sequence[Actuator] = ()
+    heights: tuple[float, ...] = ()
 
 
 def duty_of(

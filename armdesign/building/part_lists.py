@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 
 from armdesign.building.build import Build
+from armdesign.building.kit import EXACT, Kit, KitArm
 from armdesign.building.parts import Screws
 from armdesign.files import csv_table
 
@@ -32,10 +33,12 @@ def bill_of_materials(build: Build) -> str:
     for name, count in Counter(a.name for a in build.choice.actuators).items():
         a = actuators[name]
         rows.append((name, count, "piece", a.sheet or a.family, a.mass, a.price))
+    if build.kit is not None and build.pieces is not None:
+        rows += kit_rows(build.pieces, build.kit, build.options.catalogue)
     lengths = [float(row[2]) for row in cuts(build)]
     body = build.result.body.options
     tube = f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm" if build.tube is None else build.tube.name
-    if lengths:
+    if lengths and build.kit is None:
         area = np.pi * body.tube_wall * (body.tube_diameter - body.tube_wall)
         price = None if build.tube is None else build.tube.price
         source = build.options.stock or "assumed"
@@ -68,6 +71,32 @@ def screw_length(screws: Screws) -> int:
     return next(length for length in LENGTHS if length >= 1e3 * screws.length - 1e-6)
 
 
+def kit_rows(arm: KitArm, kit: Kit, family: str) -> list[tuple[str, float, str, str, float, float | None]]:
+    """Rows of the bill for a kit's links and brackets, in order from the base on, and for what is made in their place.
+
+    Args:
+        arm: The pieces.
+        kit: The kit.
+        family: Whose they are.
+    """
+    rows: list[tuple[str, float, str, str, float, float | None]] = []
+    for k, each in enumerate(arm.placed, start=1):
+        place, turned = f"joint {k} to {k + 1}", f"{np.degrees(each.alpha):.2f} deg"
+        if each.piece is None:
+            rows.append((f"part {place}, {turned}", 1, "piece", "to be made", each.mass(kit), None))
+        elif each.piece.extends:
+            inline = {"a": "", "u": ", inline input", "w": ", inline output"}[each.piece.extends]
+            name = f"link {each.piece.type}{inline}, extension {each.extension * 1e3:.1f} mm, {turned}, {place}"
+            rows.append((name, 1, "piece", family, each.mass(kit), None))
+        else:
+            side = "Right" if each.alpha > 0.0 else "Left"
+            name = f"bracket {each.piece.type}{side}{each.piece.variant}, {place}"
+            rows.append((name, 1, "piece", family, each.mass(kit), None))
+        if abs(each.spacer) > EXACT:
+            rows.append((f"spacer {each.spacer * 1e3:.1f} mm, {place}", 1, "piece", "to be made", 0.0, None))
+    return rows
+
+
 def cut_list(build: Build) -> str:
     """Every tube by its mark, with its length, its clocking and the angles of the brackets at its ends."""
     heads = ("mark", "tube", "length [mm]", "outer diameter [mm]", "pin holes from the ends [mm]",
@@ -78,6 +107,13 @@ def cut_list(build: Build) -> str:
 
 def cuts(build: Build) -> list[tuple[str, ...]]:
     """The rows of the cut list; of parts that do not fit together the tubes of the arm's body, without their ends."""
+    if build.kit is not None and build.pieces is not None:
+        links = [(k, each) for k, each in enumerate(build.pieces.placed, 1) if each.piece and each.piece.extends]
+        return [
+            ("", f"link, joint {k} to {k + 1}", f"{(each.extension - build.kit.shortest) * 1e3:.1f}",
+             f"{build.kit.tube_diameter * 1e3:g}", "", "", "", "", "", "")
+            for k, each in links
+        ]  # fmt: skip
     if build.assembly is None:
         solids = [part for part in build.result.body.parts if part.solid.material == "tube"]
         return [

@@ -7,9 +7,10 @@ from dataclasses import asdict
 from typing import Any
 
 from armdesign.building.assembly import assemble, shop_of
-from armdesign.building.build import Build, BuildOptions
+from armdesign.building.build import BOUGHT, Build, BuildOptions
 from armdesign.building.catalogue import Actuator
 from armdesign.building.choice import Choice, Shortfall
+from armdesign.building.kit import Kit, Piece
 from armdesign.building.tubes import Tube
 from armdesign.errors import CatalogueError, RunFolderError
 from armdesign.files import read_json
@@ -31,6 +32,7 @@ def build_record(build: Build) -> str:
         "sag": build.sag,
         "speed": build.speed,
         "currency": build.currency,
+        "kit": None if build.kit is None else asdict(build.kit),
     }
     return json.dumps(record, indent=2) + "\n"
 
@@ -59,9 +61,13 @@ def recorded_build(result: Result) -> Build:
         used = tuple(Shortfall(*each) for each in record["shortfalls"])
         tube = None if record["tube"] is None else Tube(**record["tube"])
         choice = Choice(actuators, float(record["cost"]), used, int(record["nodes"]))
+        kit = record.get("kit")
+        kit = None if kit is None else Kit(**kit | {"pieces": tuple(Piece(*each) for each in kit["pieces"])})
         rest = record["sag"], float(record["speed"]), options, str(record["currency"])
     except (KeyError, TypeError, ValueError) as error:
         raise RunFolderError(f"{path} is no record of a build: {error!r}", value=str(path)) from error
+    if kit is not None:
+        return Build(result, choice, tube, *rest, misfit=BOUGHT, kit=kit)
     try:
         fitted, misfit = assemble(result.body, actuators, shop_of(result.problem.settings.body, tube,
                                                                   printed=options.printed)), ""  # fmt: skip

@@ -56,7 +56,7 @@ RECORDINGS = {
 }
 CASES = [
     # parts
-    ("catalogue show hebi", "'hebi'", "dynamixel-x", "rmd"),
+    ("catalogue show nobody", "'nobody'", "dynamixel-x", "rmd"),
     ("catalogue check prose.csv", "prose.csv", "not valid TOML"),
     ("build runs/none --catalogue rmd", "runs/none"),
     ("build runs/none --catalogue rmd --speed fast", "--speed", "fast"),
@@ -216,7 +216,7 @@ CASES = [
     ("runs nowhere", "nowhere", "does not exist"),
     ("runs binary.csv", "is a file"),
     ("alternatives {run} --count 0", "0 alternatives", "allowed: .*1"),
-    ("export {run} --format step", "'step'", "allowed: urdf"),
+    ("export {run} --format step", "is no build", "armdesign build"),
     ("export {run} --package My-Arm", "'My-Arm'", "lower-case letters"),
     ("catalogue show nothing", "'nothing'", "allowed: dynamixel-p"),
     ("search {packaging} --joints RXP", "'RXP'", "3 letters R or P"),
