@@ -694,7 +694,9 @@ def corner(
     pose[:3, 3] = point
     normals = (np.array([c, s, 0.0]), np.array([c, -s, 0.0]))
     edges = (np.array([-s, c, 0.0]), np.array([s, c, 0.0]))
-    ends = np.stack([away * u + sign * shop.half * e for u, e in zip(normals, edges, strict=True) for sign in (1, -1)])
+    # as thick at its edges as the holes are deep, and 2 mm more
+    ends = np.stack([(away - inward) * u + sign * shop.half * e for u, e in zip(normals, edges, strict=True)
+                     for sign in (1, -1) for inward in (0.0, shop.tapped + 2e-3)])  # fmt: skip
     outline = ends[ConvexHull(ends[:, :2]).vertices, :2]
     turns = (0.0, np.pi / 4.0)  # so that the holes of the two sides miss each other
     holes = [h for u, e, turn in zip(normals, edges, turns, strict=True)

@@ -451,4 +451,4 @@ def largest(holds: Callable[[float], bool], most: float) -> float | None:
 
 def arm_mass(arm: ArmBody) -> float:
     """Mass of what moves, from link 1 on [kg]."""
-    return float(np.sum([part.solid.mass for part in arm.parts if part.link > 0]))
+    return sum(link.inertial.mass for link in arm.links[1:])
