@@ -151,7 +151,7 @@ def search(
 
     Several demonstrations of one task are followed by one arm. Writes a run folder: result.json, arm.urdf,
     trajectory.csv, task.csv, task.json (what was done to the data), history.csv, settings.toml, and to look at
-    preview.html and report.html. Its state is saved after every iteration: Ctrl-C ends the search with the best arm so
+    preview.html and report.html. Its state is saved every second: Ctrl-C ends the search with the best arm so
     far, and --resume goes on, also after a crash.
     """
     if resume is not None:

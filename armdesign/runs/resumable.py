@@ -1,10 +1,11 @@
-"""A search in a run folder: locked, saved after every iteration, interruptible, and taken up again where it stopped."""
+"""A search in a run folder: locked, saved every second, interruptible, and taken up again where it stopped."""
 
 from __future__ import annotations
 
 import hashlib
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, replace
@@ -31,6 +32,8 @@ from armdesign.swarm import ALGORITHMS
 
 FAILED = "failed_candidate.json"
 """The design that has brought worker processes down."""
+SAVE_EVERY = 1.0
+"""Time between two states that are saved [s]: a search that is killed goes on from the last one."""
 EXTENSIBLE = ("budget", "effort", "iterations", "patience", "target", "time_limit")
 """Settings of the search that may change from one part of it to the next."""
 
@@ -205,6 +208,7 @@ def carry_out(
         writer = checkpoint.StateWriter(folder, key)
         try:
             reason = iterate(run, lambda: writer.submit(run.state()), interrupts, on_progress)
+            run.gather(reason)
         except CandidateKillsWorkersError as error:
             save_candidate(folder, run, error)
             raise
@@ -237,13 +241,18 @@ def iterate(
     run: Search, save: Callable[[], None], interrupts: Interrupts, on_progress: Callable[[Progress], None] | None
 ) -> str:
     """Iterate until a stop rule holds or somebody asks for the end; returns why."""
+    saved = -SAVE_EVERY
     while (reason := run.ended_by()) is None:
         if interrupts.requested:
-            return "interrupted"
+            reason = "interrupted"
+            break
         progress = run.advance()
-        save()
-        if on_progress is not None:
+        if time.monotonic() >= saved + SAVE_EVERY:
+            save()
+            saved = time.monotonic()
+        if on_progress is not None and progress is not None:
             on_progress(progress)
+    save()
     return reason
 
 

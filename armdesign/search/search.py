@@ -10,25 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armdesign._types import Array
-from armdesign.errors import SearchError, SettingsError, counted
-from armdesign.fitness.block import Scores
-from armdesign.fitness.constraints import DesignSpace
+from armdesign.errors import SearchError
 from armdesign.fitness.robot import Rejections
-from armdesign.search.arm_symmetry import canonical_form, length_slab
 from armdesign.search.backends.backend import Backend, InProcess
+from armdesign.search.backends.parallel import ParallelBackend
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_candidate
+from armdesign.search.part_scheduler import PartScheduler
 from armdesign.search.result import Result, SearchFacts
-from armdesign.settings.sections import Search as SearchSettings
-from armdesign.swarm import (
-    Algorithm,
-    Box,
-    Sampler,
-    SearchSpace,
-    State,
-    algorithm_from_state,
-    make_algorithm,
-)
+from armdesign.search.swarms import Note, new_swarm, search_space, step
+from armdesign.swarm import State, algorithm_from_state
 
 
 @dataclass(frozen=True)
@@ -87,6 +78,7 @@ class Search:
             SettingsError: The bounds leave no arm.
         """
         self.problem, self.backend = problem, backend
+        self.scheduler = PartScheduler(backend, problem) if isinstance(backend, ParallelBackend) else None
         self.settings = problem.settings.search
         self.space = problem.space
         self.swarm = new_swarm(self.settings, self.space)
@@ -101,23 +93,41 @@ class Search:
         """Time spent, earlier parts included [s]."""
         return self.earlier + time.monotonic() - self.began
 
-    def advance(self) -> Progress:
-        """Evaluate the next batch of candidates; returns how far the search is then."""
+    def advance(self) -> Progress | None:
+        """Take in the next batch of candidates, evaluated here and now or by workers in the meantime.
+
+        Returns:
+            How far the search is then; None where the workers have not finished one yet.
+        """
         swarm = self.swarm
-        X = swarm.ask()
-        # what comes to lie beyond its cutoff may be dropped on the way: it changes nothing of what the swarm does next
-        cutoff = swarm.cutoff if self.settings.prune else np.full(len(X), np.inf)
-        hints = swarm.hints
-        sloped = swarm.wants_slopes
-        scores, removed = self.backend.evaluate(X, cutoff, hints, slopes=sloped, coarse=swarm.coarse)
-        slopes = scores.slopes if sloped and scores.slopes.shape[1] else None
-        if not swarm.coarse:
-            self.leader = better(self.leader, scores, hints)
-        swarm.tell(scores.fitness, scores.valid, scores.q0, slopes)
-        self.rejections += removed
-        self.nearest = min(self.nearest, float(scores.start_error.min()))
-        valid = int(scores.valid.sum())
-        return Progress(*swarm.progress, *self.leader, valid, len(X), self.elapsed, unit=swarm.unit)
+        if not swarm.unread and not (self.scheduler is not None and self.scheduler.work_on(swarm)):
+            step(swarm, self.backend, prune=self.settings.prune)
+        elif swarm.unread:
+            swarm.read()
+        else:
+            return None
+        return self._noted()
+
+    def _noted(self) -> Progress:
+        """Take in what was noted with the last batch."""
+        note, history = Note(*self.swarm.note), self.swarm.history
+        self.rejections += note.removed
+        self.nearest = min(self.nearest, note.nearest)
+        if note.fitness < self.leader[0]:
+            self.leader = note.fitness, note.path_fitness, note.area
+        count = int(history.evaluations[-1] - (history.evaluations[-2] if len(history.evaluations) > 1 else 0))
+        valid = int(history.valid[-1])
+        return Progress(*self.swarm.progress, *self.leader, valid, count, self.elapsed, unit=self.swarm.unit)
+
+    def gather(self, stopped_by: str) -> None:
+        """Take in what workers have found beyond the last batch, where the search ends at no certain place.
+
+        Args:
+            stopped_by: What has ended it; it cannot go on from here.
+        """
+        if stopped_by in ("interrupted", "time_limit"):
+            for _ in self.swarm.gather():
+                self._noted()
 
     def ended_by(self) -> str | None:
         """The stop rule that holds now, by the name of its setting; None to go on."""
@@ -225,8 +235,9 @@ def search(
     run = Search(problem, InProcess(problem, block) if backend is None else backend)
     while (reason := run.ended_by()) is None:
         progress = run.advance()
-        if on_progress is not None:
+        if on_progress is not None and progress is not None:
             on_progress(progress)
+    run.gather(reason)
     return run.result(reason)
 
 
@@ -241,90 +252,6 @@ def stalled(best: Array, patience: int, gain: float = 1e-3) -> bool:
     if len(best) <= patience or not np.isfinite(best[-1 - patience]):
         return False
     return bool(best[-1] > (1.0 - gain) * best[-1 - patience])
-
-
-def new_swarm(settings: SearchSettings, space: DesignSpace) -> Algorithm:
-    """The search algorithm of the settings, before its first batch.
-
-    Args:
-        settings: The algorithm with its parameters, seed, and designs to begin with.
-        space: The design space.
-    """
-    rng = np.random.default_rng(settings.seed)
-    return make_algorithm(settings.algorithm, search_space(settings, space), rng, asdict(settings))
-
-
-def search_space(settings: SearchSettings, space: DesignSpace) -> SearchSpace:
-    """What a search algorithm may know of designs: bounds, the arm's length, equal arms, and how to draw valid ones.
-
-    Args:
-        settings: Designs to begin with.
-        space: The design space.
-    """
-    return SearchSpace(
-        Box(*space.bounds, space.angular), sample=first_generation(settings, space), anew=space.sample,
-        slab=length_slab(space), canonical=canonical_form(space),
-    )  # fmt: skip
-
-
-def first_generation(settings: SearchSettings, space: DesignSpace) -> Sampler:
-    """Where a search begins: the designs of ``search.first``, the others drawn from Omega_l.
-
-    As much is drawn as without them, so that the random numbers of the search stay what they are without.
-
-    Args:
-        settings: Designs to begin with.
-        space: The design space.
-
-    Raises:
-        SettingsError: A design has another number of entries than Phi or lies outside the bounds; when drawn, also
-            where there are more designs than the first generation has room for.
-    """
-    first = settings.first or ()
-    names = space.free_names
-    for k, design in enumerate(first):
-        if len(design) != len(names):
-            raise SettingsError(
-                f"search.first[{k}] has {counted(len(design), 'number')}", value=len(design),
-                allowed=f"{len(names)}: {', '.join(names)}",
-            )  # fmt: skip
-        for name, x, low, high in zip(names, design, *space.bounds, strict=True):
-            if not low <= x <= high:
-                raise SettingsError(
-                    f"search.first[{k}] has {name} = {x:g}", value=x, allowed=f"{low:g} to {high:g}, its bounds"
-                )
-
-    def sample(rng: np.random.Generator, count: int) -> Array:
-        if len(first) > count:
-            raise SettingsError(
-                f"search.first has {len(first)} designs for a first generation of {counted(count, 'candidate')}",
-                value=len(first), allowed=f"up to {count}", fix="Leave some out, or make the search larger",
-            )  # fmt: skip
-        X = space.sample(rng, count)
-        if first:
-            X[: len(first)] = first
-        return X
-
-    return sample
-
-
-def better(
-    leader: tuple[float, float, float], scores: Scores, hints: Array | None = None
-) -> tuple[float, float, float]:
-    """The better of the best arm so far and the best of a batch.
-
-    Candidates evaluated with a hint do not count: from a start pose searched anew they may do worse.
-
-    Args:
-        leader: r, f and E of the best arm so far [m].
-        scores: Scores of the batch.
-        hints: Start poses that the batch was evaluated with, shape (N, n); a row that is not finite stands for none.
-    """
-    pure = scores.fitness if hints is None else np.where(np.isfinite(hints).all(axis=1), np.inf, scores.fitness)
-    k = int(np.argmin(pure))
-    if pure[k] < leader[0]:
-        return float(scores.fitness[k]), float(scores.path_fitness[k]), float(scores.area[k])
-    return leader
 
 
 def nothing_found(problem: DesignProblem, nearest: float) -> NothingFoundError:

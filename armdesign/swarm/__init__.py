@@ -18,6 +18,7 @@ The contract in `tests/swarm/test_swarm_contract.py` then runs over it, and ever
 
 from armdesign.swarm.algorithm import Algorithm, Effort, History, State
 from armdesign.swarm.multibasin import MultiBasin
+from armdesign.swarm.part import Part
 from armdesign.swarm.pso import PSO, RAPSO
 from armdesign.swarm.registry import ALGORITHMS, algorithm_from_state, make_algorithm
 from armdesign.swarm.space import Box, Sampler, SearchSpace, Slab
@@ -31,6 +32,7 @@ __all__ = [
     "Effort",
     "History",
     "MultiBasin",
+    "Part",
     "Sampler",
     "SearchSpace",
     "Slab",

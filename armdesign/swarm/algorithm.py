@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar, NamedTuple, TypeVar
 
@@ -92,6 +92,8 @@ class Algorithm(ABC):
         Parameters: Dataclass of its parameters, named as in the settings of a search.
         space: Where it searches.
         parameters: Its parameters.
+        label: What tells it from others, where it is a part of a search.
+        note: What the caller has told with the last batch, for itself.
     """
 
     name: ClassVar[str]
@@ -101,6 +103,7 @@ class Algorithm(ABC):
     takes_slopes: ClassVar[bool] = False
     Parameters: ClassVar[type[Any]]
     parameters: Any
+    label: int = 0
 
     def __init__(self, space: SearchSpace, rng: np.random.Generator, parameters: object = None) -> None:
         """Begin; the first draw is made by the first `ask`.
@@ -122,6 +125,7 @@ class Algorithm(ABC):
         self._X = np.zeros((0, self.box.dimension))  # (N, D), the positions last asked for
         self._asked = False
         self._history: list[tuple[float, float, int, int]] = []
+        self.note: tuple[float, ...] = ()
 
     # ------------------------------------------------------------------ ask and tell
 
@@ -143,7 +147,12 @@ class Algorithm(ABC):
         return self._X.copy()
 
     def tell(
-        self, fitness: ArrayLike, valid: ArrayLike, hints: ArrayLike | None = None, slopes: ArrayLike | None = None
+        self,
+        fitness: ArrayLike,
+        valid: ArrayLike,
+        hints: ArrayLike | None = None,
+        slopes: ArrayLike | None = None,
+        note: Sequence[float] = (),
     ) -> None:
         """Take the fitness of the positions last asked for.
 
@@ -155,6 +164,8 @@ class Algorithm(ABC):
             hints: What helps to evaluate positions nearby, shape (N, H), NaN where there is nothing; default nothing.
             slopes: Gradients of the fitness, shape (N, D), NaN where there is none; default none. They are heeded where
                 `wants_slopes` is true.
+            note: Numbers that the caller wants to have back as `note` when this batch has been taken in, which may be
+                much later where parts are carried out elsewhere; of equal length in all batches.
 
         Raises:
             SearchError: Nothing was asked, a wrong shape, or a fitness of NaN or -inf. The search is left as it was.
@@ -169,6 +180,7 @@ class Algorithm(ABC):
         given = np.zeros((count, 0)) if hints is None else checks.numbers("the hints", hints, (count, None))
         gradients = None if slopes is None else checks.numbers("the slopes", slopes, self._X.shape)
         self._asked = False  # only now that all of it is checked: a refused answer leaves the search as it was
+        self.note = tuple(note)
         mean = self._take(values, flags, given, gradients)
         self._history.append((self.best_fitness, mean, int(np.count_nonzero(flags)), self.evaluations + count))
 
@@ -210,6 +222,38 @@ class Algorithm(ABC):
         Told as +inf instead, the run stays the same to the last bit.
         """
         return np.full(len(self._X), np.inf)
+
+    # ------------------------------------------------------------------ parts carried out elsewhere
+
+    def parts(self, most: int) -> Sequence[Algorithm]:
+        """Parts of the search that can be carried out now, side by side, by whoever asks and tells them.
+
+        They are told apart by their `label`. None of a search that has to be asked batch by batch.
+
+        Args:
+            most: How many at most.
+        """
+        return ()
+
+    def put(self, part: Algorithm) -> None:
+        """Take back a part, or what another process has made of its state, further on its way; one too many is let go.
+
+        The search then stands where it stood, and is to `read` on.
+        """
+        raise NotImplementedError(f"{self.name} has no parts")
+
+    @property
+    def unread(self) -> bool:
+        """Whether there are batches of parts to `read`."""
+        return False
+
+    def read(self) -> None:
+        """Take in the next batch of a part as if it had just been asked and told."""
+        raise NotImplementedError(f"{self.name} has no parts")
+
+    def gather(self) -> Iterator[None]:
+        """End the search here, and take in the batches of all parts that are under way, one by one."""
+        return iter(())
 
     # ------------------------------------------------------------------ how far it is
 
@@ -307,7 +351,7 @@ class Algorithm(ABC):
     @classmethod
     def from_state(
         cls: type[A],
-        state: Mapping[str, Any],
+        state: Mapping[str, Any] | SavedState,
         space: SearchSpace,
         length: int | None = None,
         settings: Mapping[str, Any] | None = None,
@@ -325,7 +369,7 @@ class Algorithm(ABC):
             SearchError: The state is that of another algorithm or space, or an entry is missing or does not fit.
             SettingsError: A parameter in it is unknown or out of range.
         """
-        saved = SavedState(state)
+        saved = state if isinstance(state, SavedState) else SavedState(state)
         if (algorithm := saved.entry("algorithm")) != cls.name:
             raise SearchError(
                 f"the saved search used '{algorithm}', not '{cls.name}'", value=algorithm, allowed=cls.name

@@ -89,6 +89,18 @@ class Archive:
             both.add(other.U, other.value, other.hint, other.look, other.hits)
         return both
 
+    def best_of(self, count: int, first: int = 0) -> Archive:
+        """A new archive of the best ones.
+
+        Args:
+            count: How many.
+            first: Rank of the first of them.
+        """
+        some = Archive(self.region)
+        for name in COLUMNS:
+            setattr(some, name, getattr(self, name)[first : first + count].copy())
+        return some
+
     def state(self, prefix: str) -> dict[str, Any]:
         """Arrays to carry on from, their names beginning with the prefix."""
         return {f"{prefix}_{name}": getattr(self, name).copy() for name in COLUMNS}

@@ -146,9 +146,15 @@ class SavedState:
 
     Attributes:
         entries: What `Algorithm.state` returned, by name; arrays may have become nested lists.
+        prefix: What the names of all entries of interest begin with.
     """
 
     entries: Mapping[str, Any]
+    prefix: str = ""
+
+    def within(self, prefix: str) -> SavedState:
+        """The entries whose names begin with a further prefix, known without it."""
+        return SavedState(self.entries, self.prefix + prefix)
 
     def entry(self, name: str) -> Any:  # noqa: ANN401 (whatever was saved)
         """The entry of that name, as it is.
@@ -156,6 +162,7 @@ class SavedState:
         Raises:
             SearchError: There is none.
         """
+        name = self.prefix + name
         if name not in self.entries:
             raise SearchError(f"the saved search has no entry '{name}'", value=name, fix=FIX)
         return self.entries[name]

@@ -309,6 +309,8 @@ def updated(B: Array, step: Array, change: Array, *, first: bool) -> Array:
         change: Change of the gradient along it, shape (K,).
         first: Whether B is only a guess, to be scaled first to the curvature just seen.
     """
+    if np.abs(step).max() < ROUNDING:  # at a minimum: what the gradient changes by is rounding
+        return B
     along = float(step @ change)
     if first and along > 0.0:  # Nocedal and Wright, Numerical Optimization, eq. 6.20
         B = np.eye(len(step)) * (float(change @ change) / along)

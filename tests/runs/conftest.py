@@ -19,6 +19,12 @@ RECORDING = runs.EXAMPLES / "packaging.csv"
 SMALL = Settings().replace({"task": {"stop": 0.4}, "search": {"particles": 12, "iterations": 6}})
 
 
+@pytest.fixture(autouse=True)
+def every_state(monkeypatch):
+    """A state is saved after every batch, so that kills and failures can be placed between them."""
+    monkeypatch.setattr("armdesign.runs.resumable.SAVE_EVERY", 0.0)
+
+
 @pytest.fixture(scope="session")
 def task():
     """Task and settings of the small search, in this process."""

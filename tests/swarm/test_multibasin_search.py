@@ -109,7 +109,7 @@ def test_gradients_or_probes_never_both(slopes):
     search, stages = build("multibasin"), []
     while not search.done:
         X = search.ask()
-        stages.append(search.state().get("descents_phase"))
+        stages.append(search.state().get("part_0_descents_phase"))
         search.tell(*evaluate(X), bumpy_slope(X) if slopes and search.wants_slopes else None)
     assert ("probe" in stages) != slopes
     assert (stages.count("slope") > 1) == slopes

@@ -124,7 +124,7 @@ def test_first_positions_are_the_sampled_ones(name):
 
 @every_algorithm
 def test_default_start_fills_the_box(name):
-    X = build(name, particles=1500, budget=25_000).ask()
+    X = build(name, particles=1500, budget=25_000, coarse=0).ask()
     free = BOX.width > 0.0
     share = (X - BOX.lower)[:, free] / BOX.width[free]
     assert np.allclose(share.mean(axis=0), 0.5, atol=0.06)

@@ -1,6 +1,7 @@
 """Candidates evaluated by workers: a generation is shared out in equal parts, and put together again.
 
-Where it is so small that more workers would not be faster, it goes to fewer, see ``shares``.
+Where it is so small that more workers would not be faster, it goes to fewer, see ``shares``. A search that is made of
+parts has them carried on by the same workers, see ``part_scheduler``.
 
 A worker that dies costs nothing but time: its part is done again. A part that kills twice is taken apart into single
 candidates, and a candidate that kills its workers ends the search, by name.
@@ -13,6 +14,7 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +27,8 @@ from armdesign.search.backends.processes import WorkerProcesses
 from armdesign.search.backends.shares import Shares
 from armdesign.search.backends.workers import Closing, Event, Handler, Job, JobContext, Workers
 from armdesign.search.design_problem import DesignProblem
+from armdesign.search.swarms import search_space, step
+from armdesign.swarm import Part, State
 
 LONGEST = 1.0
 """Work in a part, about [s]: a lost worker loses little, and handing a part out, 0.2 to 10 ms, does not count."""
@@ -54,8 +58,20 @@ class Answer:
     seconds: float
 
 
+class Stretch(NamedTuple):
+    """A part of a search, to be carried on with for a while.
+
+    Attributes:
+        state: The part, see `Part.state`.
+        seconds: How long [s].
+    """
+
+    state: State
+    seconds: float = 0.5
+
+
 def evaluator(problem: DesignProblem, block: int | None = None) -> Handler:
-    """The setup of a worker that evaluates candidates: builds its block of arms once.
+    """The setup of a worker that evaluates candidates, or carries on parts of the search: builds its block once.
 
     Args:
         problem: Task and settings.
@@ -63,8 +79,18 @@ def evaluator(problem: DesignProblem, block: int | None = None) -> Handler:
     """
     compile_kernels(problem.path_problem)
     backend = InProcess(problem, block)
+    space, prune = search_space(problem.settings.search, problem.space), problem.settings.search.prune
 
-    def evaluate(part: Generation, context: JobContext) -> Answer:
+    def carry_on(stretch: Stretch) -> State:
+        end, part = time.monotonic() + stretch.seconds, Part.from_state(stretch.state, space)
+        while True:
+            step(part, backend, prune=prune)
+            if part.done or time.monotonic() >= end:
+                return part.state()
+
+    def evaluate(part: Generation | Stretch, context: JobContext) -> Answer | State:
+        if isinstance(part, Stretch):
+            return carry_on(part)
         began = time.perf_counter()
         scores, removed = backend.evaluate(
             part.Phi, part.cutoff, part.poses, slopes=part.slopes, coarse=part.coarse  # type: ignore[arg-type]

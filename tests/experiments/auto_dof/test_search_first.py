@@ -8,7 +8,8 @@ from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import start_run
 from armdesign.search.backends.backend import InProcess
 from armdesign.search.backends.parallel import WorkerPool
-from armdesign.search.search import Search, new_swarm, search
+from armdesign.search.search import Search, search
+from armdesign.search.swarms import new_swarm
 from armdesign.settings.sections import Settings
 
 
