@@ -241,18 +241,19 @@ def iterate(
     run: Search, save: Callable[[], None], interrupts: Interrupts, on_progress: Callable[[Progress], None] | None
 ) -> str:
     """Iterate until a stop rule holds or somebody asks for the end; returns why."""
-    saved = -SAVE_EVERY
+    saved, newer = -SAVE_EVERY, False  # when a state was saved last, and whether there is a newer one
     while (reason := run.ended_by()) is None:
         if interrupts.requested:
             reason = "interrupted"
             break
-        progress = run.advance()
+        progress, newer = run.advance(), True
         if time.monotonic() >= saved + SAVE_EVERY:
             save()
-            saved = time.monotonic()
+            saved, newer = time.monotonic(), False
         if on_progress is not None and progress is not None:
             on_progress(progress)
-    save()
+    if newer:
+        save()
     return reason
 
 
