@@ -3,7 +3,6 @@
 import dataclasses
 import re
 import shlex
-import time
 
 import matplotlib as mpl
 import numpy as np
@@ -190,14 +189,10 @@ def test_settings_at_their_defaults_are_left_out(invented):
     assert names["design.dof"][1:3] == ("4", "3")
 
 
-def test_a_long_recording_makes_a_small_page_in_little_time(invented, longer):
-    run = longer(invented(6), 60)
-    assert run.verdict.reasons is not None  # a run folder brings it along; the page's own time counts here
-    began = time.process_time()
-    text = report_html(run)
-    assert len(run.problem.task.time) == 6000
-    assert time.process_time() - began < 10.0
-    assert len(text.encode()) < 1e6
+def test_a_long_recording_makes_a_small_page(invented, longer):
+    run = longer(invented(6), 20)
+    assert len(run.problem.task.time) == 2000
+    assert len(report_html(run).encode()) < 6e5  # 5.1e5 with the 100 frames of one repetition
 
 
 def test_the_first_screen_says_the_verdict_in_words_and_what_to_do_next(both, take_apart):
