@@ -10,17 +10,24 @@ one, anything up to t, has t / sqrt(3).
 
 a sum over dimensions: the budget. **Monte Carlo** draws arms, without calibration on the nominal arm's joint path, and
 with it, where the dimensions are measured and the path is solved again for the arm as made.
+
+**Clearance** is that of the exact bodies, modules moved along with their joints, in the frames in which the arm as
+designed comes nearest to itself and to obstacles; its first order, c(delta) = c + g . delta, in the nearest of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.bodies.arm_body import arm_body
+from armdesign.bodies.exact import ExactScene, free_side
 from armdesign.errors import DesignError, SettingsError
+from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.fitness.block import BlockEvaluator, as_rows, batch_of
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.design_problem import Demonstration
@@ -32,6 +39,12 @@ FRAMES = 60
 """Frames of each demonstration that arms are drawn on, evenly spread, and those are looked at that are worst."""
 CALIBRATED = 200
 """Most arms whose path is solved again."""
+CLEARED = 100
+"""Most arms whose clearance is measured."""
+NEAR = 2
+"""Frames of each demonstration in which that is done, for the arm's own bodies and for obstacles."""
+CLEARANCE_STEP = 1e-5
+"""Step of the central differences of a clearance, which is exact to 1e-9 m [rad; m]."""
 CHUNK = 500
 """Arms drawn at once."""
 STEP = 1e-6
@@ -112,6 +125,25 @@ class Band:
 
 
 @dataclass(frozen=True)
+class ClearanceBand:
+    """Between bodies at the nearest, over arms [m]: that of the arm as designed, the median, what 95 % of them keep.
+
+    Attributes:
+        nominal: Of the arm as designed, in the frames looked at.
+        median: Of the arms drawn.
+        p5: What 95 % of them keep.
+        sigma: Its standard deviation in first order where the arm as designed is nearest.
+        arms: Arms that it was measured of.
+    """
+
+    nominal: float
+    median: float
+    p5: float
+    sigma: float
+    arms: int
+
+
+@dataclass(frozen=True)
 class ToleranceReport:
     """What tolerances do to an arm.
 
@@ -123,6 +155,8 @@ class ToleranceReport:
         first_order: The same in first order [m].
         budget: Every dimension's part in that, largest first.
         arms: Arms drawn, and those whose path was solved again.
+        clearance: Of the first arms drawn, without calibration; None of an arm without bodies.
+        calibrated_clearance: Of the same with it.
     """
 
     band: Band
@@ -131,6 +165,8 @@ class ToleranceReport:
     first_order: float
     budget: tuple[Share, ...]
     arms: tuple[int, int]
+    clearance: ClearanceBand | None = None
+    calibrated_clearance: ClearanceBand | None = None
 
 
 def tool_points(rows: Array, yaw: float, q: Array, sliding: Sequence[bool]) -> Array:
@@ -197,8 +233,20 @@ def tolerance(result: Result, tolerances: Tolerances | None = None) -> Tolerance
         first = np.concatenate([first, deviations[: max(CALIBRATED - len(first), 0)]])
     nominal = float(np.linalg.norm(at[0] - hand, axis=1).max())
     again = [resolved(table, rows + first, *pair) for pair in pairs]
-    worst = np.max(again, axis=0)
-    worst = worst[np.isfinite(worst)]
+    worst = np.max([each for each, _ in again], axis=0)
+    met = np.isfinite(worst)
+    near, own, calibrated = near_spots(result), None, None
+    if near:
+        sigma = clearance_sigma(result, near, sigmas)
+        nearest, made = float(gaps(result, near, rows)[0]), (rows + first)[:CLEARED]
+        own = clearance_band(nearest, gaps(result, near, made), sigma)
+        solved = [path for _, path in again]
+        kept = np.flatnonzero(met[:CLEARED])
+        if len(kept):
+            moved = [[spot._replace(q=solved[spot.shown][i, spot.frame]) for spot in near] for i in kept]
+            found = np.concatenate([gaps(result, each, made[i : i + 1]) for i, each in zip(kept, moved, strict=True)])
+            calibrated = clearance_band(nearest, found, sigma)
+    worst = worst[met]
     return ToleranceReport(
         band_of(nominal, np.concatenate(errors)),
         band_of(nominal, worst) if len(worst) else None,
@@ -206,7 +254,94 @@ def tolerance(result: Result, tolerances: Tolerances | None = None) -> Tolerance
         float(np.sqrt(np.sum(parts**2))),
         tuple(sorted(budget, key=lambda share: -share.moved)),
         (chosen.samples, len(worst)),
+        own,
+        calibrated,
     )
+
+
+class Spot(NamedTuple):
+    """A frame in which bodies come near to one another.
+
+    Attributes:
+        shown: Number of the demonstration.
+        frame: Its frame.
+        q: Joint angles there, shape (n,) [rad; m of joints that slide].
+    """
+
+    shown: int
+    frame: int
+    q: Array
+
+
+def near_spots(result: Result) -> list[Spot]:
+    """The frames in which an arm comes nearest to itself and to obstacles, nearest first; none without bodies."""
+    spots: dict[tuple[int, int], tuple[float, Spot]] = {}
+    if result.problem.settings.body.kind == "thin":
+        return []
+    for k, scored in enumerate(result.evaluation.demonstrations):
+        scene = ExactScene(result.body, exact_obstacles(result.problem.demonstrations[k].obstacles),
+                           result.base_pose.matrix)  # fmt: skip
+        for clearance in (scene.self_clearance(scored.path.q), scene.obstacle_clearance(scored.path.q)):
+            if clearance is None:
+                continue
+            for frame in np.argsort(clearance.each, kind="stable")[:NEAR].tolist():
+                spot = (float(clearance.each[frame]), Spot(k, frame, scored.path.q[frame]))
+                spots[k, frame] = min(spots.get((k, frame), spot), spot, key=lambda one: one[0])
+    return [spot for _, spot in sorted(spots.values(), key=lambda one: one[0])]
+
+
+def gaps(result: Result, spots: Sequence[Spot], rows: Array) -> Array:
+    """Least clearance of arms as made over frames, shape (S,) [m].
+
+    Args:
+        result: The arm as designed, whose modules move along with their joints.
+        spots: The frames.
+        rows: DH rows (alpha, a, d, theta), tool last, shape (S, n + 1, 4).
+    """
+    table, options = result.table, result.problem.settings.body
+    side = None if result.placed else free_side(result.body, np.stack([spot.q for spot in spots]))
+    obstacles = [
+        [each._replace(poses=each.poses if each.poses.ndim == 2 else each.poses[spot.frame])
+         for each in exact_obstacles(result.problem.demonstrations[spot.shown].obstacles)]
+        for spot in spots
+    ]  # fmt: skip
+    least = np.full(len(rows), np.inf)
+    for k, made in enumerate(rows):
+        slides = np.asarray(result.slides) + made[:-1, 2] - table.d[:-1]
+        own = DHTable.from_rows(made, table.base_yaw, table.joints)
+        arm = arm_body(own, options, slides, result.limits, placed=result.placed, side=side)
+        for spot, around in zip(spots, obstacles, strict=True):
+            scene = ExactScene(arm, around, result.base_pose.matrix)
+            for clearance in (scene.self_clearance(spot.q[None]), scene.obstacle_clearance(spot.q[None])):
+                if clearance is not None:
+                    least[k] = min(least[k], float(clearance.each[0]))
+    return least
+
+
+def clearance_sigma(result: Result, spots: Sequence[Spot], sigmas: Array) -> float:
+    """Standard deviation of the clearance in first order, in the nearest frame, by central differences [m].
+
+    Args:
+        result: The arm.
+        spots: The frames, nearest first.
+        sigmas: Standard deviations of the entries of its table, shape (n + 1, 4).
+    """
+    rows, _ = as_rows([result.table])
+    steps = CLEARANCE_STEP * np.eye(rows[0].size).reshape(-1, *rows[0].shape)
+    above, below = (gaps(result, spots[:1], rows + sign * steps) for sign in (1.0, -1.0))
+    slopes = (above - below) / (2.0 * CLEARANCE_STEP)
+    return float(np.sqrt(np.sum((slopes * sigmas.ravel()) ** 2)))
+
+
+def clearance_band(nominal: float, found: Array, sigma: float) -> ClearanceBand:
+    """The band of clearances, shape (S,) [m], of arms.
+
+    Args:
+        nominal: Of the arm as designed [m].
+        found: Of the arms.
+        sigma: In first order [m].
+    """
+    return ClearanceBand(nominal, float(np.median(found)), float(np.percentile(found, 5.0)), sigma, len(found))
 
 
 def looked_at(shown: Demonstration, scored: PathEvaluation) -> Array:
@@ -217,14 +352,17 @@ def looked_at(shown: Demonstration, scored: PathEvaluation) -> Array:
     return np.unique(np.append(even, worst))
 
 
-def resolved(table: DHTable, rows: Array, shown: Demonstration, scored: PathEvaluation) -> Array:
-    """The largest hand error of arms as made, their paths solved again, shape (S,) [m]; infinite where there is none.
+def resolved(table: DHTable, rows: Array, shown: Demonstration, scored: PathEvaluation) -> tuple[Array, Array]:
+    """The largest hand error of arms as made, their paths solved again, and the paths.
 
     Args:
         table: The arm as designed.
         rows: Those as made, shape (S, n + 1, 4).
         shown: The demonstration.
         scored: The path of the arm as designed, whose start and mount hold.
+
+    Returns:
+        The errors, shape (S,), infinite where there is no path [m]; the paths, shape (S, T, n).
     """
     count, path = len(rows), scored.path
     poses, mounts = np.tile(path.q[0], (count, 1)), np.tile(path.mount, (count, 1, 1))
@@ -232,7 +370,7 @@ def resolved(table: DHTable, rows: Array, shown: Demonstration, scored: PathEval
     _, paths = BlockEvaluator(shown.path_problem).with_paths(batch)
     points = tool_points(rows, table.base_yaw, paths, table.prismatic)
     worst: Array = np.linalg.norm(points - shown.task.P[None, :, -1], axis=2).max(axis=1)
-    return np.where(np.isfinite(worst), worst, np.inf)
+    return np.where(np.isfinite(worst), worst, np.inf), paths
 
 
 def band_of(nominal: float, errors: Array) -> Band:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from armdesign.building.tolerance import Band, Tolerances
+from armdesign.building.tolerance import Band, ClearanceBand, Tolerances
 from armdesign.building.tolerance import tolerance as tolerance_of
 from armdesign.cli.command_errors import one_sentence_errors
 from armdesign.cli.command_options import OUTPUT, number_of, option
@@ -59,6 +59,11 @@ def tolerance(
     if report.calibrated is not None:
         words += f"; after calibration {report.calibrated.p95 * 1e3:.2f} mm"
     show_text(f"{words}. Drawn: {counted(report.arms[0], 'arm')}, {report.arms[1]} of them calibrated.")
+    gaps = [(name, each) for name, each in (("as built", report.clearance), ("calibrated", report.calibrated_clearance))
+            if each is not None]  # fmt: skip
+    if gaps:
+        heads = ("clearance", "designed [mm]", "median [mm]", "95 % keep [mm]", "deviates by [mm]")
+        show_table(heads, [gap_cells(*each) for each in gaps])
     show_table(
         ("dimension", "moves the tool by [mm]"),
         [(share.name, f"{share.moved * 1e3:.3f}") for share in report.budget[:SHOWN]],
@@ -72,3 +77,8 @@ def tolerance(
 def cells(name: str, band: Band) -> tuple[str, ...]:
     """A band as a row of text."""
     return (name, *(f"{value * 1e3:.2f}" for value in (band.nominal, band.median, band.p95)))
+
+
+def gap_cells(name: str, band: ClearanceBand) -> tuple[str, ...]:
+    """A band of clearances as a row of text."""
+    return (name, *(f"{value * 1e3:.2f}" for value in (band.nominal, band.median, band.p5, band.sigma)))

@@ -7,7 +7,16 @@ import pytest
 from typer.testing import CliRunner
 
 import armdesign
-from armdesign.building.tolerance import Tolerances, importance, sensitivities, tolerance, tool_points
+from armdesign.building.tolerance import (
+    Tolerances,
+    clearance_sigma,
+    gaps,
+    importance,
+    near_spots,
+    sensitivities,
+    tolerance,
+    tool_points,
+)
 from armdesign.cli import app
 from armdesign.errors import SettingsError
 from armdesign.fitness.block import as_rows
@@ -82,3 +91,17 @@ def test_commands_and_bad_input(design, tmp_path):
     for bad in ({"samples": 1}, {"length": -1.0}, {"length": 0.0, "twist": 0.0, "zero": 0.0}):
         with pytest.raises(SettingsError):
             Tolerances(**bad)
+
+
+def test_clearance_of_drawn_arms_agrees_with_its_first_order():
+    """In the frame in which an arm is nearest to itself, far from a change of the nearest pair."""
+    arm = armdesign.design(EXAMPLE, dof=3, budget=300, kind="tube")
+    chosen, spots = Tolerances(uniform=True), near_spots(arm)[:1]
+    rows, sigmas = as_rows([arm.table])[0], chosen.sigmas(3)
+    drawn = chosen.drawn(np.random.default_rng(0), sigmas, 1000)
+    found = gaps(arm, spots, rows + drawn)
+    assert np.std(found) == pytest.approx(clearance_sigma(arm, spots, sigmas), rel=0.05)
+    assert float(gaps(arm, spots, rows)[0]) == pytest.approx(arm.verdict.self_clearance.value, abs=1e-3)
+    report = tolerance(arm, Tolerances(samples=20))
+    assert report.clearance.p5 <= report.clearance.median
+    assert report.calibrated_clearance.arms <= report.clearance.arms == 20
