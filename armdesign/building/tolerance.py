@@ -1,4 +1,4 @@
-"""How sure a built arm is of its accuracy: what deviations of its dimensions do to the hand's error.
+"""How sure a built arm is of its accuracy: what deviations of its dimensions do to the hand's error and to clearance.
 
 Every entry of the DH table, theta included, deviates on its own: lengths a and d, twists alpha, zeros theta. Of a
 tolerance t a Gaussian deviation has the standard deviation t / 2, so that 95 % of the parts are within it; a uniform
@@ -22,10 +22,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
-from armdesign.bodies.exact import ExactScene, free_side
+from armdesign.bodies.exact import ExactScene
 from armdesign.errors import DesignError, SettingsError
 from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.fitness.block import BlockEvaluator, as_rows, batch_of
@@ -35,6 +36,8 @@ from armdesign.search.evaluation import PathEvaluation
 from armdesign.search.result import Result
 
 COLUMNS = ("alpha", "a", "d", "theta")
+PARTS = ("twist", "length", "length", "zero")
+"""The tolerance that holds of each column."""
 FRAMES = 60
 """Frames of each demonstration that arms are drawn on, evenly spread, and those are looked at that are worst."""
 CALIBRATED = 200
@@ -60,7 +63,7 @@ class Tolerances:
         twist: Of alpha [rad].
         zero: Of theta [rad].
         samples: Arms that are drawn.
-        uniform: Whether deviations are uniform, not Gaussian.
+        uniform: Whether deviations are uniform, not Gaussian: all or none, or those named, "length", "twist", "zero".
         seed: Of the random numbers.
     """
 
@@ -68,7 +71,7 @@ class Tolerances:
     twist: float = float(np.deg2rad(0.2))
     zero: float = float(np.deg2rad(0.1))
     samples: int = 10000
-    uniform: bool = False
+    uniform: bool | Sequence[str] = False
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -86,19 +89,30 @@ class Tolerances:
             raise SettingsError("no dimension deviates: every tolerance is 0", value=0.0, allowed="one above 0")
         if not 10 <= self.samples <= 10**6:
             raise SettingsError(f"--samples is {self.samples}", value=self.samples, allowed="10 to 1000000")
+        for name in () if isinstance(self.uniform, bool) else self.uniform:
+            if name not in PARTS:
+                raise SettingsError(f"uniform deviations of {name!r}", value=name, allowed=", ".join(set(PARTS)))
+
+    @property
+    def evenly(self) -> NDArray[np.bool_]:
+        """Which columns of a table deviate uniformly, shape (4,)."""
+        chosen = PARTS * self.uniform if isinstance(self.uniform, bool) else self.uniform
+        return np.isin(PARTS, tuple(chosen))
 
     def sigmas(self, dof: int) -> Array:
         """Standard deviations of the entries of an arm's table, shape (n + 1, 4) [rad, m, m, rad]."""
         each = np.array([self.twist, self.length, self.length, self.zero])
-        return np.tile(each / (np.sqrt(3.0) if self.uniform else 2.0), (dof + 1, 1))
+        return np.tile(each / np.where(self.evenly, np.sqrt(3.0), 2.0), (dof + 1, 1))
 
     def drawn(self, rng: np.random.Generator, sigmas: Array, count: int) -> Array:
         """Deviations of arms, shape (count, n + 1, 4)."""
-        shape = (count, *sigmas.shape)
-        if self.uniform:
-            even: Array = sigmas * np.sqrt(3.0) * rng.uniform(-1.0, 1.0, shape)
-            return even
-        deviations: Array = sigmas * rng.standard_normal(shape)
+        shape, evenly = (count, *sigmas.shape), self.evenly
+        if not evenly.all():
+            units = rng.standard_normal(shape)
+        if evenly.any():
+            even = np.sqrt(3.0) * rng.uniform(-1.0, 1.0, shape)
+            units = even if evenly.all() else np.where(evenly, even, units)
+        deviations: Array = sigmas * units
         return deviations
 
 
@@ -299,7 +313,6 @@ def gaps(result: Result, spots: Sequence[Spot], rows: Array) -> Array:
         rows: DH rows (alpha, a, d, theta), tool last, shape (S, n + 1, 4).
     """
     table, options = result.table, result.problem.settings.body
-    side = None if result.placed else free_side(result.body, np.stack([spot.q for spot in spots]))
     obstacles = [
         [each._replace(poses=each.poses if each.poses.ndim == 2 else each.poses[spot.frame])
          for each in exact_obstacles(result.problem.demonstrations[spot.shown].obstacles)]
@@ -309,7 +322,7 @@ def gaps(result: Result, spots: Sequence[Spot], rows: Array) -> Array:
     for k, made in enumerate(rows):
         slides = np.asarray(result.slides) + made[:-1, 2] - table.d[:-1]
         own = DHTable.from_rows(made, table.base_yaw, table.joints)
-        arm = arm_body(own, options, slides, result.limits, placed=result.placed, side=side)
+        arm = arm_body(own, options, slides, result.limits, placed=result.placed, side=result.plate_side)
         for spot, around in zip(spots, obstacles, strict=True):
             scene = ExactScene(arm, around, result.base_pose.matrix)
             for clearance in (scene.self_clearance(spot.q[None]), scene.obstacle_clearance(spot.q[None])):

@@ -1,4 +1,4 @@
-"""``armdesign tolerance``: what deviations of an arm's dimensions do to the hand's error."""
+"""``armdesign tolerance``: what deviations of an arm's dimensions do to the hand's error and to clearance."""
 
 from __future__ import annotations
 
@@ -30,7 +30,13 @@ def tolerance(
     zero: Annotated[str, option("--zero", "DEG", "Tolerance of the joints' zeros.")] = "0.1deg",
     samples: Annotated[int, option("--samples", "N", "Arms that are drawn.")] = 10000,
     uniform: Annotated[
-        bool, option("--uniform", None, "Deviations spread evenly up to the tolerance, not Gaussian with 95 % in it.")
+        bool,
+        option(
+            "--uniform",
+            None,
+            "Deviations spread evenly up to the tolerance, not Gaussian with 95 % in it; "
+            "of some alone by the word, such as --length '0.5mm uniform'.",
+        ),
     ] = False,
     seed: Annotated[int, option("--seed", "N", "Seed of the random numbers.")] = 0,
     as_json: Annotated[bool, option("--json", None, "Print the same as JSON: metres.", OUTPUT)] = False,
@@ -39,10 +45,14 @@ def tolerance(
 
     Many arms are drawn, with and without calibration; beside it the budget in first order, which dimension costs what.
     """
+    given = {"length": (length, "mm"), "twist": (twist, "deg"), "zero": (zero, "deg")}
+    values = {
+        name: number_of(f"--{name}", text.removesuffix("uniform").strip(), f"a number, such as 0.5{unit}", unit)
+        for name, (text, unit) in given.items()
+    }
     chosen = Tolerances(
-        1e-3 * number_of("--length", length, "a number, such as 0.5mm", "mm"),
-        radians(number_of("--twist", twist, "a number, such as 0.5deg", "deg")),
-        radians(number_of("--zero", zero, "a number, such as 0.5deg", "deg")), samples, uniform, seed,
+        1e-3 * values["length"], radians(values["twist"]), radians(values["zero"]), samples,
+        uniform or tuple(name for name, (text, _) in given.items() if text.endswith("uniform")), seed,
     )  # fmt: skip
     result = finished_arm(run)
     with compiling(quiet=as_json):

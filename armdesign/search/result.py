@@ -162,12 +162,17 @@ class Result:
 
         The plate of an arm that hangs at a point of the recording stands on the side where it is least in the way.
         """
+        return arm_body(self.table, self.problem.settings.body, self.slides, self.limits, placed=self.placed,
+                        side=self.plate_side)  # fmt: skip
+
+    @cached_property
+    def plate_side(self) -> str | None:
+        """The side of the base on which the plate of a hanging arm stands; None of one placed, or without bodies."""
         options = self.problem.settings.body
         if self.placed or options.kind == "thin":
-            return arm_body(self.table, options, self.slides, self.limits, placed=self.placed, side=None)
+            return None
         hung = arm_body(self.table, options, self.slides, self.limits)
-        q = np.concatenate([each.path.q for each in self.evaluation.demonstrations])
-        return arm_body(self.table, options, self.slides, self.limits, side=free_side(hung, q))
+        return free_side(hung, np.concatenate([each.path.q for each in self.evaluation.demonstrations]))
 
     @property
     def placed(self) -> bool:

@@ -73,6 +73,15 @@ def test_budget_is_in_proportion_and_seeds_repeat(design):
     assert moved == pytest.approx([5e-4] * 10, rel=1e-6)
 
 
+def test_distribution_by_part():
+    chosen = Tolerances(uniform=("length",))
+    sigmas = chosen.sigmas(3)
+    drawn = chosen.drawn(np.random.default_rng(0), sigmas, 20000)
+    assert np.std(drawn, axis=0) == pytest.approx(sigmas, rel=0.05)
+    assert np.abs(drawn[..., 1:3]).max() <= chosen.length < np.abs(drawn[..., 1:3]).max() * 1.001
+    assert np.mean(np.abs(drawn[..., 3]) < chosen.zero) == pytest.approx(0.9545, abs=0.01)
+
+
 def test_importance_is_sorted_and_names_free_entries(design):
     found = importance(design)
     space = design.problem.space
@@ -84,11 +93,11 @@ def test_importance_is_sorted_and_names_free_entries(design):
 def test_commands_and_bad_input(design, tmp_path):
     write_result(tmp_path / "run", design)
     run = CliRunner().invoke
-    outcome = run(app, ["tolerance", str(tmp_path / "run"), "--samples", "100", "--length", "1mm"])
+    outcome = run(app, ["tolerance", str(tmp_path / "run"), "--samples", "100", "--length", "1mm uniform"])
     assert (outcome.exit_code, "matters most" in outcome.stdout) == (0, True)
     assert run(app, ["importance", str(tmp_path / "run")]).exit_code == 0
     assert run(app, ["tolerance", str(tmp_path / "run"), "--twist", "much"]).exit_code == 2
-    for bad in ({"samples": 1}, {"length": -1.0}, {"length": 0.0, "twist": 0.0, "zero": 0.0}):
+    for bad in ({"samples": 1}, {"length": -1.0}, {"length": 0.0, "twist": 0.0, "zero": 0.0}, {"uniform": ["d"]}):
         with pytest.raises(SettingsError):
             Tolerances(**bad)
 
@@ -98,7 +107,7 @@ def test_clearance_of_drawn_arms_agrees_with_its_first_order():
     arm = armdesign.design(EXAMPLE, dof=3, budget=300, kind="tube")
     chosen, spots = Tolerances(uniform=True), near_spots(arm)[:1]
     rows, sigmas = as_rows([arm.table])[0], chosen.sigmas(3)
-    drawn = chosen.drawn(np.random.default_rng(0), sigmas, 1000)
+    drawn = chosen.drawn(np.random.default_rng(0), sigmas, 400)
     found = gaps(arm, spots, rows + drawn)
     assert np.std(found) == pytest.approx(clearance_sigma(arm, spots, sigmas), rel=0.05)
     assert float(gaps(arm, spots, rows)[0]) == pytest.approx(arm.verdict.self_clearance.value, abs=1e-3)
