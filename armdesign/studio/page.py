@@ -177,7 +177,8 @@ class Page:
         elif self.trouble:
             text = f'<h4 class="bad">The take is read, but something is missing</h4>{escape(self.trouble)}'
         else:
-            text = "<h4>The take is read</h4>Press Play to see it move. Are shoulder, elbow, wrist and hand right?"
+            text = "<h4>The take is read</h4>Press Play to see it move. Are shoulder, elbow, wrist and hand right? "
+            text += '<a data-panel="Cell" href="#">Next: where the arm may stand</a>'
         self.set_html(self.headline, STYLE + text)
 
     @staticmethod

@@ -48,9 +48,9 @@ class SearchPanel:
         self.joints = gui.add_dropdown("Joints", (AUTO, *map(str, range(2, 9))), initial_value="4")
         self.effort = gui.add_dropdown("Effort", ("quick", "normal", "thorough"), initial_value="normal")
         self.start = gui.add_button("Search the arm", color="green")
-        self.buttons = gui.add_button_group("", ("Stop", "Go on"))
+        self.buttons = gui.add_button_group("", ("Stop", "Go on"), visible=False)
         self.bar = gui.add_progress_bar(0.0, visible=False)
-        self.state = page.html("")
+        self.state = page.html("Read a recording first, in the panel Take; here the arm for it is searched.")
         self.runs = gui.add_dropdown("Earlier runs", (NO_RUN,))
         self.command = page.html("")
         self.start.on_click(lambda _: page.work("start", self.begin))
@@ -99,6 +99,7 @@ class SearchPanel:
     def watch(self, folder: Path) -> None:
         """Watch a run folder from now on."""
         self.run, self.result, self.seen = folder, None, ("", None)
+        self.buttons.visible = True
         self.page.panels["Arms"].forget()
         self.page.set_html(self.state, "Starting. The first time takes a minute longer, as parts are compiled.")
         self.look()
@@ -106,7 +107,7 @@ class SearchPanel:
     def leave(self) -> None:
         """Watch nothing; the search goes on."""
         self.run, self.result = None, None
-        self.bar.visible = False
+        self.bar.visible = self.buttons.visible = False
         self.page.set_html(self.state, "")
 
     def press(self, button: str) -> None:
