@@ -44,6 +44,8 @@ SHORTEST_SPACER, SHORTEST_TUBE, WEDGE = 10e-3, 24e-3, 10e-3
 """Least lengths of spacers and tubes, and least thickness of wedges: what their screws take [m]."""
 ALUMINIUM, PRINTED = ("aluminium", 2700.0), ("PETG, printed solid", 1270.0)
 """What parts are made of, and its density [kg/m^3]."""
+SPACER_NOTE = "countersunk screws from inside the brackets, their holes drilled out; blind ones: see docs/building.md"
+"""A spacer is tapped like the seats of its brackets, since either may be the one that can be reached."""
 TOOL_CIRCLES = (BoltCircle(0.0315, 4, "M5"), BoltCircle(0.05, 4, "M6"), BoltCircle(0.08, 6, "M8"))
 """Of ISO 9409-1, for the tool."""
 
@@ -427,7 +429,9 @@ def chained(link: int, knots: Sequence[Knot], kinds: tuple[str, str], shop: Shop
         start = anchor(knots[0], kinds[0], _unit(anchors[1] - anchors[0]), shop)
         end = anchor(knots[-1], kinds[1], _unit(anchors[-2] - anchors[-1]), shop)
         anchors[0], anchors[-1] = start, end
-    placed, screws, seats = [], [], []
+    screws: list[Screws] = []
+    nodes: list[Placed | None] = []
+    seats: list[tuple[Seat, Seat]] = []
     for i, knot in enumerate(knots):
         onward = None if i == last else _unit(anchors[i + 1] - anchors[i])
         back = None if i == 0 else _unit(anchors[i - 1] - anchors[i])
@@ -435,20 +439,23 @@ def chained(link: int, knots: Sequence[Knot], kinds: tuple[str, str], shop: Shop
         if knot.face is not None and along is not None:
             made, seat, joined = bracket(knot.face, kinds[0 if i == 0 else 1], along, link, shop)
             seats.append((seat, seat))
-            placed.append(made)
+            nodes.append(made)
             screws.append(joined)
         elif onward is not None and back is not None:
             made, pair = corner(f"L{link}-C{i}", anchors[i], (back, onward), link, shop)
             seats.append(pair)
-            placed.append(made)
+            nodes.append(made)
         elif back is not None:
             hand = Seat("tool", anchors[i], back, _frame(back, np.array([0.0, 0.0, 1.0]))[:3, 0])
             seats.append((hand, hand))
-    for number, (before, after) in enumerate(pairwise(seats), start=1):
+            nodes.append(None)
+    placed = nodes[:1]
+    for number, ((before, after), node) in enumerate(zip(pairwise(seats), nodes[1:], strict=True), start=1):
         for piece, joints in between(f"L{link}-T{number}", before[1], after[0], link, shop):
             placed.append(piece)
             screws += joints
-    return Chain(tuple(placed), tuple(screws))
+        placed.append(node)
+    return Chain(tuple(each for each in placed if each is not None), tuple(screws))
 
 
 def room(knot: Knot, shop: Shop) -> float:
@@ -743,17 +750,21 @@ def between(mark: str, first: Seat, second: Seat, link: int, shop: Shop) -> Iter
         (flange(deep, shop), _seated(first.point, u, first.across), first),
         (tool_plate(deep, shop) if hand else flange(deep, shop), _seated(second.point, -u, second.across), second),
     )
-    turn = float(np.arctan2(np.cross(first.across, second.across) @ u, first.across @ second.across)) % (2.0 * np.pi)
+    turn = float(np.arctan2(np.cross(first.across, second.across) @ u, first.across @ second.across))
+    turn = float((round(turn, 9) + np.pi / 2.0) % np.pi - np.pi / 2.0)  # the holes go through both walls
     pose = _seated(first.point + t * u, u, first.across)
-    yield Placed(tube(length, deep / 2.0, turn, shop), mark, link, pose), []
+    made = Placed(tube(length, deep / 2.0, turn, shop), mark, link, pose)
     for letter, (part, place, seat) in zip("ab", ends, strict=True):
         thread = shop.circle.thread
-        joined = [Screws("M4" if shop.diameter > 25e-3 else "M3", shop.diameter + 4e-3, 1, (mark, f"{mark}-{letter}"))]
+        pinned = "M4" if shop.diameter > 25e-3 else "M3"
+        joined = [Screws(pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, f"{mark}-{letter}"), nut=True)]
         if seat.mark != "tool":
             joined.append(
                 Screws(thread, t + 1.5e-3 * float(thread[1:]), shop.circle.count, (f"{mark}-{letter}", seat.mark))
             )
         yield Placed(part, f"{mark}-{letter}", link, place), joined
+        if letter == "a":
+            yield made, []
 
 
 def _seated(point: Array, z: Array, x: Array) -> Array:
@@ -865,7 +876,7 @@ def spacer(mark: str, first: Seat, second: Seat, link: int, shop: Shop) -> tuple
     sizes = {"diameter": 2.0 * radius, "length": span, "tapped depth": depth, "turn of second circle": turn}
     part = shop.part("spacer", [Rod(np.zeros(3), top, radius)], holes, sizes=sizes,
                      circles={"first end (tapped)": shop.circle, "second end (tapped)": other},
-                     note="screw brackets to it from inside, by countersunk screws, before they go on")  # fmt: skip
+                     note=SPACER_NOTE)  # fmt: skip
     screws = [
         Screws(shop.circle.thread, shop.plate + depth - 1e-3, shop.circle.count, (seat.mark, mark))
         for seat in (first, second) if seat.mark != "tool"

@@ -83,7 +83,9 @@ def assembly_page(build: Build) -> str:
 
 
 def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Step]:
-    """What is done in which order, from the base to the tool: every link, then the actuator it carries.
+    """What is done in which order, from the base to the tool: an actuator with its bracket, then the link to it.
+
+    Brackets go on actuators first, because flanges cover the heads of wedges' screws.
 
     Args:
         build: The parts.
@@ -94,20 +96,27 @@ def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Ste
     done: set[str] = set()
     whole = [solid for _, several in drawn for solid in several]
     for link in range(table.dof + 1):
-        for actuators in (True, False):
-            new = [(each, shown) for each, shown in drawn if each.link == link and each.part.bought == actuators]
+        joint = link + 1
+        on_bench = {f"J{joint}", f"J{joint}-L{link}"}
+        for bench in (True, False):
+            new = [
+                (each, shown) for each, shown in drawn
+                if (each.mark in on_bench if bench else each.link == link and each.mark not in done)
+            ]  # fmt: skip
             if not new:
                 continue
             marks = {each.mark for each, _ in new}
-            if actuators:
-                actuator = build.choice.actuators[link - 1]
-                title, words = f"Actuator J{link}: {actuator.name}", actuator_words(actuator, link, table)
-                words += [each.part.note for each, _ in new if each.part.note]
+            if bench:
+                actuator = build.choice.actuators[link]
+                title, words = f"Actuator J{joint}: {actuator.name}", actuator_words(actuator, joint, table)
+                words += [each.part.note for each, _ in new if each.part.bought and each.part.note]
+                words += [f"On the bench, bolt {mark} on it: later its screws may be covered."
+                          for mark in sorted(marks - {f"J{joint}"})]  # fmt: skip
             else:
                 title = "Base" if link == 0 else f"Link {link}" + (" with the tool" if link == table.dof else "")
                 words = [*part_words(new), *link_words(link, table)]
             joined = [s for s in assembly_of(build).screws if set(s.joins) & marks and set(s.joins) <= marks | done]
-            words += screw_words(joined)
+            words += screw_words(sorted(joined, key=lambda s: s.nut))  # beside a screw across no key reaches a flange's
             found.append(Step(title, words, pictured(there, new, whole)))
             there += [solid for _, shown in new for solid in shown]
             done |= marks
@@ -121,7 +130,7 @@ def part_words(new: Sequence[tuple[Placed, list[Solid]]]) -> list[str]:
     for each, _ in new:
         if each.part.kind == "tube":
             sizes = each.part.sizes
-            turn = (np.degrees(sizes["turn of second hole"]) + 90.0) % 180.0 - 90.0  # they go through both walls
+            turn = np.degrees(sizes["turn of second hole"])
             clocked = "in line with the first" if abs(turn) < 0.01 else (
                 f"turned {'anticlockwise' if turn > 0.0 else 'clockwise'} by {number(abs(turn), 2)}° against the "
                 "first, seen on the outer end"
@@ -134,7 +143,7 @@ def screw_words(joined: Sequence[Screws]) -> list[str]:
     """Screws by what they join, in words."""
     return [
         f"{each.joins[0]} to {each.joins[1]}: {each.count} × {each.thread} x {screw_length(each)}, at least "
-        f"{number(1e3 * each.length)} mm under the head."
+        f"{number(1e3 * each.length)} mm under the head{', with a locking nut' if each.nut else ''}."
         for each in joined
     ]
 

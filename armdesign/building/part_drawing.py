@@ -100,6 +100,8 @@ def dimension_rows(part: Part) -> Iterator[tuple[str, str, str]]:
     for name, value in part.sizes.items():
         if name.startswith(ANGLES):
             yield name, f"{degrees(value)}°", f"±{ANGLE:g}°"
+        elif name == "spigot":  # it has to go into the tube
+            yield name, f"{number(1e3 * value, 2)} mm", "0 / -0.1 mm"
         else:
             size = 1e3 * value
             yield name, f"{number(size, 2)} mm", f"±{next(x for most, x in ISO_2768_M if abs(size) <= most):g} mm"

@@ -52,6 +52,11 @@ def bill_of_materials(build: Build) -> str:
             screws[each.thread, screw_length(each)] += each.count
         for (thread, length), count in sorted(screws.items()):
             rows.append((f"screw {thread} x {length}", count, "piece", "ISO 4762", 0.0, None))
+        nuts = Counter({each.thread: 0 for each in build.assembly.screws if each.nut})
+        for each in build.assembly.screws:
+            nuts[each.thread] += each.count * each.nut
+        for thread, count in sorted((+nuts).items()):
+            rows.append((f"locking nut {thread}", count, "piece", "ISO 10511", 0.0, None))
     mass = sum(quantity * each for _, quantity, _, _, each, _ in rows)
     known = [quantity * price for _, quantity, _, _, _, price in rows if price is not None]
     text: list[tuple[object, ...]] = [
@@ -132,7 +137,7 @@ def cuts(build: Build) -> list[tuple[str, ...]]:
             other = held.get(f"{each.mark}-{end}", "")
             angle = by_mark[other].part.sizes.get("angle") if other in by_mark else None
             ends += [other or "tool", "" if angle is None else f"{np.degrees(angle):.2f}"]
-        turn = (np.degrees(sizes["turn of second hole"]) + 90.0) % 180.0 - 90.0  # they go through both walls
+        turn = np.degrees(sizes["turn of second hole"])
         rows.append(
             (each.mark, each.part.name, f"{1e3 * sizes['length']:.2f}", f"{1e3 * sizes['diameter']:g}",
              f"{1e3 * sizes['hole from end']:.2f}", f"{turn:.2f}", *ends)

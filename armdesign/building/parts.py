@@ -186,12 +186,14 @@ class Screws:
         length: Least length under the head [m].
         count: How many.
         joins: The marks of what they join.
+        nut: Whether each takes a nut: they go right through.
     """
 
     thread: str
     length: float
     count: int
     joins: tuple[str, str]
+    nut: bool = False
 
 
 @dataclass(frozen=True, eq=False)
