@@ -1,11 +1,16 @@
 """Catalogues: units, sources, every fault in a sentence, and the families that come with the package."""
 
 import math
+import random
+import re
+from contextlib import suppress
+from importlib import resources
 
 import pytest
 from typer.testing import CliRunner
 
 from armdesign.building.catalogue import FIGURES, examine, find_catalogue, shipped
+from armdesign.building.tubes import find_stock
 from armdesign.cli import app
 from armdesign.errors import CatalogueError
 
@@ -135,3 +140,23 @@ def test_commands(tmp_path):
     assert run(app, ["catalogue", "check", str(good)]).exit_code == 0
     outcome = run(app, ["catalogue", "check", str(bad)])
     assert (outcome.exit_code, "'mass' is missing" in outcome.stderr) == (2, True)
+
+
+WRONG = ("0", "-1", "nan", "inf", "1e400", "9" * 400, "true", "'x'", "''", "[]", "[1]", "[{}]", "{}", "{a = 1}", "")
+
+
+@pytest.mark.parametrize("name", ["hebi", "rmd", "stock"])
+def test_damaged_files_are_refused_in_words_or_read(name, tmp_path):
+    """Lines of a file that is shipped go, or get a wrong value or key: nothing but a CatalogueError comes of it."""
+    stock = resources.files("armdesign.building") / "stock" / "aluminium.toml"
+    lines = (stock if name == "stock" else shipped()[name]).read_text().splitlines()
+    rng, file = random.Random(0), tmp_path / "damaged.toml"
+    for _ in range(200):
+        damaged = list(lines)
+        for _ in range(rng.randint(1, 3)):
+            i = rng.randrange(len(damaged))
+            new = [re.sub("=.*", f"= {rng.choice(WRONG)}", damaged[i])] if rng.random() < 0.6 else []
+            damaged[i : i + 1] = new
+        file.write_text("\n".join(damaged))
+        with suppress(CatalogueError):
+            find_stock(str(file)) if name == "stock" else examine(file)
