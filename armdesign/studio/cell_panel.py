@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from armdesign.cell.obstacle_file import read_obstacles
+from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError
 from armdesign.files import write_whole
 from armdesign.settings import Settings
@@ -68,6 +69,17 @@ def region(center: tuple[float, ...], size: tuple[float, ...]) -> str:
     return " ".join(f"{axis}={text}" for axis, text in zip("xyz", texts, strict=True))
 
 
+def reach_from_floor(recording: Recording) -> float:
+    """Length of an arm on the floor that gets to all of a recording with room to bend [m].
+
+    Args:
+        recording: The recording; z is up, the floor at 0.
+    """
+    heights = np.concatenate([path[:, 2] for path in recording.points.values()] or [np.zeros(1)])
+    highest = max((float(z) for z in heights[np.isfinite(heights)]), default=0.0)
+    return float(np.clip(np.ceil(13.0 * highest) / 10.0, 0.6, 10.0))
+
+
 class CellPanel:
     """The cell."""
 
@@ -116,6 +128,8 @@ class CellPanel:
         self.filling = True
         if known is None:
             self.stand.value = FLOOR if captured else SHOULDER
+            if captured and self.page.recording is not None:
+                self.longest.value = max(self.longest.value, reach_from_floor(self.page.recording))
         else:
             cell, needs = known.cell, known.needs
             placed = bool(cell.place) or cell.base_at is not None

@@ -21,6 +21,7 @@ from armdesign.studio.page import Page
 from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import COLOURS
 
+NOT_FOUND = "If it stays so: allow a longer arm in the panel Cell, another place, or one joint more."
 AUTO, NO_RUN = "find out", "none yet"
 STATES = {
     "running": "Searching", "finished": "The search has ended", "interrupted": "The search was stopped",
@@ -169,7 +170,12 @@ class SearchPanel:
         self.bar.visible = state == "running" and bool(run.iterations)
         if run.iterations and run.planned:
             self.bar.value = 100.0 * min(1.0, run.iterations / run.planned)
-        if (state, run.best) == self.seen or (run.best is None and state == "running"):
+        if run.best is None and state == "running":
+            if run.iterations:
+                words = f"<h4>Searching</h4>{run.iterations} arms tried, none of them can do the motion yet."
+                self.page.set_html(self.state, f"{words} {NOT_FOUND}")
+            return
+        if (state, run.best) == self.seen:
             return
         if self.seen[0] == "running" and state == "finished":
             self.page.notify("The search has ended", "The panel Arms has what it found.", "green")
@@ -186,8 +192,10 @@ class SearchPanel:
         """
         result = commands.best_so_far(run) if run.state != "broken" else None
         if result is None or self.run is None:
-            if state != "failed":
-                self.page.set_html(self.state, STATES.get(state, state))
+            words = f"<h4>{STATES.get(state, state)}</h4>"
+            self.page.set_html(
+                self.state, words + (NOT_FOUND if state in ("failed", "finished", "interrupted") else "")
+            )
             return
         self.result = result = dataclasses.replace(result, name=self.run.name)
         arm = design_arm(result)

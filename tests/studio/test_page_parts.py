@@ -17,7 +17,7 @@ from armdesign.settings.place import sites
 from armdesign.settings.sections import Cell, Settings
 from armdesign.studio import server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, ordered, ready_made_arm, verdict_lines
-from armdesign.studio.cell_panel import Solid, cell_text, region
+from armdesign.studio.cell_panel import Solid, cell_text, reach_from_floor, region
 from armdesign.studio.out_panel import packed
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
 from armdesign.studio.redesign_panel import gradient_words, plain_name
@@ -200,3 +200,9 @@ def test_a_port_that_is_taken_is_refused():
         taken.listen()
         with pytest.raises(SettingsError):
             server.free_port(taken.getsockname()[1])
+
+
+def test_an_arm_on_the_floor_may_be_long_enough_to_get_to_what_the_hand_does():
+    path = np.tile([0.4, 0.0, 0.5], (3, 1))
+    path[1, 2], path[2] = 1.4, np.nan
+    assert reach_from_floor(Recording(np.arange(3.0), {"hand": path})) == pytest.approx(1.9)
