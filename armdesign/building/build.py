@@ -427,7 +427,7 @@ def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, 
             helps.append(f"--catalogue {name}")
     raise CatalogueError(
         f"no actuator of '{options.catalogue}' is enough for joint {joint + 1}: the best, {best.name}, would need "
-        f"{max(short):.3g} times its {short.worst}, the margin of {options.margin:g} included", value=max(short),
+        f"{short.most:.3g} times its {short.worst}, the margin of {options.margin:g} included", value=short.most,
         allowed="at most 1",
         fix=f"What would do: {'; '.join(helps)}" if helps else "A shorter or lighter arm, or another family, would do",
     )  # fmt: skip

@@ -63,8 +63,14 @@ class Shortfall(NamedTuple):
     @property
     def worst(self) -> str:
         """What it lacks most, in words."""
-        words = {"peak": "peak torque", "rms": "rated torque", "speed": "speed", "turn": "angle range"}
-        return words[max(words, key=lambda name: float(getattr(self, name)))]
+        words = ("peak torque", "rated torque", "speed", "angle range")
+        return words[self.index(self.most)]
+
+    @property
+    def most(self) -> float:
+        """The share that is used most; where none of the speed is left, that of another limit if it is too much."""
+        finite = max((share for share in self if np.isfinite(share)), default=np.inf)
+        return finite if finite > BRIM else max(self)
 
 
 @dataclass(frozen=True)
@@ -277,7 +283,7 @@ def weakest(duty: Duty) -> tuple[int, Shortfall, Actuator]:
         found = []
         for j in range(duty.dof):
             each = [duty.shortfall(j, s, torque[:, j]) for s in range(len(duty.sizes))]
-            s = min(range(len(each)), key=lambda s: max(each[s]))
+            s = min(range(len(each)), key=lambda s: (max(each[s]), each[s].most))
             found.append((j, each[s], duty.sizes[s]))
         worst = max(found, key=lambda one: max(one[1]))
         if not worst[1].met:

@@ -153,6 +153,9 @@ def test_bad_input(design, folder):
         assert error.value.value == value
     with pytest.raises(CatalogueError, match="no price is known"):
         build(design, BuildOptions("dynamixel-x", least="price"))
+    with pytest.raises(CatalogueError, match=r"joint \d.* times its (peak|rated) torque.*a payload of") as error:
+        build(design, BuildOptions("rmd", payload=900.0))
+    assert 1.0 < error.value.value < 1e3
     with pytest.raises(CatalogueError, match="sags"):
         build(design, BuildOptions("rmd", payload=1.0, stock="aluminium", deflection=1e-6))
     with pytest.raises(CatalogueError, match="there is none"):
