@@ -172,8 +172,8 @@ class SearchPanel:
             self.bar.value = 100.0 * min(1.0, run.iterations / run.planned)
         if run.best is None and state == "running":
             if run.iterations:
-                words = f"<h4>Searching</h4>{run.iterations} arms tried, none of them can do the motion yet."
-                self.page.set_html(self.state, f"{words} {NOT_FOUND}")
+                tried = f"<h4>Searching</h4>{run.iterations} arms tried, none of them can do the motion yet."
+                self.page.set_html(self.state, f"{tried} {NOT_FOUND}")
             return
         if (state, run.best) == self.seen:
             return
@@ -192,10 +192,8 @@ class SearchPanel:
         """
         result = commands.best_so_far(run) if run.state != "broken" else None
         if result is None or self.run is None:
-            words = f"<h4>{STATES.get(state, state)}</h4>"
-            self.page.set_html(
-                self.state, words + (NOT_FOUND if state in ("failed", "finished", "interrupted") else "")
-            )
+            advice = NOT_FOUND if state in ("failed", "finished", "interrupted") else ""
+            self.page.set_html(self.state, f"<h4>{STATES.get(state, state)}</h4>{advice}")
             return
         self.result = result = dataclasses.replace(result, name=self.run.name)
         arm = design_arm(result)
