@@ -198,7 +198,8 @@ def test_what_cannot_be_written():
 def kit_build(tmp_path_factory):
     folder = tmp_path_factory.mktemp("kit")
     write_result(folder / "run", armdesign.design(EXAMPLE, dof=3, budget=300))
-    flags = ["--catalogue", "hebi", "--payload", "0.3", "--out", str(folder / "arm"), "--quiet"]
+    flags = ["--catalogue", "hebi", "--payload", "0.3", "--speed", "auto"]
+    flags += ["--out", str(folder / "arm"), "--quiet"]
     outcome = CliRunner().invoke(app, ["build", str(folder / "run"), *flags])
     assert outcome.exit_code == 0, outcome.stderr
     return folder / "arm"

@@ -55,6 +55,8 @@ RECORDINGS = {
     "two.csv": lambda text: text.replace("forearm", "elbow"),
 }
 CASES = [
+    # the studio
+    ("studio missing.c3d", "missing.c3d", "does not exist"),
     # parts
     ("catalogue show nobody", "'nobody'", "dynamixel-x", "rmd"),
     ("catalogue check prose.csv", "prose.csv", "not valid TOML"),
