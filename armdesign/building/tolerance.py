@@ -263,7 +263,7 @@ def tolerance(result: Result, tolerances: Tolerances | None = None) -> Tolerance
     worst = worst[met]
     return ToleranceReport(
         band_of(nominal, np.concatenate(errors)),
-        band_of(nominal, worst) if len(worst) else None,
+        band_of(nominal, np.asarray(worst, dtype=float)) if len(worst) else None,
         float(np.sqrt(squares / chosen.samples)),
         float(np.sqrt(np.sum(parts**2))),
         tuple(sorted(budget, key=lambda share: -share.moved)),

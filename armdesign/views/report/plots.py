@@ -158,7 +158,7 @@ def clearance_picture(run: Result) -> Picture | None:
             axis.plot(time, 1e3 * each, label=name, **style)
             axis.plot(gap.time, 1e3 * gap.value, "o", color=style["color"], markersize=5, zorder=4)
         nearest = np.min([each for each, _ in shown.values()], axis=0)
-        bound(axis, time, 1e3 * nearest, required, "asked for: ")
+        bound(axis, time, np.asarray(1e3 * nearest, dtype=float), required, "asked for: ")
         top = 1.05 * max(1.2 * required, *(float(1e3 * each.max()) for each, _ in shown.values()))
         low = min(0.0, *(1e3 * gap.value for _, gap in shown.values()))
         axis.set(xlabel="time [s]", ylabel="clearance [mm]", xlim=(task.time[0], task.time[-1]), ylim=(1.1 * low, top))
