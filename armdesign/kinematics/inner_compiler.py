@@ -36,7 +36,7 @@ class InnerLowering(NativeLowering):
         state.flags.no_compile = True
         super().run_pass(state)
         entry_point = f"{{{state.func_id.func_name} can be called by other kernels only}}".format
-        state.targetctx.insert_user_function(entry_point, state.cr.fndesc, [state.library])
+        state.targetctx.insert_user_function(entry_point, state.cr.fndesc, [state["library"]])
         state.cr = state.cr._replace(cfunc=entry_point)
         return True
 
@@ -47,7 +47,7 @@ class InnerCompiler(CompilerBase):
     def define_pipelines(self) -> list[PassManager]:
         """Passes of an inner kernel."""
         state = self.state
-        state.library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state["library"] = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         pipeline = PassManager("inner kernel")
         for kind, text in DefaultPassBuilder.define_nopython_pipeline(state).passes:
             pipeline.add_pass(InnerLowering if kind is NativeLowering else kind, text)

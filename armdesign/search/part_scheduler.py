@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from armdesign.search.backends.parallel import DEATHS_OF_A_PART, ParallelBackend, Stretch
 from armdesign.search.backends.workers import Job
-from armdesign.search.design_problem import DesignProblem
-from armdesign.search.swarms import search_space
 from armdesign.swarm import Algorithm, Part
 
 LOOK_EVERY = 0.5
@@ -19,15 +17,13 @@ LOOK_EVERY = 0.5
 class PartScheduler:
     """Hands parts of a search to the workers of a backend and takes them back."""
 
-    def __init__(self, backend: ParallelBackend, problem: DesignProblem) -> None:
+    def __init__(self, backend: ParallelBackend) -> None:
         """Nothing is handed out yet.
 
         Args:
             backend: Its workers have the problem.
-            problem: The demonstrations and the settings.
         """
         self.workers = backend.workers
-        self.space = search_space(problem.settings.search, problem.space)
         self.at_hand: dict[Job, int] = {}  # the labels of the parts
         self.suspects: set[int] = set()
 
@@ -50,7 +46,7 @@ class PartScheduler:
             self.at_hand.clear()  # evaluating lets go of them
             return False
         under_way = set(self.at_hand.values())
-        for part in [part for part in parts if part.label not in under_way and part.label not in self.suspects][:room]:
+        for part in [part for part in parts if part.label not in under_way | self.suspects][:room]:
             job = Job(Stretch(part.state()), DEATHS_OF_A_PART)
             self.workers.begin(job)
             self.at_hand[job] = part.label
@@ -64,5 +60,5 @@ class PartScheduler:
             if event.kind == "given up":
                 self.suspects.add(label)
             else:
-                swarm.put(Part.from_state(event.content, self.space))
+                swarm.put(Part.from_state(event.content, swarm.space))
         return True

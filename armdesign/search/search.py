@@ -78,7 +78,7 @@ class Search:
             SettingsError: The bounds leave no arm.
         """
         self.problem, self.backend = problem, backend
-        self.scheduler = PartScheduler(backend, problem) if isinstance(backend, ParallelBackend) else None
+        self.scheduler = PartScheduler(backend) if isinstance(backend, ParallelBackend) else None
         self.settings = problem.settings.search
         self.space = problem.space
         self.swarm = new_swarm(self.settings, self.space)
@@ -100,7 +100,8 @@ class Search:
             How far the search is then; None where the workers have not finished one yet.
         """
         swarm = self.swarm
-        if not swarm.unread and not (self.scheduler is not None and self.scheduler.work_on(swarm)):
+        by_parts = swarm.unread or (self.scheduler is not None and self.scheduler.work_on(swarm))
+        if not by_parts:
             step(swarm, self.backend, prune=self.settings.prune)
         elif swarm.unread:
             swarm.read()

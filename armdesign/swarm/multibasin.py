@@ -24,8 +24,7 @@ from armdesign.swarm.algorithm import Algorithm, State
 from armdesign.swarm.basins import Archive
 from armdesign.swarm.checks import Mask, SavedState
 from armdesign.swarm.evolution import Evolution
-from armdesign.swarm.part import CHECK, CHUNK, POLISH_ROUNDS, MultiBasinParameters, Part
-from armdesign.swarm.space import Region, SearchSpace
+from armdesign.swarm.part import CHECK, CHUNK, POLISH_ROUNDS, Descending, Part
 
 BEGIN, TOGETHER, POLISH, EVOLVE, OVER = ROUNDS = ("begin", "together", "polish", "evolve", "over")
 COUNTS = ("number", "rows", "began_at", "end", "descended", "once")
@@ -35,30 +34,15 @@ BROOD_ROUNDS = 34
 """Candidates of a descent of a brood, its check included: 40 of the better half, 8 of the others, a few more."""
 
 
-class MultiBasin(Algorithm):
-    """Descends by gradients in many basins within a budget of candidates.
+class MultiBasin(Descending):
+    """Descends by gradients in many basins within a budget of candidates, by parts that know nothing of one another."""
 
-    Beside the fitness the caller may tell a hint for every position, and gets it back with the positions near it; and
-    gradients where `wants_slopes` is true. Without gradients the search finds them by probes.
-    """
-
-    name, unit, length, takes_slopes = "multibasin", "candidate", "budget", True
+    name = "multibasin"
     changeable = ("effort",)
-    Parameters = MultiBasinParameters
-    parameters: MultiBasinParameters
 
-    def __init__(
-        self, space: SearchSpace, rng: np.random.Generator, parameters: MultiBasinParameters | None = None
-    ) -> None:
-        """Begin; the first draw is made by the first `ask`.
-
-        Args:
-            space: Where to search; at least one entry of a position is free.
-            rng: Source of every draw.
-            parameters: The budget and how it is spent; by default as published.
-        """
-        super().__init__(space, rng, parameters)
-        self.budget, self.region = self.parameters.budget, Region(space)
+    def _begun(self) -> None:
+        """No beginning has been made yet."""
+        self.budget = self.parameters.budget
         self._end = self.budget  # candidates evaluated when the search ends; less once beginnings agree
         self._ends: list[float] = []  # the best basin of every beginning that has ended
         self._descended = self._once = 0  # descents of beginnings that have ended, and basins that only one has met
@@ -68,7 +52,6 @@ class MultiBasin(Algorithm):
         self._rows, self._began_at = 0, 0  # batches of the first part that count, candidates when it began
         self._sloped = True  # whether gradients came with the fitness of the part judged last
         self._entropy = np.zeros(0)  # what the generators of the parts are made of; drawn by the first ask
-        self._best, self._best_value = self.box.lower.copy(), np.inf
         self._archive = Archive(self.region)  # of the parts that have been judged
 
     # ------------------------------------------------------------------ what the caller sees
@@ -110,16 +93,6 @@ class MultiBasin(Algorithm):
         Beginnings share nothing, so that a basin which most of them miss would have to be rare for all.
         """
         return agreement(self._ends, self.region.dimension, self._descended, self._once)
-
-    @property
-    def best_position(self) -> Array:
-        """Position of the best fitness, shape (D,)."""
-        return self._best.copy()
-
-    @property
-    def best_fitness(self) -> float:
-        """The best fitness, +inf while there is none."""
-        return self._best_value
 
     @property
     def basins(self) -> tuple[Array, Array]:
@@ -348,8 +321,7 @@ class MultiBasin(Algorithm):
 
     def _memory(self) -> State:
         """The round with its parts, and what has been found."""
-        content: State = {name: getattr(self, f"_{name}") for name in ("round", "sloped", *COUNTS)}
-        content |= {"best": self._best.copy(), "best_value": np.array([self._best_value])}  # inf is no JSON
+        content: State = super()._memory() | {name: getattr(self, f"_{name}") for name in ("round", "sloped", *COUNTS)}
         content |= {"ends": np.array(self._ends), "entropy": self._entropy.copy(), "parts": len(self._parts)}
         content |= self._archive.state("archive")
         for k, part in enumerate(self._parts):
@@ -358,6 +330,7 @@ class MultiBasin(Algorithm):
 
     def _restore(self, saved: SavedState) -> None:
         """Set what `_memory` described."""
+        super()._restore(saved)
         self._round = str(saved.entry("round"))
         if self._round not in ROUNDS:
             raise SearchError(
@@ -369,8 +342,6 @@ class MultiBasin(Algorithm):
             setattr(self, f"_{name}", int(saved.entry(name)))
         self._ends = saved.array("ends", (None,), infinite=True).tolist()
         self._entropy = saved.array("entropy", (None,))
-        self._best = saved.array("best", (self.box.dimension,))
-        self._best_value = float(saved.array("best_value", (1,), infinite=True)[0])
         self._archive.restore(saved, "archive")
         count = int(saved.entry("parts"))
         self._parts = [Part.from_state(saved.within(f"part_{k}_"), self.space) for k in range(count)]
@@ -379,7 +350,7 @@ class MultiBasin(Algorithm):
         surer = self._end < planned and not self.agreement.reaches(self.parameters.effort)
         if self._end == planned:
             self._end = self.budget
-        if (longer or surer) and self._round not in (BEGIN,):
+        if (longer or surer) and self._round != BEGIN:
             # what was at its end with a smaller budget or less effort is not any more
             told = self.evaluations
             self._archive = self._known()

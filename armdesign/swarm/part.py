@@ -20,9 +20,10 @@ done, and need not take all.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -37,6 +38,7 @@ from armdesign.swarm.descents import PROBE, SLOPE, STEP, Descents, Patience
 from armdesign.swarm.evolution import Evolution
 from armdesign.swarm.space import Region, SearchSpace
 
+T = TypeVar("T")
 SAMPLE, DESCEND, CHECK, SCREEN, EVOLVE, OVER = "sample", "descend", "check", "screen", "evolve", "over"
 CHUNK, LEAST = 400, 100
 """Most candidates of the sample in one batch, and the smallest sample."""
@@ -157,28 +159,24 @@ class Found(NamedTuple):
     hits: Array
 
 
-class Part(Algorithm):
-    """A part of a search, asked and told like a search; see `beginning`, `brood`, `polish` and `evolution`.
+class Descending(Algorithm):
+    """What a search over many basins and its parts have in common: they descend by gradients, and keep the best.
 
     Beside the fitness the caller may tell a hint for every position, and gets it back with the positions near it; and
-    gradients where `wants_slopes` is true. Without gradients the part finds them by probes.
+    gradients where `wants_slopes` is true. Without gradients they are found by probes.
 
     Attributes:
-        sloped: Whether gradients come with the fitness; found out by the first descents.
-        end: Candidates after which it looks where its descents are by then, and is over; 0 for never.
         region: Box and slab, scaled.
-        stages: The stage of every batch.
-        notes: Of every batch, what the caller wants kept with it, rows of equal length.
     """
 
-    name, unit, length, takes_slopes = "part", "candidate", "budget", True
+    unit, length, takes_slopes = "candidate", "budget", True
     Parameters = MultiBasinParameters
     parameters: MultiBasinParameters
 
     def __init__(
         self, space: SearchSpace, rng: np.random.Generator, parameters: MultiBasinParameters | None = None
     ) -> None:
-        """Begin a beginning; the first draw is made by the first `ask`.
+        """Begin; the first draw is made by the first `ask`.
 
         Args:
             space: Where to search; at least one entry of a position is free.
@@ -187,6 +185,47 @@ class Part(Algorithm):
         """
         super().__init__(space, rng, parameters)
         self.region = Region(space)
+        self._best, self._best_value = self.box.lower.copy(), np.inf
+        self._begun()
+
+    @abstractmethod
+    def _begun(self) -> None:
+        """Set what it works on, before anything has been asked."""
+
+    @property
+    def best_position(self) -> Array:
+        """Position of the best fitness, shape (D,)."""
+        return self._best.copy()
+
+    @property
+    def best_fitness(self) -> float:
+        """The best fitness, +inf while there is none."""
+        return self._best_value
+
+    def _memory(self) -> State:
+        """The best position and its fitness, which as inf would be no JSON."""
+        return {"best": self._best.copy(), "best_value": np.array([self._best_value])}
+
+    def _restore(self, saved: SavedState) -> None:
+        """Set what `_memory` described."""
+        self._best = saved.array("best", (self.box.dimension,))
+        self._best_value = float(saved.array("best_value", (1,), infinite=True)[0])
+
+
+class Part(Descending):
+    """A part of a search, asked and told like a search: a beginning, or what `brood`, `polish` or `evolution` makes it.
+
+    Attributes:
+        sloped: Whether gradients come with the fitness; found out by the first descents.
+        end: Candidates after which it looks where its descents are by then, and is over; 0 for never.
+        stages: The stage of every batch.
+        notes: Of every batch, what the caller wants kept with it, rows of equal length.
+    """
+
+    name = "part"
+
+    def _begun(self) -> None:
+        """A beginning, before its first sample."""
         self.stages: list[str] = []
         self.notes: list[tuple[float, ...]] = []
         self.archive = Archive(self.region)
@@ -195,14 +234,10 @@ class Part(Algorithm):
         self._brood = False  # whether it ends with its first descents
         self._fine = False  # whether the descents at hand are those in full
         self._hints = np.zeros((0, 0))
-        self._best, self._best_value = self.box.lower.copy(), np.inf
         self._bests: list[tuple[int, float, Array]] = []  # batch, fitness and position of every new best
         self._mark, self._mark_at = np.inf, 0  # the best fitness when it last gained, and the candidates by then
-        self._sample, self._sample_value, self._sample_hint = (
-            np.zeros((0, self.box.dimension)),
-            np.zeros(0),
-            np.zeros((0, 0)),
-        )
+        self._sample = np.zeros((0, self.box.dimension))
+        self._sample_value, self._sample_hint = np.zeros(0), np.zeros((0, 0))
         self._descents: Descents | None = None
         self.sloped = True
         self._extra = 0  # rows at the end of the batch that check the descent in the lead
@@ -251,7 +286,7 @@ class Part(Algorithm):
     @property
     def _phase(self) -> str:
         """What the descents ask for, empty in the other stages."""
-        return self._running.phase if self._stage == DESCEND else ""
+        return self._running(self._descents).phase if self._stage == DESCEND else ""
 
     @property
     def wants_slopes(self) -> bool:
@@ -270,7 +305,7 @@ class Part(Algorithm):
         """Where steps come without gradients, the fitness that each has to fall below; else +inf, shape (N,)."""
         limits = np.full(len(self._X), np.inf)
         if self._phase == STEP and not self.sloped:
-            descents = self._running
+            descents = self._running(self._descents)
             limits[: len(limits) - self._extra] = descents.value[descents.live]
         return limits
 
@@ -278,16 +313,6 @@ class Part(Algorithm):
     def done(self) -> bool:
         """Whether it has nothing more to ask."""
         return self._stage == OVER
-
-    @property
-    def best_position(self) -> Array:
-        """Position of the best fitness, shape (D,)."""
-        return self._best.copy()
-
-    @property
-    def best_fitness(self) -> float:
-        """The best fitness, +inf while there is none."""
-        return self._best_value
 
     @property
     def basins(self) -> tuple[Array, Array]:
@@ -342,16 +367,16 @@ class Part(Algorithm):
                 )
                 U = children(self.region, parents, count, self._rng)
             elif self._stage == EVOLVE:
-                U = self._evolving.ask(self._rng)
+                U = self._running(self._evolution).ask(self._rng)
             else:  # CHECK
-                U = self._running.U[self._checkable]
+                U = self._running(self._descents).U[self._checkable]
             X = self.region.positions(U)
         self._hints, self._extra = np.full((len(X), self.archive.hint.shape[1]), np.nan), 0
         return X
 
     def _descending(self) -> Array:
         """What the descents ask for; behind it the one in the lead without its hint, where that looks a new best."""
-        descents = self._running
+        descents = self._running(self._descents)
         U, self._hints = descents.ask()
         X, self._extra = self.region.positions(U), 0
         if self.coarse:
@@ -392,12 +417,12 @@ class Part(Algorithm):
         U = self.region.units(self._X)
         if self._stage == CHECK:
             met = np.full(len(U), 0.0 if self._fine else 1.0)
-            self._add(U, values, hints, self._running.value[self._checkable], met)
+            self._add(U, values, hints, self._running(self._descents).value[self._checkable], met)
         elif self._stage == EVOLVE or self._extra:  # evaluated without a hint, near a minimum
             first = count if self._extra else 0
             self._add(U[first:], values[first:], hints[first:], values[first:], np.zeros(len(U) - first))
         if self._stage == DESCEND:
-            descents = self._running
+            descents = self._running(self._descents)
             known = None if slopes is None else self.region.unit_slopes(slopes[:count])
             descents.tell(U[:count], values[:count], hints[:count], known)
             self.sloped = descents.sloped
@@ -421,7 +446,7 @@ class Part(Algorithm):
         elif self._stage == CHECK:
             self._checked(told)
         else:
-            self._evolving.tell(U, values)
+            self._running(self._evolution).tell(U, values)
             self._left -= 1
             self._stage = EVOLVE if self._left else OVER
 
@@ -446,27 +471,15 @@ class Part(Algorithm):
         self._begin(U[chosen], values[picked], hints[picked], self.parameters.first_reach)
         self._sample = np.zeros((0, self.box.dimension))
 
-    @property
-    def _running(self) -> Descents:
-        """The descents that are running.
+    def _running(self, work: T | None) -> T:
+        """The descents or the evolution that the present stage is about.
 
         Raises:
-            SearchError: There are none in this stage, so the state is not one of ours.
+            SearchError: There is none, so the state is not one of ours.
         """
-        if self._descents is None:
-            raise SearchError(f"the saved search has no descents in its stage '{self._stage}'", fix=checks.FIX)
-        return self._descents
-
-    @property
-    def _evolving(self) -> Evolution:
-        """The evolution that is running.
-
-        Raises:
-            SearchError: There is none in this stage, so the state is not one of ours.
-        """
-        if self._evolution is None:
-            raise SearchError(f"the saved search has no evolution in its stage '{self._stage}'", fix=checks.FIX)
-        return self._evolution
+        if work is None:
+            raise SearchError(f"the saved search has nothing to do in its stage '{self._stage}'", fix=checks.FIX)
+        return work
 
     def _begin(self, U: Array, values: Array, hints: Array, reach: float) -> None:
         """Begin descents."""
@@ -488,7 +501,7 @@ class Part(Algorithm):
     @property
     def _checkable(self) -> Array:
         """Which of the descents have ended well enough to be evaluated in full: indices, in their order."""
-        value = self._running.value
+        value = self._running(self._descents).value
         count = len(value) if self._fine else max(1, round(self.parameters.checked * len(value)))
         return np.sort(np.argsort(value, kind="stable")[:count])
 
@@ -519,11 +532,10 @@ class Part(Algorithm):
 
     def _memory(self) -> State:
         """The stage with all that it works on, and the journal."""
-        arrays = ("hints", "sample", "sample_value", "sample_hint", "best")
-        content: State = {name: getattr(self, f"_{name}").copy() for name in arrays}
+        arrays = ("hints", "sample", "sample_value", "sample_hint")
+        content: State = super()._memory() | {name: getattr(self, f"_{name}").copy() for name in arrays}
         content |= {name: getattr(self, f"_{name}") for name in ("stage", *COUNTS, *FLAGS)}
-        # inf is no JSON
-        content |= {"best_value": np.array([self._best_value]), "mark": np.array([self._mark])}
+        content |= {"mark": np.array([self._mark])}  # inf is no JSON
         content |= {"label": self.label, "end": self.end, "sloped": self.sloped, "stages": list(self.stages)}
         width = len(self.notes[0]) if self.notes else 0
         content["notes"] = np.array(self.notes, dtype=float).reshape(len(self.notes), width)
@@ -547,12 +559,10 @@ class Part(Algorithm):
 
     def _restore(self, saved: SavedState) -> None:
         """Set what `_memory` described."""
+        super()._restore(saved)
         D, K, M = self.box.dimension, self.region.dimension, self.iteration
-        self._stage, self.label, self.end = (
-            str(saved.entry("stage")),
-            int(saved.entry("label")),
-            int(saved.entry("end")),
-        )
+        self._stage = str(saved.entry("stage"))
+        self.label, self.end = int(saved.entry("label")), int(saved.entry("end"))
         for name in COUNTS:
             setattr(self, f"_{name}", int(saved.entry(name)))
         for name in FLAGS:
@@ -564,8 +574,6 @@ class Part(Algorithm):
         self._sample = saved.array("sample", (None, D))
         self._sample_value = saved.array("sample_value", (None,), infinite=True)
         self._sample_hint = saved.array("sample_hint", (len(self._sample_value), None), unknown=True)
-        self._best = saved.array("best", (D,))
-        self._best_value = float(saved.array("best_value", (1,), infinite=True)[0])
         self._mark = float(saved.array("mark", (1,), infinite=True)[0])
         bests = saved.array("bests", (None, 2))
         places = saved.array("bests_at", (len(bests), D))
