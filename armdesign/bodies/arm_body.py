@@ -139,6 +139,11 @@ class ArmBody:
         return self._shapes_and_pairs[1]
 
     @property
+    def moving_mass(self) -> float:
+        """Mass of what moves, from link 1 on [kg]."""
+        return float(sum(link.inertial.mass for link in self.links[1:]))
+
+    @property
     def links(self) -> tuple[LinkBody, ...]:
         """The bodies of base_link, link_1, ..., link_n; that of link_i is given in the frame of joint_i."""
         bodies, known = [], self.options.inertials or (None,) * (self.table.dof + 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -59,20 +60,20 @@ class Pose:
         """Its dimensions."""
         return self.arm.table
 
-    @property
+    @cached_property
     def corners(self) -> Array:
         """Where the pieces of the arm begin and end, shape (2 n + 3, 3) [m]."""
         corners: Array = self.table.skeleton(self.q[None])[0] @ self.turn.T
         return corners
 
-    @property
+    @cached_property
     def frames(self) -> Array:
         """Axes of base, joints and tool in the room as columns, shape (n + 2, 3, 3)."""
         own = np.concatenate([self.table.base()[None], self.table.frames(self.q)])
         turned: Array = self.turn @ own[:, :3, :3]
         return turned
 
-    @property
+    @cached_property
     def solids(self) -> list[Solid]:
         """Its solids in the room."""
         return posed(self.arm, self.q, self.turn)

@@ -72,8 +72,7 @@ def assembly_page(build: Build) -> str:
     q = np.zeros(result.table.dof) if not checks[0].note else result.evaluation.path.q[0]
     room = np.eye(4)
     room[:3, :3] = MOUNTINGS[result.base_pose.mounted]
-    frames = [room @ frame for frame in (np.eye(4), *result.table.frames(q))]
-    drawn = [(each, solids_of(each.part, frames[each.link] @ each.pose, each.link)) for each in assembly.placed]
+    drawn = [(each, solids_of(each.part, room @ pose, each.link)) for each, pose in assembly.posed(result.table, q)]
     return page.get_template("assembly.html.j2").render(
         name=result.name,
         steps=steps(build, drawn),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from armdesign.bodies.arm_body import ArmBody
 from armdesign.bodies.loads import base_gravity
 from armdesign.building.assembly import Shop, assemble, envelope, shop_of
 from armdesign.building.catalogue import Actuator, find_catalogue, shipped
@@ -112,7 +112,7 @@ class Build:
     misfit: str = ""
     kit: Kit | None = None
 
-    @property
+    @cached_property
     def pieces(self) -> KitArm | None:
         """The pieces of the kit that it is made of; None where it is built of tubes."""
         if self.kit is None:
@@ -397,10 +397,8 @@ def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, 
         CatalogueError: There is no choice; it says which joint lacks how much, and what would help.
     """
     costs = [a.mass if options.least == "mass" else float(a.price or 0.0) for a in sizes]
-    body: ArmBody = result.body
+    body, payload = result.body, load.payload
     paths = motions(result.evaluation, result.problem)
-
-    payload = load.payload
 
     def duty(speed: float, carried: float = payload, among: tuple[Actuator, ...] = sizes) -> Duty:
         moved = [smooth_motion(time / speed, q) for time, q in paths]
@@ -447,8 +445,3 @@ def largest(holds: Callable[[float], bool], most: float) -> float | None:
         middle = (low + high) // 2
         low, high = (middle, high) if holds(middle / 100) else (low, middle)
     return low / 100
-
-
-def arm_mass(arm: ArmBody) -> float:
-    """Mass of what moves, from link 1 on [kg]."""
-    return sum(link.inertial.mass for link in arm.links[1:])

@@ -11,7 +11,7 @@ from armdesign.building.build import Build, assembly_of
 from armdesign.building.hrdf import hrdf
 from armdesign.building.part_lists import part_lists
 from armdesign.building.parts import Part, Prism, file_name
-from armdesign.building.solids import at_zero, mesh, solid, step_file
+from armdesign.building.solids import solid, step_file, stl_file
 from armdesign.errors import CatalogueError
 
 
@@ -25,7 +25,7 @@ def step_files(build: Build) -> dict[str, bytes]:
     }  # fmt: skip
     whole = [
         (f"{each.mark} {each.part.name}", shapes[each.part.name], each.part.name, pose)
-        for each, pose in at_zero(assembly, build.result.table)
+        for each, pose in assembly.posed(build.result.table, np.zeros(build.result.table.dof))
     ]
     return {"step/arm.step": step_file(whole), **files}
 
@@ -33,14 +33,13 @@ def step_files(build: Build) -> dict[str, bytes]:
 def stl_files(build: Build) -> dict[str, bytes]:
     """Every part that is made as a closed mesh, binary STL [mm]."""
     kinds = assembly_of(build).counted()
-    meshes = {name: mesh(solid(part)) for name, (part, _) in kinds.items() if not part.bought}
-    return {f"stl/{file_name(name)}.stl": bytes(each.export(file_type="stl")) for name, each in meshes.items()}
+    return {f"stl/{file_name(name)}.stl": stl_file(part) for name, (part, _) in kinds.items() if not part.bought}
 
 
 def mesh_files(build: Build) -> dict[str, bytes]:
     """Every part, those that are bought too, as a closed mesh for a robot file, binary STL [mm]."""
     kinds = assembly_of(build).counted()
-    return {mesh_name(part): bytes(mesh(solid(part)).export(file_type="stl")) for part, _ in kinds.values()}
+    return {mesh_name(part): stl_file(part) for part, _ in kinds.values()}
 
 
 def mesh_name(part: Part) -> str:
@@ -50,11 +49,9 @@ def mesh_name(part: Part) -> str:
 
 def mesh_places(build: Build) -> dict[int, list[tuple[str, Array, str]]]:
     """The meshes of every link: file, pose in the link's frame, shape (4, 4) [m], and colour."""
-    colours = {"actuator": "joint", "base plate": "base"}
     found: dict[int, list[tuple[str, Array, str]]] = {}
     for each in assembly_of(build).placed:
-        colour = colours.get(each.part.kind, "tube")
-        found.setdefault(each.link, []).append((mesh_name(each.part), each.pose, colour))
+        found.setdefault(each.link, []).append((mesh_name(each.part), each.pose, each.part.look))
     return found
 
 
@@ -90,7 +87,7 @@ def extent(part: Part) -> tuple[float, float, float]:
     points: list[Array] = []
     for form in part.solids:
         if isinstance(form, Prism):
-            points += [np.array([x, y, z]) for x, y in form.polygon for z in (-form.width / 2.0, form.width / 2.0)]
+            points += [*form.ends.reshape(-1, 3)]
         else:
             u = (form.end - form.start) / np.linalg.norm(form.end - form.start)
             around = form.radius * np.sqrt(np.maximum(1.0 - u**2, 0.0))

@@ -11,9 +11,8 @@ from armdesign.building.arm_drawing import Pose, arm_sheet, arranged, degrees, w
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.labels import Labels
 from armdesign.building.parts import SCREWS, Part, Placed, Rod, file_name
-from armdesign.building.projection import View, draw_solids, slanted, solids_of
+from armdesign.building.projection import SHADES, View, draw_solids, slanted, solids_of
 from armdesign.building.sheet import LETTER, SCALES, Box, Sheet, block_box, circle, framed, number, pdf_of, svg_of
-from armdesign.building.solids import at_zero
 from armdesign.kinematics.base_pose import MOUNTINGS
 
 PART_VIEWS = (
@@ -33,7 +32,6 @@ COLUMN = 266.0
 """Where tables beside the views begin [mm]."""
 NEXT = 0.055
 """By how much each part is drawn away from the one before in the exploded view [m]."""
-SHADES = {"actuator": "#d9d9d9", "base plate": "#eeeeee"}
 
 
 def drawing_files(build: Build) -> dict[str, str | bytes]:
@@ -123,11 +121,8 @@ def tilted_ways(part: Part) -> list[Array]:
     for hole in part.holes:
         way = (hole.end - hole.start) / np.linalg.norm(hole.end - hole.start)
         way = way if (hole.start + hole.end - 2.0 * middle) @ way > 0.0 else -way
-        if (
-            np.abs(way).max() < 1.0 - 1e-6
-            and part.kind != "tube"
-            and not any(way @ other > 1.0 - 1e-6 for other in found)
-        ):
+        square, known = np.abs(way).max() >= 1.0 - 1e-6, any(way @ other > 1.0 - 1e-6 for other in found)
+        if part.kind != "tube" and not square and not known:
             found.append(way)
     return found
 
@@ -155,7 +150,7 @@ def part_view(part: Part, view: View, scale: float) -> Sheet:
     into: dict[float, list[Array]] = {}
     for hole in part.holes:
         draw_hole(labels, hole, view, factor)
-        if not view.flat(hole.end - hole.start).any() or np.linalg.norm(view.flat(hole.end - hole.start)) < 1e-9:
+        if np.linalg.norm(view.flat(hole.end - hole.start)) < 1e-9:
             into.setdefault(round(2e3 * hole.radius, 2), []).append(factor * view.flat(hole.end))
     if part.kind in ("bracket", "corner") and view is PART_VIEWS[0]:
         draw_angle(labels, part, factor)
@@ -234,7 +229,8 @@ def overview(build: Build, of: str) -> Sheet:
     assembly, view = assembly_of(build), slanted()
     turned = np.eye(4)
     turned[:3, :3] = MOUNTINGS[build.result.base_pose.mounted]
-    placed = [(each, turned @ pose) for each, pose in at_zero(assembly, build.result.table)]
+    zero = np.zeros(build.result.table.dof)
+    placed = [(each, turned @ pose) for each, pose in assembly.posed(build.result.table, zero)]
     centres = [pose[:3, :3] @ each.part.inertial.com + pose[:3, 3] for each, pose in placed]
     away, drawn = np.zeros(3), []
     for k, (each, pose) in enumerate(placed):
@@ -242,7 +238,7 @@ def overview(build: Build, of: str) -> Sheet:
         away = away + NEXT * step / max(float(np.linalg.norm(step)), 1e-6)
         moved = pose.copy()
         moved[:3, 3] += away
-        drawn.append((each, solids_of(each.part, moved, each.link, SHADES.get(each.part.kind, "white"))))
+        drawn.append((each, solids_of(each.part, moved, each.link, SHADES[each.part.look])))
     kinds = assembly.counted()
     rows = [("no.", "part", "qty", "material", "mass [g]", "marks")]
     for k, (name, (part, places)) in enumerate(kinds.items(), start=1):

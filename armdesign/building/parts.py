@@ -14,6 +14,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.inertia import Inertial, combine
+from armdesign.kinematics.dh import DHTable
 
 SCREWS: Mapping[str, tuple[float, float, float]] = {
     "M2": (2.4e-3, 1.6e-3, 3.8e-3),
@@ -65,6 +66,11 @@ class Prism:
 
     polygon: Array
     width: float
+
+    @property
+    def ends(self) -> Array:
+        """Corners of its lower and of its upper face, shape (2, K, 3) [m]."""
+        return np.stack([np.insert(self.polygon, 2, z, axis=1) for z in (-self.width / 2.0, self.width / 2.0)])
 
     def moments(self) -> tuple[float, Array, Array]:
         """Volume, first moments (3,) and second moments (3, 3) about the origin: int dV, int x dV, int x x^T dV."""
@@ -134,6 +140,11 @@ class Part:
     circles: Mapping[str, BoltCircle] = field(default_factory=dict)
     bought: bool = False
     note: str = ""
+
+    @property
+    def look(self) -> str:
+        """What it is drawn as: ``joint``, ``base`` or ``tube``, the materials of an arm's body."""
+        return {"actuator": "joint", "base plate": "base"}.get(self.kind, "tube")
 
     @property
     def volume(self) -> float:
@@ -219,6 +230,16 @@ class Assembly:
         """Mass properties of base_link, link_1, ..., link_n as ``body.inertials`` has them."""
         links = [combine([p.part.inertial.moved(p.pose) for p in self.of_link(link)]) for link in range(dof + 1)]
         return tuple(link.entries for link in links)
+
+    def posed(self, table: DHTable, q: Array) -> list[tuple[Placed, Array]]:
+        """Every part with its pose in the base's frame, shape (4, 4).
+
+        Args:
+            table: The arm.
+            q: Its joints, shape (n,) [rad].
+        """
+        frames = [np.eye(4), *table.frames(q)]
+        return [(each, frames[each.link] @ each.pose) for each in self.placed]
 
     def of_link(self, link: int) -> Sequence[Placed]:
         """The parts that move with a link."""

@@ -66,8 +66,7 @@ def pieces_of(placed: Placed) -> list[Piece]:
                                np.array([[0.0, 0.0, -length / 2.0], [0.0, 0.0, length / 2.0]]), radius))  # fmt: skip
         elif isinstance(solid, Prism):
             middle = np.array([*solid.polygon.mean(axis=0), 0.0])
-            ends = [-solid.width / 2.0, solid.width / 2.0]
-            points = np.array([[x, y, z] for x, y in solid.polygon for z in ends]) - middle
+            points = solid.ends.reshape(-1, 3) - middle
             pose = np.eye(4)
             pose[:3, 3] = middle
             corners = coal.StdVec_Vec3s()

@@ -135,7 +135,7 @@ def solids_of(part: Part, pose: Array, link: int = 0, fill: str = "white") -> li
             ends = np.stack([form.start, form.end]) @ pose[:3, :3].T + pose[:3, 3]
             found.append(round_solid(ends, form.radius, link, part.kind, fill))
             continue
-        low, high = (np.insert(form.polygon, 2, z, axis=1) for z in (-form.width / 2.0, form.width / 2.0))
+        low, high = form.ends
         after = np.roll(np.arange(len(low)), -1)
         sides = [np.stack([low[i], low[j], high[j], high[i]]) for i, j in enumerate(after)]
         faces = [face @ pose[:3, :3].T + pose[:3, 3] for face in (low[::-1], high, *sides)]

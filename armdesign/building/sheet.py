@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 from xml.sax.saxutils import escape
@@ -179,9 +179,9 @@ class Sheet:
         shift = np.asarray(by, dtype=float)
         for mark in other.marks:
             self.marks.append(
-                Words(mark.text, mark.place + shift, mark.align, mark.size, mark.bold, mark.cleared)
+                replace(mark, place=mark.place + shift)
                 if isinstance(mark, Words)
-                else Stroke(mark.points + shift, mark.pen, mark.fill, mark.colour)
+                else replace(mark, points=mark.points + shift)
             )
 
     @property

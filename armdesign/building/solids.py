@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.building.parts import Assembly, Part, Placed, Prism, Rod
+from armdesign.building.parts import Part, Prism, Rod
 from armdesign.errors import CatalogueError, MissingExtraError
-from armdesign.kinematics.dh import DHTable
 
 MM = 1e3
 FINENESS = (0.05, 0.2)
@@ -124,6 +123,11 @@ def mesh(shape: Any) -> Any:  # noqa: ANN401
     return whole
 
 
+def stl_file(part: Part) -> bytes:
+    """A part as a closed mesh, binary STL [mm]."""
+    return bytes(mesh(solid(part)).export(file_type="stl"))
+
+
 def transformation(pose: Array) -> Any:  # noqa: ANN401
     """A pose, shape (4, 4), in metres, as Open CASCADE's."""
     turn = occ("gp").gp_Trsf()
@@ -172,14 +176,3 @@ def quiet() -> None:
     """Keep Open CASCADE from telling on the screen what it writes."""
     told = occ("Message").Message.DefaultMessenger_s()
     told.RemovePrinters(occ("Message").Message_Printer.get_type_descriptor_s())
-
-
-def at_zero(assembly: Assembly, table: DHTable) -> list[tuple[Placed, Array]]:
-    """Every part with its pose in the base's frame where all joints are at zero, shape (4, 4).
-
-    Args:
-        assembly: The parts.
-        table: The arm.
-    """
-    frames = [np.eye(4), *table.frames(np.zeros(table.dof))]
-    return [(each, frames[each.link] @ each.pose) for each in assembly.placed]

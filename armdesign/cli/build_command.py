@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
-from armdesign.building.build import Build, BuildOptions, arm_mass
+from armdesign.building.build import Build, BuildOptions
 from armdesign.building.build import build as build_of
 from armdesign.building.part_lists import part_lists
 from armdesign.building.parts_clearance import parts_gap
@@ -104,7 +104,7 @@ def show_build(made: Build) -> None:
             say(f"On the motion {first} meets {second}: take thinner tubes, or search with a larger --clearance.")
     if made.assembly is None:
         say(f"There are no solids of its parts, and masses leave brackets out: {made.misfit}")
-    show_text(f"What moves weighs {arm_mass(made.result.body):.2f} kg.")
+    show_text(f"What moves weighs {made.result.body.moving_mass:.2f} kg.")
     result = made.result
     show_text("\n".join(summary(result.verdict, result.problem.settings, result.base_pose)))
 

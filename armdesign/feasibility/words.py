@@ -35,7 +35,7 @@ def summary(verdict: Verdict, settings: Settings, base: BasePose) -> tuple[str, 
         for gap in (verdict.self_clearance, verdict.obstacle_clearance)
         if gap is not None and gap.value >= settings.body.clearance  # else it is among the reasons
     ]
-    return tuple(f"{line[:1].upper()}{line[1:]}" for line in (*lines, speed_words(verdict, settings)))
+    return tuple(map(sentence, (*lines, speed_words(verdict, settings))))
 
 
 def hand_words(verdict: Verdict) -> str:
@@ -82,12 +82,22 @@ def tolerance_words(needs: Needs) -> str:
     return f"{' and '.join(given)}{frames}"
 
 
+def sentence(text: str) -> str:
+    """A text with a capital letter."""
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def place_words(base: BasePose) -> str:
+    """Where a base stands, as ``x 790, y -500, z 950 mm``."""
+    x, y, z = (f"{round(1e3 * value) + 0:d}" for value in base.translation.tolist())
+    return f"x {x}, y {y}, z {z} mm"
+
+
 def base_words(base: BasePose) -> str:
     """Where a base stands in the room."""
-    x, y, z = (f"{1e3 * value:.0f}" for value in base.translation + 0.0)
     turn = base.rotation @ MOUNTINGS[base.mounted].T
     yaw = float(np.rad2deg(np.arctan2(turn[1, 0], turn[0, 0]))) + 0.0
-    return f"The base is at x {x}, y {y}, z {z} mm in the room, yaw {yaw:.1f} deg, mounted as on a {base.mounted}."
+    return f"The base is at {place_words(base)} in the room, yaw {yaw:.1f} deg, mounted as on a {base.mounted}."
 
 
 def speed_words(verdict: Verdict, settings: Settings) -> str:

@@ -180,3 +180,14 @@ def age_of(folder: Path) -> float:
             with contextlib.suppress(OSError):
                 times.append(entry.stat().st_mtime)
     return max(0.0, time.time() - max(times))
+
+
+def numbered_results(folder: Path, prefix: str = "") -> list[Path]:
+    """The result files of the run folders in a folder that are called by a number, in their order.
+
+    Args:
+        folder: The folder, such as that of a run's alternatives.
+        prefix: What comes before the numbers, such as ``n``.
+    """
+    found = [(path.parent.name.removeprefix(prefix), path) for path in folder.glob(f"{prefix}[0-9]*/{RESULT}")]
+    return [path for _, path in sorted((int(number), path) for number, path in found if number.isdecimal())]

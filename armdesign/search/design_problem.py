@@ -167,6 +167,11 @@ class DesignProblem:
         return (self.first.room or self.first).task.origin
 
     @property
+    def shift(self) -> Array:
+        """From the room's origin to the task frame's, shape (3,) [m]; zero without a room."""
+        return np.zeros(3) if self.origin is None else self.origin
+
+    @property
     def base_pose(self) -> BasePose:
         """Where the arm's base stands: in the room, or in the task frame where that moves in the room."""
         base, origin = self.first.base, self.origin

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from html import escape
 
 import numpy as np
+import pinocchio as pin
 
 from armdesign._types import Array
-from armdesign.building.build import arm_mass
 from armdesign.errors import counted
 from armdesign.experiments.compare.comparison import ArmScore
 from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.feasibility.verdict import Verdict
 from armdesign.feasibility.violations import gap_words
-from armdesign.feasibility.words import base_words, pace, tolerance_words
+from armdesign.feasibility.words import base_words, pace, sentence, tolerance_words
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.search.result import Result, done
 from armdesign.settings import Settings
@@ -77,9 +77,16 @@ def design_arm(result: Result, name: str | None = None, price: float | None = No
     def place(frame: int) -> Array:
         return np.asarray(base @ np.concatenate([np.eye(4)[None], table.frames(q[frame])[:-1]]))
 
-    mass = arm_mass(result.body)
     return Arm(
-        name or result.name, table.dof, result.problem.task.time, error, table.length, mass, place, result, price
+        name or result.name,
+        table.dof,
+        result.problem.task.time,
+        error,
+        table.length,
+        result.body.moving_mass,
+        place,
+        result,
+        price,
     )
 
 
@@ -94,28 +101,19 @@ def ready_made_arm(row: ArmScore, result: Result) -> Arm:
         raise TypeError("a ready-made arm is wanted")
     arm, q, problem = row.arm, row.path.q, result.problem.in_room
     pose = placed_base(row.base[:3], float(row.base[3]), row.mounted)
-    base = BasePose(pose.translation + (0.0 if problem.origin is None else problem.origin), pose.rotation).matrix
+    base = BasePose(pose.translation + problem.shift, pose.rotation).matrix
 
     def place(frame: int) -> Array:
         poses = [base]
         for i, placement in enumerate(arm.placements):
             poses.append(poses[-1] @ placement)
             if i < arm.dof:
-                poses[-1] = poses[-1] @ turn(arm.axes[i], float(q[frame, i]))
+                poses[-1][:3, :3] = poses[-1][:3, :3] @ pin.exp3(q[frame, i] * arm.axes[i])
         return np.array(poses)
 
     time = result.problem.task.time
     error = row.path.distance[:, -1] if row.reached else np.full(len(time), np.inf)
     return Arm(arm.name, arm.dof, time, error, arm.length, row.moving_mass, place)
-
-
-def turn(axis: Array, angle: float) -> Array:
-    """A turn about an axis through the origin, shape (4, 4) (Rodrigues)."""
-    x, y, z = axis
-    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    pose = np.eye(4)
-    pose[:3, :3] += np.sin(angle) * across + (1.0 - np.cos(angle)) * across @ across
-    return pose
 
 
 def millimetres(length: float) -> str:
@@ -186,11 +184,6 @@ def verdict_lines(verdict: Verdict, settings: Settings, base: BasePose) -> tuple
     lines.append(f"Runs at {pace(verdict.speed_fraction)}.")
     passed = verdict.passed if verdict.tolerance_met is not None or not verdict.feasible else None
     return passed, lines
-
-
-def sentence(text: str) -> str:
-    """A text with a capital letter."""
-    return f"{text[:1].upper()}{text[1:]}"
 
 
 def headline(arm: Arm) -> str:

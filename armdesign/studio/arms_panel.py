@@ -11,7 +11,7 @@ from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch
 from armdesign.experiments.compare.comparison import compare
 from armdesign.experiments.compare.ready_made import ready_made_arms
 from armdesign.runs.alternatives import write_alternatives
-from armdesign.runs.folder import RESULT
+from armdesign.runs.listing import numbered_results
 from armdesign.runs.reading import read_problem, read_result
 from armdesign.search.result import Result
 from armdesign.studio.arms import SORTS, Arm, arms_table, design_arm, headline, ordered, ready_made_arm
@@ -63,14 +63,13 @@ class ArmsPanel:
         """A search has ended: its arm, and those of other numbers of joints."""
         self.run, self.result = run, result
         self.arms = [design_arm(result, "best arm")]
-        if holds_auto(run):
-            for n in range(1, 11):
-                place = run / run_name(n)
-                if n != result.table.dof and (place / RESULT).is_file():
-                    self.arms.append(design_arm(read_result(place), f"{n} joints"))
-        for place in sorted((run / "alternatives").glob("[0-9]*")):
-            if (place / RESULT).is_file() and place.name != "1":
-                self.arms.append(design_arm(read_result(place), f"alternative {place.name}"))
+        for path in numbered_results(run, "n") if holds_auto(run) else ():
+            n = int(path.parent.name.removeprefix("n"))
+            if n != result.table.dof:
+                self.arms.append(design_arm(read_result(path.parent), f"{n} joints"))
+        for path in numbered_results(run / "alternatives"):
+            if path.parent.name != "1":
+                self.arms.append(design_arm(read_result(path.parent), f"alternative {path.parent.name}"))
         self.show()
 
     def put(self, arms: list[Arm]) -> None:

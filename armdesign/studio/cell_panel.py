@@ -192,13 +192,11 @@ class CellPanel:
         page = self.page
         try:
             cell = page.settings.cell
-            found = read_obstacles(cell.obstacles, cell.obstacle_units) if cell.obstacles else None
-            sites = () if page.problem is None else page.problem.space.sites
             if page.problem is not None:
-                obstacles = page.problem.first.obstacles.each
+                page.scene.show_room(page.problem.first.obstacles.each, page.problem.space.sites)
             else:
-                obstacles = () if found is None else found.each
-            page.scene.show_room(obstacles, sites)
+                read = read_obstacles(cell.obstacles, cell.obstacle_units).each if cell.obstacles else ()
+                page.scene.show_room(read, ())
         except ArmDesignError as error:
             page.set_html(self.note, f'<b class="bad">{escape(str(error))}</b>')
             return

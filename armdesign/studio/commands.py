@@ -178,7 +178,7 @@ def known_runs(runs: Path) -> list[RunStatus]:
     found = {}
     for each in read_runs(runs):
         whole = next((place for place in (each.folder, each.folder.parent) if holds_auto(place)), each.folder)
-        if whole.name not in ("alternatives",) and each.folder.parent.name != "alternatives":
+        if "alternatives" not in (whole.name, each.folder.parent.name):
             found[whole] = status(whole)
     return sorted(found.values(), key=lambda run: run.age)
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.errors import ArmDesignError, SettingsError
+from armdesign.fitness.objective import Objective
 from armdesign.search.evaluation import evaluate_candidate
 from armdesign.search.result import Result
 from armdesign.studio import commands
-from armdesign.studio.arms import design_arm, millimetres, verdict_lines
+from armdesign.studio.arms import Arm, design_arm, millimetres, verdict_lines
 from armdesign.studio.page import Page
 from armdesign.studio.scene import COLOURS
 
@@ -51,6 +52,8 @@ class RedesignPanel:
         """Lay out the panel."""
         self.page, gui = page, page.gui
         self.result: Result | None = None
+        self.found: Arm | None = None  # the same as an arm to show
+        self.objective: Objective | None = None  # its task, for gradients
         self.Phi = np.zeros(0)
         self.sliders: list[Any] = []
         self.filling = False
@@ -64,7 +67,8 @@ class RedesignPanel:
 
     def begin(self, result: Result) -> None:
         """An arm to change."""
-        self.result = result
+        self.result, self.found = result, design_arm(result)
+        self.objective = result.problem.in_room.objective(1)
         space = result.problem.in_room.space
         base = result.problem.first.base
         self.Phi = space.phi(result.table, base)
@@ -90,13 +94,13 @@ class RedesignPanel:
 
     def go_back(self) -> None:
         """Take back all changes."""
-        if self.result is not None:
+        if self.result is not None and self.found is not None:
+            self.page.show_arms((self.found, COLOURS[0]))
             self.begin(self.result)
-            self.page.show_arms((design_arm(self.result), COLOURS[0]))
 
     def solve(self) -> None:
         """Follow the task with the arm as the sliders have it."""
-        if self.result is None:
+        if self.result is None or self.found is None:
             return
         problem, page = self.result.problem.in_room, self.page
         scale = np.where(problem.space.angular, np.rad2deg(1.0), 1.0)
@@ -110,9 +114,8 @@ class RedesignPanel:
             return
         result = Result(seen, found, name="changed by hand", known_slides=None)
         arm = design_arm(result)
-        before = design_arm(self.result)
         page.show_arms((arm, COLOURS[0]))
-        change = float(arm.error.max() - before.error.max())
+        change = float(arm.error.max() - self.found.error.max())
         words = f"Largest error of the hand: {millimetres(float(arm.error.max()))}"
         words += f" ({'+' if change >= 0.0 else '-'}{millimetres(abs(change))} against the arm that was found)"
         page.set_html(self.state, f"<h4>{words}</h4>Clearance follows when you pause.")
@@ -134,12 +137,11 @@ class RedesignPanel:
 
     def show_gradient(self, Phi: Array) -> None:
         """Which way every dimension has to go, and where the base wants to."""
-        if self.result is None:
+        if self.result is None or self.objective is None:
             return
-        problem = self.result.problem.in_room
-        scores, _ = problem.objective(1).evaluate(Phi[None], slopes=True)
+        scores, _ = self.objective.evaluate(Phi[None], slopes=True)
         slopes = scores.slopes[0] if scores.slopes.shape[1] else np.full(len(Phi), np.nan)
-        space = problem.space
+        space = self.result.problem.in_room.space
         rows = ""
         for name, slope, turns in zip(space.free_names, slopes, space.angular, strict=True):
             title = escape(plain_name(name).split(" [")[0])
@@ -180,6 +182,5 @@ class RedesignPanel:
         first = tuple(float(x) for x in self.Phi)
         settings = settings.replace({"search": {"first": (first,), "seed": settings.search.seed + 1}})
         command = commands.search_command(settings, page.take, page.folder / "runs")
-        page.panels["Search"].process = commands.begin(command)
-        page.panels["Search"].watch(command.folder)
+        page.panels["Search"].carry_out(command)
         page.notify("The search goes on from this arm", str(command), "green")

@@ -226,7 +226,7 @@ class Scene:
 
     def look_at(self, problem: DesignProblem | None) -> tuple[Array, Array]:
         """From where to where to look so that the take or task is seen, shape (3,) each [m]."""
-        points = np.zeros((1, 1, 3)) if problem is None else problem.in_room.task.arm + self.origin(problem)
+        points = np.zeros((1, 1, 3)) if problem is None else problem.in_room.task.arm + problem.shift
         if self.shot is not None:
             points = self.shot.chain if self.shot.chain.shape[1] else self.shot.places
         flat = points.reshape(-1, 3)
@@ -235,11 +235,6 @@ class Scene:
         middle, size = (low + high) / 2.0, max(float(np.linalg.norm(high - low)), 0.6)
         middle[2] *= 0.8  # an arm on the floor is to be seen, too
         return middle + size * np.array([0.9, -1.3, 0.6]), middle
-
-    @staticmethod
-    def origin(problem: DesignProblem) -> Array:
-        """Where the task's frame is in the room, shape (3,) [m]."""
-        return np.zeros(3) if problem.origin is None else problem.origin
 
 
 def obstacle_mesh(one: Obstacle) -> Any:  # noqa: ANN401 (a trimesh.Trimesh)

@@ -93,7 +93,10 @@ class SearchPanel:
         """
         if self.page.problem is None:
             raise SettingsError("the take cannot be searched for yet", fix="See what the panel Take says")
-        command = self.settled()
+        self.carry_out(self.settled())
+
+    def carry_out(self, command: commands.Command) -> None:
+        """Start a search and watch it."""
         self.process = commands.begin(command)
         self.watch(command.folder)
 

@@ -299,7 +299,7 @@ def test_solids_have_the_volumes_of_their_parts_and_closed_meshes(assembly, soli
             assert own.center_mass == pytest.approx(part.inertial.com, abs=2e-4)
             assert own.moment_inertia * part.density == pytest.approx(part.inertial.inertia, rel=2e-2, abs=1e-7)
     shapes = {name: solids.solid(part) for name, (part, _) in assembly.counted().items()}
-    pieces = [(e.mark, shapes[e.part.name], e.part.name, pose) for e, pose in solids.at_zero(assembly, TABLE)]
+    pieces = [(e.mark, shapes[e.part.name], e.part.name, pose) for e, pose in assembly.posed(TABLE, np.zeros(3))]
     text = solids.step_file(pieces)
     path = Path(tmp_path) / "arm.step"
     path.write_bytes(text)
@@ -317,7 +317,7 @@ def test_no_part_overlaps_another_of_its_link_or_the_next(assembly, solids):
 
     placed = [
         (each, solids.solid(each.part).Moved(TopLoc_Location(solids.transformation(pose))), pose)
-        for each, pose in solids.at_zero(assembly, TABLE)
+        for each, pose in assembly.posed(TABLE, np.zeros(3))
     ]
     for i, (first, shape, _) in enumerate(placed):
         for second, other, _ in placed[i + 1 :]:

@@ -20,6 +20,12 @@ def tab(page, name):
     page.get_by_role("tab", name=name, exact=True).click()
 
 
+def begin_search(page):
+    tab(page, "Search")
+    page.get_by_role("button", name="Search the arm").click()
+    page.get_by_role("heading", name="Searching").wait_for(timeout=240_000)
+
+
 def colours(page):
     """How many colours the scene has."""
     picture = Image.open(io.BytesIO(page.screenshot(clip=SCENE))).convert("RGB")
@@ -50,9 +56,7 @@ def test_the_page_is_for_who_has_the_address_and_shows_a_take(studio, open_page,
 def test_from_a_c3d_to_a_urdf(studio, open_page, take):
     address, folder = studio(take)
     page, faults = open_page(address)
-    tab(page, "Search")
-    page.get_by_role("button", name="Search the arm").click()
-    page.get_by_role("heading", name="Searching").wait_for(timeout=240_000)
+    begin_search(page)
     page.reload()  # in mid-search
     page.get_by_text("armdesign studio").first.wait_for()
     tab(page, "Search")
@@ -81,9 +85,7 @@ def test_from_a_c3d_to_a_urdf(studio, open_page, take):
 def test_closing_the_page_stops_nothing(studio, open_page, take):
     address, folder = studio(take)
     page, _ = open_page(address)
-    tab(page, "Search")
-    page.get_by_role("button", name="Search the arm").click()
-    page.get_by_role("heading", name="Searching").wait_for(timeout=240_000)
+    begin_search(page)
     page.close()
     (run,) = (folder / "runs").iterdir()
     before = os.stat(run / "state.npz").st_mtime_ns

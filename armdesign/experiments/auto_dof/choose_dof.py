@@ -56,6 +56,7 @@ from armdesign.runs.writing import clear_result, write_files
 from armdesign.search.backends.backend import Backend, InProcess
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import NothingFoundError, Progress
+from armdesign.settings.sections import read_settings
 
 SHARE = 4
 """One in so many particles at most begins as the smaller arm with a joint more."""
@@ -242,7 +243,8 @@ def carry_out_auto(
         write_whole(folder / TABLE, auto_csv(results, verdict))
         from armdesign.experiments.auto_dof.dof_figure import pareto_png  # noqa: PLC0415 (Matplotlib)
 
-        write_whole(folder / PICTURE, pareto_png(tuple(results.values()), verdict.dof, state.rule))
+        allowed = read_settings(settings_file(folder / run_name(verdict.dof))).needs.hand_tolerance
+        write_whole(folder / PICTURE, pareto_png(tuple(results.values()), verdict.dof, allowed))
         publish(folder / run_name(verdict.dof), folder)
         write_auto(folder, state.joints, state.rule, results, verdict, explanation)
         return DofChoice(folder, tuple(results.values()), verdict, explanation)

@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from armdesign.experiments.auto_dof.dof_records import DofResult
-from armdesign.experiments.auto_dof.dof_rule import Rule
 from armdesign.views.report.drawing import ARM, GREY, new_figure, png
 
-MILLIMETRES = re.compile(r"([\d.]+) mm")
-"""The distance in a tolerance in words."""
+
+def pareto_png(results: Sequence[DofResult], chosen: int, allowed: float | None) -> bytes:
+    """The picture of `pareto` as PNG."""
+    return png(lambda: pareto(results, chosen, allowed))
 
 
-def pareto_png(results: Sequence[DofResult], chosen: int, rule: Rule) -> bytes:
-    """The hand's error of the best arm of every number of joints, the chosen one marked."""
-    return png(lambda: pareto(results, chosen, rule))
-
-
-def pareto(results: Sequence[DofResult], chosen: int, rule: Rule) -> Figure:
+def pareto(results: Sequence[DofResult], chosen: int, allowed: float | None) -> Figure:
     """The hand's largest and mean error over the number of joints.
 
     Args:
         results: The best arm of every number of joints that was searched.
         chosen: The chosen n.
-        rule: When more joints do not pay; its tolerance is drawn as a line.
+        allowed: The stated tolerance of the hand, drawn as a line [m]; None where none is.
     """
     figure = new_figure(3.0, top=0.3)
     axis = figure.subplots()
@@ -38,12 +33,11 @@ def pareto(results: Sequence[DofResult], chosen: int, rule: Rule) -> Figure:
     axis.plot(joints, largest, "o-", color=ARM, markersize=5, label="largest error")
     axis.plot(joints, mean, "s--", color=GREY, markersize=4, label="mean error")
     top = max([*largest, 1.0])
-    stated = MILLIMETRES.search(rule.tolerance)
-    if stated is not None:
-        allowed = float(stated.group(1))
-        top = max(top, allowed)
-        axis.axhline(allowed, color="black", linewidth=0.9, linestyle=":")
-        axis.text(results[-1].dof + 0.4, allowed, f"allowed: {allowed:g} mm ", ha="right", va="bottom", fontsize=8)
+    if allowed is not None:
+        level = 1e3 * allowed
+        top = max(top, level)
+        axis.axhline(level, color="black", linewidth=0.9, linestyle=":")
+        axis.text(results[-1].dof + 0.4, level, f"allowed: {level:g} mm ", ha="right", va="bottom", fontsize=8)
     for result in valid:
         if result.dof == chosen:
             ring: dict[str, Any] = {

@@ -13,7 +13,7 @@ from armdesign.errors import counted
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
 from armdesign.feasibility.verdict import Verdict
 from armdesign.feasibility.violations import figure, gap_words
-from armdesign.feasibility.words import pace, speed_words, spread_words, tolerance_words
+from armdesign.feasibility.words import pace, place_words, sentence, speed_words, spread_words, tolerance_words
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.runs.folder import ALTERNATIVES
 from armdesign.search.result import Result, done
@@ -88,9 +88,14 @@ def worst_frame(run: Result) -> Worst:
     return max(found, key=lambda one: one.error)
 
 
-def plain_verdict(run: Result) -> str:
-    """Whether the arm does the job, in a sentence that needs no other."""
-    verdict, worst = run.verdict, worst_frame(run)
+def plain_verdict(run: Result, worst: Worst) -> str:
+    """Whether the arm does the job, in a sentence that needs no other.
+
+    Args:
+        run: The run.
+        worst: Where the error is largest.
+    """
+    verdict = run.verdict
     off, allowed = f"{figure(1e3 * worst.error)} mm", tolerance_words(run.problem.settings.needs)
     if not verdict.feasible:
         also = f" It follows the hand to {off}." if verdict.tolerance_met is not False else ""
@@ -102,9 +107,14 @@ def plain_verdict(run: Result) -> str:
     return f"This arm can be built, but misses the hand by up to {off}; {allowed} are allowed."
 
 
-def story(run: Result) -> str:
-    """The rest of the verdict: where the error is largest, where it stands, what it clears, how fast it is."""
-    verdict, worst = run.verdict, worst_frame(run)
+def story(run: Result, worst: Worst) -> str:
+    """The rest of the verdict: where the error is largest, where it stands, what it clears, how fast it is.
+
+    Args:
+        run: The run.
+        worst: Where the error is largest.
+    """
+    verdict = run.verdict
     parts = [f"It is furthest off {worst.at}, on average {figure(1e3 * verdict.hand_error.mean)} mm."]
     if run.base_pose.frame == "room":
         parts.append(f"It stands {standing(run)}.")
@@ -143,7 +153,6 @@ def motors(run: Result) -> str:
 def standing(run: Result) -> str:
     """On what an arm with a place in the room stands, with its coordinates."""
     base = run.base_pose
-    x, y, z = (f"{round(1e3 * value) + 0:d}".replace("-", "−") for value in base.translation.tolist())
     on = {"floor": "upright", "wall": "on a wall", "ceiling": "hanging"}[base.mounted]
     for one in run.problem.first.obstacles.each:
         pose = one.poses[0]
@@ -157,7 +166,7 @@ def standing(run: Result) -> str:
             inside = (low[:2] - STANDS <= base.translation[:2]) & (base.translation[:2] <= high[:2] + STANDS)
             if inside.all() and abs(high[2] - base.translation[2]) < STANDS:
                 on = f"on the {one.name}"
-    return f"{on}, at x {x}, y {y}, z {z} mm in the recording's room"
+    return f"{on}, at {place_words(base).replace('-', '−')} in the recording's room"
 
 
 def next_steps(run: Result, others: Sequence[OtherArm]) -> list[NextStep]:
@@ -206,11 +215,16 @@ def next_steps(run: Result, others: Sequence[OtherArm]) -> list[NextStep]:
     return found[:4]
 
 
-def answers(run: Result) -> list[Answer]:
-    """What the head of the page says of a run, a question each."""
+def answers(run: Result, worst: Worst) -> list[Answer]:
+    """What the head of the page says of a run, a question each.
+
+    Args:
+        run: The run.
+        worst: Where the error is largest.
+    """
     verdict, settings = run.verdict, run.problem.settings
     return [
-        job(verdict, settings, worst_frame(run)),
+        job(verdict, settings, worst),
         place(run.base_pose, run.problem.task.base),
         touching(verdict, settings),
         fast(verdict, settings),
@@ -248,12 +262,11 @@ def place(base: BasePose, point: str) -> Answer:
         return Answer(
             question, f"at {point}", f"Its base goes wherever the recorded point {point} goes: no fixed place."
         )
-    x, y, z = (f"{round(1e3 * value) + 0:d}".replace("-", "−") for value in base.translation.tolist())
     turn = np.rad2deg(np.arctan2(base.rotation[1, 0], base.rotation[0, 0]))
     if base.mounted == "wall":
         turn = np.rad2deg(np.arctan2(base.rotation[1, 2], base.rotation[0, 2]))
     words = f"In the recording's room, {ON[base.mounted]}, turned by {turn:.0f} deg about the vertical."
-    return Answer(question, f"x {x}, y {y}, z {z} mm", words.replace("-", "−"))
+    return Answer(question, place_words(base).replace("-", "−"), words.replace("-", "−"))
 
 
 def touching(verdict: Verdict, settings: Settings) -> Answer:
@@ -269,7 +282,7 @@ def touching(verdict: Verdict, settings: Settings) -> Answer:
         return Answer(question, "not known", "The arm was searched as lines, without bodies.")
     least = min(gaps, key=lambda gap: gap.value)
     asked = 1e3 * settings.body.clearance
-    words = ". ".join(f"{gap_words(gap)[:1].upper()}{gap_words(gap)[1:]} at {gap.time:.2f} s" for gap in gaps)
+    words = ". ".join(f"{sentence(gap_words(gap))} at {gap.time:.2f} s" for gap in gaps)
     kept = least.value >= settings.body.clearance
     shown = f"{figure(1e3 * least.value)} mm free" if least.value >= 0.0 else "it does"
     return Answer(question, shown, f"{words}. Asked for: {asked:g} mm.", kept)

@@ -94,7 +94,7 @@ def outlines(run: Result, frames: NDArray[np.intp]) -> list[Outline]:
 def cell_scene(run: Result) -> CellScene:
     """The cell of a run."""
     problem, q, base = run.problem.in_room, run.evaluation.path.q, run.base_pose
-    origin = np.zeros(3) if problem.origin is None else problem.origin
+    origin = problem.shift
     chosen = np.unique(np.linspace(0, len(q) - 1, INSTANTS).astype(int))
     drawn = np.unique(np.linspace(0, len(q) - 1, PATH_POINTS).astype(int))
     sites: Sequence[Site] = problem.space.sites

@@ -74,8 +74,7 @@ def worst_rendering(run: Result, worst: Worst) -> Picture:
     k, t = worst.demonstration, worst.frame
     parts = moving_faces(run, k, np.array([t]))
     task, base, q = run.problem.in_room.demonstrations[k].task, run.base_pose.matrix, done_path(run, k)
-    origin = np.zeros(3) if run.problem.in_room.origin is None else run.problem.in_room.origin
-    hand = 1e3 * (task.P[t, -1] + origin)
+    hand = 1e3 * (task.P[t, -1] + run.problem.in_room.shift)
     tip = 1e3 * (base @ run.table.frames(q[t])[-1])[:3, 3]
     gap = float(np.linalg.norm(hand - tip))
     marks = [painted(cylinder_faces(hand, tip, 2.0, sides=8), BETWEEN, GAP)]
@@ -113,7 +112,7 @@ def moving_faces(run: Result, demonstration: int, frames: NDArray[np.intp]) -> l
         frames: The frames.
     """
     problem = run.problem.in_room
-    task, origin = problem.demonstrations[demonstration].task, np.zeros(3) if problem.origin is None else problem.origin
+    task, origin = problem.demonstrations[demonstration].task, problem.shift
     parts = arm_faces(run, done_path(run, demonstration)[frames], run.base_pose.matrix)
     person = 1e3 * (task.arm[frames[-1]] + origin)
     hand = 1e3 * (task.P[:: max(1, len(task.P) // PATH_POINTS), -1] + origin)

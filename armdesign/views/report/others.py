@@ -14,11 +14,11 @@ from armdesign.errors import ArmDesignError, counted
 from armdesign.files import read_json
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.dh_files import read_design
+from armdesign.runs.listing import numbered_results
 from armdesign.search.result import Result
 
 OTHERS = "comparison.json"
 """File of a run folder in which a comparison with other arms is looked for."""
-RESULT = "result.json"
 SAME = 1e-6
 """Arms whose tables differ by less are one arm."""
 CONTESTS = (
@@ -63,17 +63,11 @@ def other_arms(run: Result) -> list[OtherArm]:
         "this arm", "searched for" if run.facts else "given", run.table.dof, run.verdict.hand_error.max,
         run.table.length, moving_mass(run, run.table), strongest(run.table, run.verdict.peak_torque),
     )  # fmt: skip
-    places = [(f"alternative {each.parent.name}", each) for each in inner(run.folder / "alternatives", "[0-9]*")]
-    places += [(f"best of {each.parent.name[1:]} joints", each) for each in inner(run.folder, "n[0-9]*")]
+    places = [(f"alternative {each.parent.name}", each) for each in numbered_results(run.folder / "alternatives")]
+    places += [(f"best of {each.parent.name[1:]} joints", each) for each in numbered_results(run.folder, "n")]
     found = [arm for name, path in places if (arm := of_result(run, name, path)) is not None]
     found += of_comparison(run, run.folder / OTHERS)
     return [own, *found] if found else []
-
-
-def inner(folder: Path, pattern: str) -> list[Path]:
-    """The result files of the run folders in a folder whose names match a pattern, by number."""
-    found = [path for path in folder.glob(f"{pattern}/{RESULT}") if path.parent.name.lstrip("n").isdigit()]
-    return sorted(found, key=lambda path: int(path.parent.name.lstrip("n")))
 
 
 def of_result(run: Result, name: str, path: Path) -> OtherArm | None:
@@ -119,7 +113,7 @@ def moving_mass(run: Result, table: DHTable) -> float:
         table: The arm.
     """
     body = run.body if table is run.table else arm_body(table, run.problem.settings.body)
-    return float(sum(link.inertial.mass for link in body.links[1:]))
+    return body.moving_mass
 
 
 def of_comparison(run: Result, path: Path) -> list[OtherArm]:

@@ -9,7 +9,7 @@ from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Plane
 from armdesign.feasibility.verdict import Spread
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.settings import Body, Needs, Settings
-from armdesign.views.report.answers import answers, place, touching
+from armdesign.views.report.answers import answers, place, touching, worst_frame
 from armdesign.views.report.cell_pictures import (
     CellScene,
     Outline,
@@ -23,7 +23,7 @@ from armdesign.views.report.cell_pictures import (
 
 def test_answers_give_the_figures_of_the_verdict(invented, numbers):
     run = invented()
-    found = {answer.question: answer for answer in answers(run)}
+    found = {answer.question: answer for answer in answers(run, worst_frame(run))}
     assert len(found) == 4
     error = run.verdict.hand_error
     mean, p95, _, largest = numbers(found["Does it do the job?"].words)[:4]
@@ -39,7 +39,7 @@ def test_a_tolerance_is_met_or_not(invented, met):
     verdict = dataclasses.replace(run.verdict, tolerance=0.005, tolerance_met=met, hand_error=Spread(0.1, 0.2, 0.3))
     settings = run.problem.settings.replace({"needs": {"hand_tolerance": 0.005}})
     problem = dataclasses.replace(run.problem, settings=settings)
-    answer = answers(dataclasses.replace(run, problem=problem, known_verdict=verdict))[0]
+    answer = answers(dataclasses.replace(run, problem=problem, known_verdict=verdict), worst_frame(run))[0]
     assert answer.good is met
     assert "5 mm" in answer.words
 
@@ -110,10 +110,10 @@ def test_dimensions_are_distances_from_the_origin_and_the_nearest_edge(numbers):
 
 def test_how_fast_it_is_names_the_largest_load(invented, numbers):
     run = invented()
-    answer = answers(run)[3]
+    answer = answers(run, worst_frame(run))[3]
     assert numbers(answer.words)[-2] == pytest.approx(max(run.verdict.peak_torque), rel=6e-3)
     assert answer.good is None  # no speed is stated
     slow = dataclasses.replace(run.verdict, speed_fraction=0.4)
     settings = run.problem.settings.replace({"needs": {"max_speed": [90.0]}})
     problem = dataclasses.replace(run.problem, settings=settings)
-    assert answers(dataclasses.replace(run, problem=problem, known_verdict=slow))[3].good is False
+    assert answers(dataclasses.replace(run, problem=problem, known_verdict=slow), worst_frame(run))[3].good is False

@@ -199,7 +199,12 @@ def test_the_first_screen_says_the_verdict_in_words_and_what_to_do_next(both, ta
     run, text = both
     head = "".join(take_apart(text[text.index("<header>") : text.index("</header>") + 9]).text)
     worst = worst_frame(run)
-    for part in (plain_verdict(run), f"{figure(1e3 * worst.error)} mm", f"at {worst.time:.2f} s", "What to do next"):
+    for part in (
+        plain_verdict(run, worst),
+        f"{figure(1e3 * worst.error)} mm",
+        f"at {worst.time:.2f} s",
+        "What to do next",
+    ):
         assert part in head
     assert not re.search(r"swarm|fitness|particle|\br\b =", head, re.IGNORECASE)
     for step in next_steps(run, []):
