@@ -89,6 +89,11 @@ class LazyGroup(TyperGroup):
             args: What follows the group on the command line.
         """
         name, _, rest = super().resolve_command(ctx, args)
+        if name == "search" and not {"-h", "--help"} & set(rest):
+            from armdesign.search.backends.processes import available_cores, worker_context  # noqa: PLC0415 (NumPy)
+
+            if available_cores() > 1:
+                worker_context()  # what else a search imports takes seconds: here, and beside it for the workers
         return name, load_command(str(name)), rest
 
 

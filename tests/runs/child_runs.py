@@ -97,11 +97,13 @@ def until(condition, seconds=60.0):
 
 
 def workers_of(pid):
-    """Process numbers of the workers of a process."""
+    """Process numbers of the workers of a process: its own children, or those of the server that forks them."""
+    children = {int(entry.name): entry for entry in Path("/proc").iterdir() if entry.name.isdigit()}
+    servers = [k for k, e in children.items() if parent_of(e) == pid and b"multiprocessing.forkserver" in command_of(e)]
     return [
-        int(entry.name)
-        for entry in Path("/proc").iterdir()
-        if entry.name.isdigit() and parent_of(entry) == pid and b"spawn_main" in command_of(entry)
+        k
+        for k, entry in children.items()
+        if parent_of(entry) in servers or (parent_of(entry) == pid and b"spawn_main" in command_of(entry))
     ]
 
 

@@ -133,7 +133,8 @@ class ParallelBackend(Closing):
                 answers += [self._alone(generation.part(slice(k, k + 1))) for k in range(part.start, part.stop)]
             else:
                 answers.append(end.content)
-        self.shares.learn(kind, len(Phi), share, time.perf_counter() - began)
+        if self.paces:  # during the first batch of all the workers still start
+            self.shares.learn(kind, len(Phi), share, time.perf_counter() - began)
         self.paces[coarse] = max(sum(answer.seconds for answer in answers) / len(Phi), 1e-6)
         return join([answer.scores for answer in answers]), sum((a.removed for a in answers), Rejections())
 

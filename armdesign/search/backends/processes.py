@@ -11,9 +11,10 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import resource_tracker
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnProcess
+from multiprocessing.context import ForkServerContext, SpawnContext
+from multiprocessing.process import BaseProcess
 from typing import Any
 
 from armdesign.errors import ArmDesignError, SearchError
@@ -27,6 +28,8 @@ REPORT_EVERY = 0.2
 """Shortest time between two reports of a job [s]."""
 STOP = "stop"
 """Sent to a worker to have its job stop."""
+PRELOADED = ["armdesign.search.backends.parallel"]
+"""Imported once, by the process that workers are forked from."""
 
 
 def available_cores() -> int:
@@ -34,11 +37,26 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def worker_context() -> ForkServerContext | SpawnContext:
+    """How worker processes start here: forked from a server that has imported what they need, where there are forks.
+
+    The server starts at once. Called seconds before the first workers are asked for, it imports on another core while
+    this process still does so.
+    """
+    if "forkserver" in multiprocessing.get_all_start_methods():
+        context = multiprocessing.get_context("forkserver")
+        context.set_forkserver_preload(PRELOADED)
+        with children_ignore_ctrl_c(), contextlib.suppress(ChildProcessError):  # a fork of a process with a server
+            forkserver.ensure_running()
+            return context
+    return multiprocessing.get_context("spawn")
+
+
 @dataclass(eq=False)
 class Worker:
     """A process, the pipe to it, the job it is doing, and whether it has come as far as taking any."""
 
-    process: SpawnProcess
+    process: BaseProcess
     pipe: Connection
     job: Job | None = None
     ready: bool = False
@@ -61,7 +79,7 @@ class WorkerProcesses(Closing):
             setup: Called in each of them with the arguments; gives what does the jobs there.
             arguments: Travel to each process once.
         """
-        self.context = multiprocessing.get_context("spawn")
+        self.context = worker_context()
         self.body = (setup, arguments)
         self.stopping = False
         self.false_starts = 0
