@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from armdesign.cell.obstacle_record import obstacles_json
 from armdesign.errors import SettingsError
 from armdesign.files import write_whole
 from armdesign.search.design_problem import DesignProblem
@@ -56,6 +57,9 @@ def fingerprint(problem: DesignProblem) -> str:
     digest = hashlib.sha256(",".join(space.names).encode())
     for values in (path_problem.P, R, space.lower, space.upper, bounds, *numbers):
         digest.update((np.round(values, DIGITS) + 0.0).tobytes())
+    around = problem.first.obstacles
+    if around.each:  # so the arm has a body, and what it touches counts
+        digest.update(f"{problem.settings.body} {problem.settings.needs} {obstacles_json(around)}".encode())
     return digest.hexdigest()[:16]
 
 

@@ -110,11 +110,11 @@ def runs_of(records: Sequence[Record]) -> dict[Group, list[Run]]:
 
 
 def run_of(record: Record) -> Run:
-    """A finished search with its history."""
+    """A finished search with its history; of one that leaves its arm infeasible, the fitness with the penalty."""
     content, history = record.content, read_history(record.folder / "history.csv")
     evaluations = history.evaluations.astype(float)
     return Run(
-        float(content["fitness"]), int(content["evaluations"]), float(content["wall_time"]), history.best, evaluations,
+        float(history.best[-1]), int(content["evaluations"]), float(content["wall_time"]), history.best, evaluations,
         content["stopped_by"] == "agreement",
     )  # fmt: skip
 
@@ -131,7 +131,7 @@ def best_known(records: Sequence[Record], path: Path | None = None) -> dict[tupl
             known = record_to_beat.get(prints[group])
             best[group] = known.fitness if known is not None else np.inf
         if record.finished:
-            best[group] = min(best[group], float(record.content["fitness"]))
+            best[group] = min(best[group], run_of(record).fitness)
     return best
 
 

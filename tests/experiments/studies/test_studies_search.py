@@ -94,6 +94,9 @@ def test_fingerprint_is_of_the_fitness_not_of_the_search():
         {"task": {"recording": str(RECORDING), "rate": 25.0}},
     ):
         assert fingerprint(prepared(**changes)) != plain
+    cell = {"obstacles": (str(RECORDING.with_name("packaging_cell.toml")),)}
+    within = {fingerprint(prepared(cell=cell, body=body)) for body in ({}, {"kind": "tube", "clearance": 0.01})}
+    assert len(within | {plain}) == 3
 
 
 def test_the_record_is_kept_and_only_beaten_by_better_ones(tmp_path):
