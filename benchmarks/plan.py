@@ -58,11 +58,13 @@ class Plan:
         quick: Less of everything.
         jobs: The recordings: both examples, then the real ones found.
         notes: Which ones are missing.
+        before: The ``armdesign`` of an earlier installation to compare with.
     """
 
     quick: bool
     jobs: tuple[Job, ...]
     notes: tuple[str, ...]
+    before: Path | None = None
 
     def pick(self, full: T, quick: T) -> T:
         """One of two amounts."""
@@ -83,7 +85,7 @@ class Plan:
         return min((measure() for _ in range(self.repeats)), key=seconds)
 
 
-def make_plan(quick: bool, recordings: Path | None) -> Plan:
+def make_plan(quick: bool, recordings: Path | None, before: Path | None = None) -> Plan:
     """Look which recordings are there."""
     jobs, notes = [PACKAGING, WELDING], []
     for name in REAL:
@@ -92,7 +94,7 @@ def make_plan(quick: bool, recordings: Path | None) -> Plan:
             jobs.append(Job(path))
         else:
             notes.append(f"The real recording {name}.csv is left out: --recordings DIR names the folder it is in.")
-    return Plan(quick, tuple(jobs), tuple(notes))
+    return Plan(quick, tuple(jobs), tuple(notes), before)
 
 
 def tiled(problem: DesignProblem, frames: int) -> DesignProblem:

@@ -1,7 +1,8 @@
 """Measure the speed of armdesign: per step, frame, candidate and search, scaling, memory, starts, two yardsticks.
 
-``python benchmarks/run.py [--quick] [--only NAME ...] [--out FILE.json] [--recordings DIR]`` prints tables and writes
-the same figures as JSON. Run it on a quiet machine; ratios carry over between machines, absolute times do not.
+``python benchmarks/run.py [--quick] [--only NAME ...] [--out FILE.json] [--recordings DIR] [--before COMMAND]``
+prints tables and writes the same figures as JSON. Run it on a quiet machine; ratios carry over between machines,
+absolute times do not.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import before
 import bodies
 import inner_loop
 import memory
@@ -26,6 +28,7 @@ from tables import Table
 MEASUREMENTS: dict[str, Callable[[Plan], Iterator[Table]]] = {
     "steps": inner_loop.tables,
     "search": searches.tables,
+    "before": before.tables,
     "workers": workers.tables,
     "sizes": sizes.tables,
     "bodies": bodies.tables,
@@ -40,17 +43,17 @@ MEASUREMENTS: dict[str, Callable[[Plan], Iterator[Table]]] = {
 def main() -> None:
     """Measure, print and optionally write as JSON."""
     arguments = parse()
-    plan = make_plan(arguments.quick, arguments.recordings)
+    plan = make_plan(arguments.quick, arguments.recordings, arguments.before)
     report = {"machine": machine(), "quick": plan.quick, "notes": list(plan.notes), "tables": {}}
     print(", ".join(f"{name} {value}" for name, value in report["machine"].items()))
     for note in plan.notes:
         print(note)
     for name in arguments.only or MEASUREMENTS:
-        before = moment()
+        began = moment()
         for table in MEASUREMENTS[name](plan):
             print(f"\n{table.text()}", flush=True)
             report["tables"][table.name] = {"title": table.title, "rows": table.rows, "notes": table.notes}
-        told = disturbance(before)
+        told = disturbance(began)
         print(told, flush=True)
         report["tables"][table.name]["disturbance"] = told
         if arguments.out is not None:  # after every table, so that a run broken off leaves what it has
@@ -65,6 +68,9 @@ def parse() -> argparse.Namespace:
                         help=f"measure these alone: {', '.join(MEASUREMENTS)}")  # fmt: skip
     parser.add_argument("--out", type=Path, help="write the figures as JSON")
     parser.add_argument("--recordings", type=Path, help="folder with box_lift.csv and handover_giver.csv")
+    parser.add_argument(
+        "--before", type=Path, metavar="COMMAND", help="armdesign of an earlier installation to compare"
+    )
     return parser.parse_args()
 
 
