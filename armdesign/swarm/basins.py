@@ -63,6 +63,8 @@ class Archive:
             hits: How often each counts among those that have met its basin, shape (N,); by default once.
         """
         new = np.isfinite(value)
+        if not (new.any() or len(self)):
+            return
         known = self.hint if len(self) else np.zeros((0, hint.shape[1]))
         U, hint = np.vstack([self.U, U[new]]), np.vstack([known, hint[new]])
         look = np.r_[self.look, (value if look is None else look)[new]]

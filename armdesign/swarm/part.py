@@ -510,6 +510,8 @@ class Part(Descending):
         self._descents, self._stage = None, SCREEN
         if self._brood or self._fine:
             self._stage = OVER
+        elif not len(self.archive):  # none of them is anything in full: sample on
+            self._sample, self._stage = self.space.draw(self._rng, CHUNK, first=False), SAMPLE
         elif self.archive.best < self._mark * (1.0 - GAIN):
             self._mark, self._mark_at = self.archive.best, told
         elif told - self._mark_at > self.parameters.patience(self.region.dimension):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from swarm_problem import SPACE, answer, build, run
+from swarm_problem import SPACE, answer, build, bumpy_slope, evaluate, run
 
 from armdesign.swarm import Part
 
@@ -78,3 +78,17 @@ def test_what_is_gathered_at_an_early_end_counts():
     assert search.evaluations == sum(part.evaluations for part in parts)
     assert search.best_fitness == min(part.best_fitness for part in parts)
     assert search.done
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_where_next_to_nothing_is_valid_in_full_it_goes_on_sampling(seed):
+    search = build("multibasin", seed, budget=3000, coarse=10)
+    while not search.done:
+        X = search.ask()
+        values, valid, hints = evaluate(X)
+        if not search.coarse:
+            valid &= np.abs(np.sin(1e5 * X[:, 0])) < 0.02
+        values = np.where(valid, values, np.inf)
+        search.tell(values, valid, hints, bumpy_slope(X) if search.wants_slopes else None)
+    assert search.evaluations <= 3000
+    assert len(search.basins[1]) == 0 or np.isfinite(search.basins[1]).all()
