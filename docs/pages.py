@@ -28,7 +28,10 @@ from armdesign.settings.sections import SECTIONS
 ROOT = Path(__file__).resolve().parents[1]
 COPIES = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md", "examples/README.md": "examples.md"}
 """Files outside docs that are pages, too."""
-ELSEWHERE = {"README.md": "index.md", "benchmarks/best_known.json": "benchmark.md", "LICENSE": "index.md"}
+ELSEWHERE = {
+    "README.md": "index.md", "LICENSE": "index.md", "benchmarks/best_known.json": "benchmark.md",
+    "benchmarks/record/search.csv": "benchmark.md",
+}  # fmt: skip
 """Files outside docs whose place on the site is another page."""
 
 SHIM = "https://unpkg.com/iframe-worker/shim"
