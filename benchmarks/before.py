@@ -15,9 +15,8 @@ from plan import PACKAGING, Job, Plan
 from tables import Row, Table
 
 from armdesign.experiments.studies.best_known import fingerprint, read_best
+from armdesign.experiments.studies.search_study import NEAR
 
-NEAR = 1.01
-"""What counts as the best known arm: 1 % above its fitness."""
 NOW = Path(sys.executable).with_name("armdesign")
 
 

@@ -39,6 +39,8 @@ EXIT_CODES = (
     "Exit codes: 0 done; 1 a run of a sweep or study has failed; 2 bad input; 3 an arm is not feasible or misses its "
     "tolerance (check); 4 a search has found no arm; 130 stopped by Ctrl-C."
 )
+WITHOUT_WORKERS = re.compile(r"(^| )(-h|--help|--write-config|--cluster|--workers[ =]1)( |=|$)")
+"""What on the command line of a search says that no worker processes will be wanted."""
 
 
 class PanelCommand(TyperCommand):
@@ -89,7 +91,7 @@ class LazyGroup(TyperGroup):
             args: What follows the group on the command line.
         """
         name, _, rest = super().resolve_command(ctx, args)
-        if name == "search" and not {"-h", "--help"} & set(rest):
+        if name == "search" and not WITHOUT_WORKERS.search(" ".join(rest)):
             from armdesign.search.backends.processes import available_cores, worker_context  # noqa: PLC0415 (NumPy)
 
             if available_cores() > 1:

@@ -119,9 +119,8 @@ def read_tasks(name: str, flags: StudyFlags, search: Mapping[str, Any], dof: Seq
     for word in dict.fromkeys(named):
         with about(word):
             key, recording, own = open_task(name, word, settings, flags.given["fitness"].get("scenario"))
-        own = own.replace({"search": dict(search)})
-        if not own.cell.obstacles:  # the paper's arm is but lines
-            own = own.replace({"body": {"kind": "thin"}})
+        body = {} if own.cell.obstacles else {"kind": "thin"}  # the paper's arm is but lines
+        own = own.replace({"search": dict(search), "body": body})
         for n in dof:
             with about(word):
                 found[key, n] = prepare(recording, own.replace({"design": {"dof": n}}))

@@ -98,13 +98,11 @@ def until(condition, seconds=60.0):
 
 def workers_of(pid):
     """Process numbers of the workers of a process: its own children, or those of the server that forks them."""
-    children = {int(entry.name): entry for entry in Path("/proc").iterdir() if entry.name.isdigit()}
-    servers = [k for k, e in children.items() if parent_of(e) == pid and b"multiprocessing.forkserver" in command_of(e)]
-    return [
-        k
-        for k, entry in children.items()
-        if parent_of(entry) in servers or (parent_of(entry) == pid and b"spawn_main" in command_of(entry))
-    ]
+    parents = {entry: parent_of(entry) for entry in Path("/proc").iterdir() if entry.name.isdigit()}
+    own = {entry: command_of(entry) for entry, parent in parents.items() if parent == pid}
+    servers = {int(entry.name) for entry, command in own.items() if b"multiprocessing.forkserver" in command}
+    spawned = [entry for entry, command in own.items() if b"spawn_main" in command]
+    return [int(entry.name) for entry in [*spawned, *(e for e, parent in parents.items() if parent in servers)]]
 
 
 def parent_of(entry):

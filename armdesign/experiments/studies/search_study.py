@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -119,25 +118,28 @@ def run_of(record: Record) -> Run:
     )  # fmt: skip
 
 
-def best_known(records: Sequence[Record], path: Path | None = None) -> dict[tuple[int, str], float]:
-    """Best known fitness by joints and task: of these runs, and of the record where it holds the task."""
-    record_to_beat = read_best() if path is None else read_best(path)
+def best_known(records: Sequence[Record], groups: Mapping[Group, Sequence[Run]]) -> dict[tuple[int, str], float]:
+    """Best known fitness by joints and task: of these runs, and of the record where it holds the task.
+
+    Args:
+        records: All runs, those without a result too.
+        groups: The finished ones, as ``runs_of`` has them.
+    """
+    record_to_beat = read_best()
     best: dict[tuple[int, str], float] = {}
-    prints: dict[tuple[int, str], str] = {}
     for record in records:
-        group = record.dof, record.task
-        if group not in prints:
-            prints[group] = fingerprint(record.unit.problem)
-            known = record_to_beat.get(prints[group])
-            best[group] = known.fitness if known is not None else np.inf
-        if record.finished:
-            best[group] = min(best[group], run_of(record).fitness)
+        if (record.dof, record.task) not in best:
+            known = record_to_beat.get(fingerprint(record.unit.problem))
+            best[record.dof, record.task] = known.fitness if known is not None else np.inf
+    for (n, task, _), runs in groups.items():
+        best[n, task] = min(best[n, task], *(run.fitness for run in runs))
     return best
 
 
 def tables(request: StudyRequest, records: Sequence[Record]) -> list[Table]:
     """One row per joints, task and algorithm; of the swarms also what they had at multibasin's budget."""
-    best, groups = best_known(records), runs_of(records)
+    groups = runs_of(records)
+    best = best_known(records, groups)
     rows = []
     for n in request.dof:
         for task in map(task_name, request.tasks):
@@ -184,7 +186,8 @@ def spread(values: Sequence[float], best: float) -> tuple[Cell, ...]:
 
 def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
     """How often the best known arm is found: share of all searches within 1 % of it, over the candidates tried."""
-    best, groups = best_known(records), runs_of(records)
+    groups = runs_of(records)
+    best = best_known(records, groups)
     picture = Figure(figsize=(4.8, 3.0), layout="constrained")
     axes = picture.subplots()
     most = max((run.candidates for runs in groups.values() for run in runs), default=1000)
