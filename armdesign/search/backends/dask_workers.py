@@ -112,6 +112,10 @@ class DaskWorkers(Closing):
             threads: dict[str, int] = self.client.nthreads()
         return max(0, (len(threads) if self.exclusive else sum(threads.values())) - len(self.at_hand))
 
+    def started(self) -> bool:
+        """See Workers.started; a cluster has those that have."""
+        return True
+
     def begin(self, job: Job) -> None:
         """See Workers.begin."""
         key = f"{self.name}-{next(self.numbers)}"

@@ -123,7 +123,7 @@ class ParallelBackend(Closing):
         """
         self.workers.drop()  # of a generation that was broken off nobody wants the answers
         generation = Generation(Phi, cutoff, poses, slopes=slopes, coarse=coarse)
-        kind, began = (coarse, slopes, poses is None), time.perf_counter()
+        kind, started, began = (coarse, slopes, poses is None), self.workers.started(), time.perf_counter()
         share = self.shares.choose(kind, len(Phi), self.workers.room())
         parts = cut(len(Phi), share, self.paces.get(coarse, FIRST_PACE))
         ends = self._done([Job(generation.part(part), DEATHS_OF_A_PART) for part in parts])
@@ -133,7 +133,7 @@ class ParallelBackend(Closing):
                 answers += [self._alone(generation.part(slice(k, k + 1))) for k in range(part.start, part.stop)]
             else:
                 answers.append(end.content)
-        if self.paces:  # during the first batch of all the workers still start
+        if started:
             self.shares.learn(kind, len(Phi), share, time.perf_counter() - began)
         self.paces[coarse] = max(sum(answer.seconds for answer in answers) / len(Phi), 1e-6)
         return join([answer.scores for answer in answers]), sum((a.removed for a in answers), Rejections())

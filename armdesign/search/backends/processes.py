@@ -94,6 +94,10 @@ class WorkerProcesses(Closing):
         """See Workers.room."""
         return sum(worker.job is None for worker in self.workers)
 
+    def started(self) -> bool:
+        """See Workers.started."""
+        return all(worker.ready for worker in self.workers)
+
     def begin(self, job: Job) -> None:
         """See Workers.begin."""
         free = next(worker for worker in self.workers if worker.job is None)

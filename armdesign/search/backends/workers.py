@@ -97,6 +97,10 @@ class Workers(Protocol):
         """How many further jobs would begin now; with none at hand the number of workers."""
         ...
 
+    def started(self) -> bool:
+        """Whether none of the workers is still starting, so that a job takes as long as another one like it."""
+        ...
+
     def begin(self, job: Job) -> None:
         """Hand a job out; there has to be room for it."""
         ...

@@ -157,6 +157,9 @@ class Threatened:
     def room(self):
         return 3 - len(self.events)
 
+    def started(self):
+        return True
+
     def begin(self, job):
         self.sizes.append(len(job.content.Phi))
         if self.deadly in job.content.Phi[:, 0]:

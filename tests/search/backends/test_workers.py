@@ -53,6 +53,15 @@ def two():
         yield pool
 
 
+def test_workers_have_started_when_each_has_answered_and_a_fresh_one_has_not(two):
+    assert not two.started()
+    done(two, *[("value", k) for k in range(8)])
+    assert two.started()
+    two.begin(Job(("sleep", 60.0)))
+    two.drop()
+    assert not two.started()
+
+
 def done(workers, *contents):
     """How jobs with such contents have ended, in their order, and all reports."""
     jobs, events, begun = [Job(content) for content in contents], [], 0
