@@ -25,12 +25,13 @@ def entry_of(run: Result) -> Best:
     cut = f" from {task.start:g} s to {task.stop:g} s" if task.start is not None and task.stop is not None else ""
     rate = f" at {task.rate:g} Hz" if task.rate is not None else ""
     scenario = run.problem.settings.fitness.scenario
-    name = f"{Path(str(task.recording)).name}{cut}{rate}, {scenario} weights"
+    around = "".join(f" in {Path(path).name}" for path in run.problem.settings.cell.obstacles)
+    name = f"{Path(str(task.recording)).name}{cut}{rate}{around}, {scenario} weights"
     found = "a table"
     if facts is not None:
         found = f"{facts.algorithm}, {facts.evaluations} candidates, seed {facts.seed}"
     fitness = evaluate_design(run.table, run.problem).fitness
-    phi = tuple(float(x) for x in run.problem.space.phi(run.table))
+    phi = tuple(float(x) for x in run.problem.in_room.space.phi(run.table, run.problem.first.base))
     return Best(name, run.table.dof, fitness, phi, found)
 
 
@@ -43,8 +44,10 @@ def main(folders: list[str]) -> None:
                 continue
             run = read_result(status.folder)
             key, entry = fingerprint(run.problem), entry_of(run)
-            if not run.problem.space.admissible(np.array([entry.phi]))[0]:
+            if not run.problem.in_room.space.admissible(np.array([entry.phi]))[0]:
                 print(f"{status.folder} is left out: its arm lies outside the task's bounds")
+            elif run.problem.first.obstacles.each and not run.verdict.feasible:
+                print(f"{status.folder} is left out: {run.verdict.reasons[0]}")
             elif better_of(best.get(key), entry) is entry:
                 print(f"{entry.task}, n = {entry.dof}: {entry.fitness:.6f} ({entry.found})")
                 best[key] = entry

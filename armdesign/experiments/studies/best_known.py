@@ -34,7 +34,7 @@ class Best:
         task: Name of the task, with its settings where it takes any.
         dof: Number of joints n.
         fitness: r [m].
-        phi: The design, the free entries of its DH table [rad, m].
+        phi: The design, the free entries of its DH table and of its base [rad, m].
         found: How it was found.
     """
 
@@ -48,8 +48,10 @@ class Best:
 def fingerprint(problem: DesignProblem) -> str:
     """What the fitness of a design depends on, as a digest: task to the micrometre, weights, bounds and limits.
 
-    How hard the solver tries is left out, but for the number of start poses that are carried along the path.
+    How hard the solver tries is left out, but for the number of start poses that are carried along the path. Where the
+    base was free, it is one of the unknowns and not part of the task.
     """
+    problem = problem.in_room
     path_problem, space = problem.path_problem, problem.space
     R = path_problem.R if path_problem.record["w_0"][0] > 0.0 else np.zeros((1, 3, 3))
     numbers = [np.asarray(path_problem.record[name], dtype=float).ravel() for name in FIELDS]
@@ -58,8 +60,9 @@ def fingerprint(problem: DesignProblem) -> str:
     for values in (path_problem.P, R, space.lower, space.upper, bounds, *numbers):
         digest.update((np.round(values, DIGITS) + 0.0).tobytes())
     around = problem.first.obstacles
-    if around.each:  # so the arm has a body, and what it touches counts
-        digest.update(f"{problem.settings.body} {problem.settings.needs} {obstacles_json(around)}".encode())
+    if around.each:  # so the arm has a body, and what it touches counts, wherever its file lies
+        shapes = [{**each, "source": None} for each in json.loads(obstacles_json(around))["obstacles"]]
+        digest.update(f"{problem.settings.body} {problem.settings.needs} {shapes}".encode())
     return digest.hexdigest()[:16]
 
 
