@@ -1,6 +1,16 @@
 """What holds for all tests."""
 
+import os
+
 import pytest
+from numba.core.caching import FunctionCache
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import Dispatcher
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
 
 NOT_AT_HAND = "the shared recordings are not at hand"
 """Why a test on a third-party recording is skipped in a plain clone: such recordings are not ours to ship."""
@@ -28,3 +38,22 @@ def quick_searches(request, monkeypatch):
     """Searches in this process write no preview and report, which take longer than a small search; unless marked."""
     if "views" not in request.keywords:
         monkeypatch.setattr("armdesign.views.writing.write_views", lambda *_: ())
+
+
+@pytest.fixture(autouse=True, scope="session")
+def kernels_compiled_once(tmp_path_factory):
+    """Of the workers that need a kernel at the same time one compiles it; the others wait and load it from the disk."""
+    locks = tmp_path_factory.getbasetemp()
+    locks = locks if "PYTEST_XDIST_WORKER" not in os.environ else locks.parent
+    compile_or_load = Dispatcher.compile
+
+    def in_turn(kernel, signature):
+        if fcntl is None or not isinstance(kernel._cache, FunctionCache):
+            return compile_or_load(kernel, signature)
+        with global_compiler_lock, (locks / f"{kernel.py_func.__name__}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            return compile_or_load(kernel, signature)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Dispatcher, "compile", in_turn)
+        yield

@@ -125,17 +125,32 @@ print(sum(exchange.stats.cache_hits.values()), sum(exchange.stats.cache_misses.v
 """
 
 
+CALL_A_SMALL_ENTRY = """
+from armdesign.fitness.kernels.small_entry import doubled
+doubled(1.0)
+print(sum(doubled.stats.cache_hits.values()), sum(doubled.stats.cache_misses.values()))
+"""
+
+
 def test_change_in_a_kernel_compiles_its_callers_anew(copy, monkeypatch):
+    """Of an entry that takes next to nothing to compile, in one room, with a leaf in another."""
     monkeypatch.setenv("PYTHONPATH", str(copy.parent))
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    head = "from armdesign.kinematics.compilation import entry, leaf\n"
+    inner = copy / "kinematics" / "kernels" / "small_leaf.py"
+    inner.write_text(head + "@leaf\ndef twice(x):\n    return 2.0 * x\n", encoding="utf-8")
+    text = (
+        head
+        + "from armdesign.kinematics.kernels.small_leaf import twice\n@entry\ndef doubled(x):\n    return twice(x)\n"
+    )
+    (copy / "fitness" / "kernels" / "small_entry.py").write_text(text, encoding="utf-8")
 
     def hits_and_misses():
-        command = [sys.executable, "-c", LOAD_AN_ARM]
+        command = [sys.executable, "-c", CALL_A_SMALL_ENTRY]
         return subprocess.run(command, capture_output=True, text=True, check=True, cwd=copy.parent).stdout.split()
 
     assert hits_and_misses() == ["0", "1"]
     assert hits_and_misses() == ["1", "0"]
-    inner = copy / "kinematics" / "kernels" / "skeleton.py"
     inner.write_text(inner.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
     assert hits_and_misses() == ["0", "1"]
 
