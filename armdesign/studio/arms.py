@@ -23,7 +23,7 @@ from armdesign.studio.takes import nearest
 
 Place = Callable[[int], Array]
 """Where an arm's links are in a frame of the task: frame number to poses, shape (L, 4, 4), base first."""
-SORTS = ("largest error", "mean error", "joints", "length", "mass", "price")
+SORTS = ("largest error", "mean error", "joints", "length", "mass")
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,6 @@ class Arm:
         mass: What moves [kg]; None where it is not known.
         place: Where its links are.
         result: The design; None of a ready-made arm.
-        price: Of its parts; None where they are not chosen.
     """
 
     name: str
@@ -50,7 +49,6 @@ class Arm:
     mass: float | None
     place: Place
     result: Result | None = None
-    price: float | None = None
 
     @property
     def worst(self) -> float:
@@ -62,13 +60,12 @@ class Arm:
         return self.place(nearest(self.time, time))
 
 
-def design_arm(result: Result, name: str | None = None, price: float | None = None) -> Arm:
+def design_arm(result: Result, name: str | None = None) -> Arm:
     """A design with what it does on the first demonstration.
 
     Args:
         result: The design.
         name: What to call it; by default as its run.
-        price: Of its parts.
     """
     table, q = result.table, result.evaluation.path.q
     base = result.base_pose.matrix
@@ -77,17 +74,8 @@ def design_arm(result: Result, name: str | None = None, price: float | None = No
     def place(frame: int) -> Array:
         return np.asarray(base @ np.concatenate([np.eye(4)[None], table.frames(q[frame])[:-1]]))
 
-    return Arm(
-        name or result.name,
-        table.dof,
-        result.problem.task.time,
-        error,
-        table.length,
-        result.body.moving_mass,
-        place,
-        result,
-        price,
-    )
+    mass, time = result.body.moving_mass, result.problem.task.time
+    return Arm(name or result.name, table.dof, time, error, table.length, mass, place, result)
 
 
 def ready_made_arm(row: ArmScore, result: Result) -> Arm:
@@ -132,7 +120,6 @@ def ordered(arms: Sequence[Arm], by: str) -> list[Arm]:
         "joints": lambda arm: arm.joints,
         "length": lambda arm: arm.length,
         "mass": lambda arm: arm.mass,
-        "price": lambda arm: arm.price,
     }
     values = {id(arm): keys[by](arm) for arm in arms}
     return sorted(arms, key=lambda arm: (values[id(arm)] is None, values[id(arm)] or 0.0))
@@ -145,13 +132,12 @@ def arms_table(arms: Sequence[Arm], colours: Sequence[str]) -> str:
         arms: In their order.
         colours: The colour that each is drawn in.
     """
-    heads = ("Arm", "Joints", "Largest error", "Mean", "Length", "Mass", "Price")
+    heads = ("Arm", "Joints", "Largest error", "Mean", "Length", "Mass")
     rows = []
     for arm, colour in zip(arms, colours, strict=True):
         cells = (
             str(arm.joints), millimetres(float(arm.error.max())), millimetres(float(arm.error.mean())),
             f"{arm.length:.2f} m", "-" if arm.mass is None else f"{arm.mass:.1f} kg",
-            "-" if arm.price is None else f"{arm.price:.0f}",
         )  # fmt: skip
         name = f'<th scope="row"><i style="background:{colour}"></i>{escape(arm.name)}</th>'
         rows.append(f"<tr>{name}{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")

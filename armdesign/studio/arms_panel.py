@@ -2,26 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
+
+import numpy as np
 
 from armdesign.errors import ArmDesignError, SettingsError
 from armdesign.experiments.auto_dof.dof_records import holds_auto, run_name
 from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch
 from armdesign.experiments.compare.comparison import compare
-from armdesign.experiments.compare.ready_made import ready_made_arms
+from armdesign.experiments.compare.ready_made import open_ready_made, ready_made_arms
 from armdesign.runs.alternatives import write_alternatives
 from armdesign.runs.listing import numbered_results
 from armdesign.runs.reading import read_problem, read_result
+from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.studio.arms import SORTS, Arm, arms_table, design_arm, headline, ordered, ready_made_arm
 from armdesign.studio.commands import shown
-from armdesign.studio.page import Page
+from armdesign.studio.page import Page, command_html
 from armdesign.studio.scene import COLOURS
 
 ALL = "all of them"
+WAITING = "Search an arm first; here it is compared with others."
 POSES = 400
 """Base poses that are tried for a ready-made arm."""
+
+
+def needed_reach(problem: DesignProblem) -> float:
+    """About how long an arm has to be, from the best of the places it may stand at to all that the hand does [m].
+
+    Args:
+        problem: The task and the places.
+    """
+    hand = problem.in_room.task.P[:, -1] + problem.shift
+    middle = (hand.min(axis=0) + hand.max(axis=0)) / 2.0
+    places = [np.clip(middle, *site.box) for site in problem.space.sites] or [middle]
+    return min(float(np.linalg.norm(hand - place, axis=1).max()) for place in places)
+
+
+def by_reach(lengths: Mapping[str, float], needed: float) -> tuple[str, ...]:
+    """Names of ready-made arms with their lengths, the shortest that may do first, those too short last.
+
+    Args:
+        lengths: Of the arms by name [m].
+        needed: What the task needs [m].
+    """
+    ranked = sorted(lengths.items(), key=lambda item: (item[1] < needed, abs(item[1] - needed)))
+    return tuple(f"{name} ({length:.2f} m{', too short' if length < needed else ''})" for name, length in ranked)
 
 
 class CancelledError(ArmDesignError):
@@ -38,13 +66,13 @@ class ArmsPanel:
         self.run: Path | None = None
         self.result: Result | None = None
         self.cancelled = False
-        self.note = page.html("Search an arm first; here it is compared with others.")
+        self.note = page.html(WAITING)
         self.table = page.html("")
-        self.sort = gui.add_dropdown("Sort by", SORTS)
-        self.which = gui.add_dropdown("Show", (ALL,))
-        self.others = gui.add_button("Add other arms of this search")
-        self.robot = gui.add_dropdown("Ready-made arm", tuple(ready_made_arms()) or ("none",))
-        self.add = gui.add_button("Compare with it")
+        self.sort = gui.add_dropdown("Sort by", SORTS, visible=False)
+        self.which = gui.add_dropdown("Show", (ALL,), visible=False)
+        self.others = gui.add_button("Add other arms of this search", visible=False)
+        self.robot = gui.add_dropdown("Ready-made arm", tuple(ready_made_arms()) or ("none",), visible=False)
+        self.add = gui.add_button("Compare with it", visible=False)
         self.bar = gui.add_progress_bar(0.0, visible=False)
         self.cancel = gui.add_button("Cancel", visible=False)
         self.command = page.html("")
@@ -57,7 +85,15 @@ class ArmsPanel:
     def forget(self) -> None:
         """Another run is watched."""
         self.arms, self.run, self.result = [], None, None
+        self.page.set_html(self.note, WAITING)
         self.page.set_html(self.table, "")
+        self.page.set_html(self.command, "")
+        self.let_choose(visible=False)
+
+    def let_choose(self, *, visible: bool) -> None:
+        """Show what can be chosen, or hide it while there is no arm."""
+        for handle in (self.sort, self.which, self.others, self.robot, self.add):
+            handle.visible = visible
 
     def begin(self, result: Result, run: Path) -> None:
         """A search has ended: its arm, and those of other numbers of joints."""
@@ -70,6 +106,10 @@ class ArmsPanel:
         for path in numbered_results(run / "alternatives"):
             if path.parent.name != "1":
                 self.arms.append(design_arm(read_result(path.parent), f"alternative {path.parent.name}"))
+        lengths = {name: open_ready_made(name).length for name in ready_made_arms()}
+        self.robot.options = by_reach(lengths, needed_reach(result.problem)) or ("none",)
+        self.robot.value = self.robot.options[0]
+        self.let_choose(visible=True)
         self.show()
 
     def put(self, arms: list[Arm]) -> None:
@@ -86,18 +126,18 @@ class ArmsPanel:
         colours = {arm.name: COLOURS[k % len(COLOURS)] for k, arm in enumerate(self.arms)}
         names = tuple(arm.name for arm in arms)
         if self.which.options != (*names, ALL):
-            chosen = self.which.value if self.which.value in names else self.arms[0].name
+            grown = set(names) > set(self.which.options) - {ALL} > set()
             self.which.options = (*names, ALL)
-            self.which.value = chosen if len(arms) == 1 else ALL
+            self.which.value = ALL if grown else self.arms[0].name
         seen = arms if self.which.value == ALL else [arm for arm in arms if arm.name == self.which.value]
         page = self.page
         page.set_html(self.note, f"<h4>{escape(headline(arms[0]))}</h4>First by {self.sort.value}.")
         page.set_html(self.table, arms_table(arms, [colours[arm.name] for arm in arms]))
         page.show_arms(*((arm, colours[arm.name]) for arm in seen))
         if self.run is not None:
-            robots = [arm.name for arm in self.arms if arm.result is None] or [self.robot.value]
+            robots = [arm.name for arm in self.arms if arm.result is None] or [self.robot.value.split()[0]]
             lines = [shown(["alternatives", self.run]), shown(["compare", self.run, *robots])]
-            page.set_html(self.command, f"<code>{'<br>'.join(map(escape, lines))}</code>")
+            page.set_html(self.command, command_html(*lines))
 
     def ready(self) -> tuple[Path, Result]:
         """The run and its arm.
@@ -122,7 +162,7 @@ class ArmsPanel:
     def mount(self) -> None:
         """Find the best place of a ready-made arm on the same task."""
         _, result = self.ready()
-        name, self.cancelled = self.robot.value, False
+        name, self.cancelled = self.robot.value.split()[0], False
 
         def told(_: str, progress: BaseProgress) -> None:
             self.bar.value = 100.0 * progress.evaluations / progress.total

@@ -27,7 +27,10 @@
       goTo(Number(start) + share * (end - start));
     }
     const panel = event.target.closest("[data-panel]")?.dataset.panel;
-    const tabs = panel ? [...document.querySelectorAll("[role=tab]")] : [];
-    tabs.find((tab) => tab.textContent.trim() === panel)?.click();
+    if (!panel) return;
+    event.preventDefault();
+    const tab = [...document.querySelectorAll("[role=tab]")].find((each) => each.textContent.trim() === panel);
+    tab?.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true })); // deaf to click()
+    tab?.focus();
   });
 })();

@@ -22,15 +22,27 @@ from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import Scene
 
 STYLE = """<style>
-.mantine-Tabs-tab{padding:8px 11px}
+.mantine-Tabs-tab{padding:8px 7.5px}
 .ad{margin:6px 12px;font-size:13.5px;line-height:1.45}.ad svg{width:100%;font:10px sans-serif;fill:#333}
 .ad svg[data-start]{cursor:pointer}.ad h4{margin:2px 0;font-size:15px}.ad ul{margin:4px 0;padding-left:18px}
 .ad table{border-collapse:collapse;width:100%}.ad td,.ad th{padding:3px 5px;text-align:right;white-space:nowrap}
 .ad th:first-child{text-align:left;font-weight:600}.ad tr{border-bottom:1px solid #e2e5e9}.ad .wide{overflow-x:auto}
 .ad i{display:inline-block;width:10px;height:10px;border-radius:5px;margin-right:5px}
+.ad summary{color:#5c6670;cursor:pointer}.ad details{margin:6px 0}
 .ad code{display:block;background:#f1f3f5;padding:5px 7px;overflow-wrap:anywhere;font-size:11.5px}
-.ad .good{color:#16703c}.ad .bad{color:#b00020}.ad .soft{color:#5c6670}.ad a[data-panel]{font-weight:600}
+.ad .good{color:#16703c}.ad .bad{color:#b00020}.ad .soft{color:#5c6670}.ad a[data-panel]{font-weight:600;color:#1864ab}
 </style>"""
+
+
+def link(panel: str, words: str) -> str:
+    """A link to a panel."""
+    return f'<a data-panel="{panel}" href="#">{words}</a>'
+
+
+def command_html(*lines: str) -> str:
+    """Commands that do what the page does, folded up: who has come to click is not to read them."""
+    text = "<br>".join(map(escape, lines))
+    return f"<details><summary>The same on the command line</summary><code>{text}</code></details>"
 
 
 class Worker:
@@ -106,7 +118,9 @@ class Page:
         self.play = self.gui.add_button("Play")
         self.play.on_click(lambda _: self.toggle_play())
         self.errors = self.html("")
-        self.scene = Scene(server.scene, lambda name: self.work("point", lambda: self.panels["Take"].clicked(name)))
+        self.scene = Scene(
+            server.scene, lambda name: self.work("point", lambda: self.panels["Recording"].clicked(name))
+        )
         self.time.on_update(lambda _: self.scene.show_time(self.time.value))
         self.panels: dict[str, Any] = {}
         self.say_next()
@@ -163,11 +177,12 @@ class Page:
             result = self.arm.result
             within = None if result is None else result.problem.settings.needs.hand_tolerance
             error = float(self.arm.error.max())
-            good = within is None or error <= within
+            good, ended = within is None or error <= within, self.panels["Download"].result is not None
             words = f"Largest error of the hand: {millimetres(error)}"
             words += "" if within is None else f", {'within' if good else 'more than'} the {1e3 * within:g} mm allowed"
-            mark = "" if within is None else ' class="good"' if good else ' class="bad"'
+            mark = "" if within is None or not ended else ' class="good"' if good else ' class="bad"'
             text = f"<h4{mark}>{words}</h4>{escape(self.arm.name)}, largest at {self.arm.worst:.2f} s"
+            text += f". {link('Download', 'Next: parts list and files')}" if ended else ""
             curves = [Curve(arm.time, 1e3 * arm.error, colour, arm.name) for arm, colour in self.shown]
             level = None if within is None else 1e3 * within
             title = "Error of the hand [mm]: click to go there"
@@ -175,10 +190,10 @@ class Page:
         elif self.recording is None:
             text = "<h4>Drop a recording of a person's arm anywhere on this page</h4>Or choose its file below."
         elif self.trouble:
-            text = f'<h4 class="bad">The take is read, but something is missing</h4>{escape(self.trouble)}'
+            text = f'<h4 class="bad">The recording is read, but something is missing</h4>{escape(self.trouble)}'
         else:
-            text = "<h4>The take is read</h4>Press Play to see it move. Are shoulder, elbow, wrist and hand right? "
-            text += '<a data-panel="Cell" href="#">Next: where the arm may stand</a>'
+            text = "<h4>The recording is read</h4>Press Play: is the orange arm the person's? Then say "
+            text += f"{link('Room', 'where the new arm may stand')}, or {link('Search', 'search it')} at once."
         self.set_html(self.headline, STYLE + text)
 
     @staticmethod
@@ -210,10 +225,11 @@ class Page:
 
     def look(self) -> None:
         """Turn every camera to what there is to see."""
-        position, target = self.scene.look_at(self.problem)
-        self.server.initial_camera.position, self.server.initial_camera.look_at = position, target
+        camera = self.server.initial_camera
+        camera.position, camera.look_at = self.scene.look_at(self.problem, camera.fov)
         for client in self.server.get_clients().values():
-            client.camera.position, client.camera.look_at = position, target
+            wide = 2.0 * np.arctan(np.tan(client.camera.fov / 2.0) * min(1.0, client.camera.aspect))
+            client.camera.position, client.camera.look_at = self.scene.look_at(self.problem, wide)
 
     def toggle_play(self) -> None:
         """Play or halt."""

@@ -71,9 +71,10 @@ def plot(curves: Sequence[Curve], title: str, across: str, *, level: float | Non
         height = BOTTOM - up * tick
         parts.append(f'<path d="M{LEFT} {height:.1f}H{RIGHT}" stroke="#e2e5e9"/>')
         parts.append(f'<text x="{LEFT - 4}" y="{height + 3.5:.1f}" text-anchor="end">{tick:g}</text>')
-    for tick in ticks(end - start):
+    step = ticks(end - start)[1]
+    for tick in step * np.arange(np.ceil(start / step - 1e-9), np.floor(end / step + 1e-9) + 1.0) + 0.0:
         parts.append(
-            f'<text x="{LEFT + wide * tick:.1f}" y="{BOTTOM + 12}" text-anchor="middle">{start + tick:.6g}</text>'
+            f'<text x="{LEFT + wide * (tick - start):.1f}" y="{BOTTOM + 12}" text-anchor="middle">{tick:.6g}</text>'
         )
     parts.append(f'<text x="{RIGHT}" y="{HEIGHT - 2}" text-anchor="end">{escape(across)}</text>')
     if level is not None:
@@ -96,6 +97,7 @@ def gap_picture(names: Sequence[str], seen: Array, time: Array) -> str:
     """
     rows = min(len(names), 60)
     height = min(14.0, 100.0 / max(rows, 1))
+    foot = TOP + rows * height + 12.0
     wide = (RIGHT - LEFT) / max(seen.shape[1], 1)
     parts = [f'<text x="{LEFT}" y="13" font-weight="600">When each point is seen (red: gap)</text>']
     for i in range(rows):
@@ -111,23 +113,25 @@ def gap_picture(names: Sequence[str], seen: Array, time: Array) -> str:
                 f'<rect x="{LEFT + c * wide:.1f}" y="{y:.1f}" width="{max(wide, 1.0):.1f}" '
                 f'height="{height * 0.8:.1f}" fill="#b00020" opacity="{shade:.2f}"/>'
             )
-    parts.append(f'<text x="{LEFT}" y="{HEIGHT - 2}">{time[0]:.4g} s</text>')
-    parts.append(f'<text x="{RIGHT}" y="{HEIGHT - 2}" text-anchor="end">{time[-1]:.4g} s</text>')
+    parts.append(f'<text x="{LEFT}" y="{foot}">{time[0]:.4g} s</text>')
+    parts.append(f'<text x="{RIGHT}" y="{foot}" text-anchor="end">{time[-1]:.4g} s</text>')
     share = f"{100.0 * float(seen.mean()):.0f} %" if seen.size else "none"
-    return frame("".join(parts), f"When each point is seen, {share} in all", (float(time[0]), float(time[-1])))
+    about = f"When each point is seen, {share} in all"
+    return frame("".join(parts), about, (float(time[0]), float(time[-1])), foot + 3.0)
 
 
-def frame(inner: str, about: str, time: tuple[float, float] | None) -> str:
+def frame(inner: str, about: str, time: tuple[float, float] | None, height: float = HEIGHT) -> str:
     """The picture around its content.
 
     Args:
         inner: SVG.
         about: What is shown, for who cannot see it.
         time: From when to when it runs [s]; None where it does not run over time.
+        height: Of the picture.
     """
     data = f'data-start="{time[0]}" data-end="{time[1]}" data-left="{LEFT}" data-right="{RIGHT}" ' if time else ""
     return (
-        f'<svg {data}data-width="{WIDTH}" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" '
+        f'<svg {data}data-width="{WIDTH}" viewBox="0 0 {WIDTH:g} {height:g}" role="img" '
         f'aria-label="{escape(about, quote=True)}">{inner}</svg>'
     )
 

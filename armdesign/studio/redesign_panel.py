@@ -11,13 +11,16 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.errors import ArmDesignError, SettingsError
 from armdesign.fitness.objective import Objective
+from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_candidate
 from armdesign.search.result import Result
 from armdesign.studio import commands
 from armdesign.studio.arms import Arm, design_arm, millimetres, verdict_lines
 from armdesign.studio.page import Page
+from armdesign.studio.room_panel import longest_link
 from armdesign.studio.scene import COLOURS
 
+WAITING = "Search an arm first; here it is changed by hand."
 STEP_LENGTH, STEP_ANGLE = 0.01, np.deg2rad(5.0)
 """What the gradient is said for: 1 cm, 5 degrees."""
 
@@ -30,6 +33,11 @@ def plain_name(name: str) -> str:
     number = "tool" if row == "tool" else f"joint {int(row) + 1}"
     return {"alpha": f"twist before {number} [deg]", "a": f"length before {number} [m]",
             "d": f"offset along {number} [m]"}[kind]  # fmt: skip
+
+
+def scale_of(name: str) -> float:
+    """What an entry of the design in radians or metres is multiplied by to show it."""
+    return float(np.rad2deg(1.0)) if plain_name(name).endswith("[deg]") else 1.0
 
 
 def gradient_words(slope: float, *, angular: bool) -> str:
@@ -52,12 +60,13 @@ class RedesignPanel:
         """Lay out the panel."""
         self.page, gui = page, page.gui
         self.result: Result | None = None
+        self.problem: DesignProblem | None = None  # its task, before a base was chosen
         self.found: Arm | None = None  # the same as an arm to show
         self.objective: Objective | None = None  # its task, for gradients
         self.Phi = np.zeros(0)
         self.sliders: list[Any] = []
         self.filling = False
-        self.state = page.html("Search an arm first; here it is changed by hand.")
+        self.state = page.html(WAITING)
         self.back = gui.add_button("Back to the arm that was found", visible=False)
         self.take = gui.add_button("Search from this arm on", visible=False)
         self.folder = gui.add_folder("Dimensions", visible=False)
@@ -67,9 +76,13 @@ class RedesignPanel:
 
     def begin(self, result: Result) -> None:
         """An arm to change."""
+        design = result.problem.settings.design
+        most = longest_link(design.length[1])
+        links = {name: (low, max(high, most)) for name, (low, high) in (("a", design.a), ("d", design.d))}
+        self.problem = result.problem.in_room.with_settings({"design": links})
         self.result, self.found = result, design_arm(result)
-        self.objective = result.problem.in_room.objective(1)
-        space = result.problem.in_room.space
+        self.objective = self.problem.objective(1)
+        space = self.problem.space
         base = result.problem.first.base
         self.Phi = space.phi(result.table, base)
         self.filling = True
@@ -79,16 +92,24 @@ class RedesignPanel:
         low, high = space.bounds
         with self.folder:
             for k, name in enumerate(space.free_names):
-                scale = np.rad2deg(1.0) if space.angular[k] else 1.0
-                ends = np.round(scale * np.array([low[k], high[k]]), 4)
-                value = float(np.clip(round(scale * self.Phi[k], 4), *ends))
-                step = 0.1 if space.angular[k] else 0.001
+                scale = scale_of(name)
+                ends = np.round(scale * np.array([low[k], high[k]]), 3)
+                value = float(np.clip(round(scale * self.Phi[k], 1 if scale > 1.0 else 3), *ends))
+                step = 0.1 if scale > 1.0 else 0.001
                 slider = self.page.gui.add_slider(plain_name(name), float(ends[0]), float(ends[1]), step, value)
                 self.page.watch(self, "redesign", self.solve, slider)
                 self.sliders.append(slider)
         self.filling = False
         self.back.visible = self.take.visible = self.folder.visible = True
         self.page.set_html(self.state, "Move a slider: the motion is solved again at once.")
+        self.page.set_html(self.gradient, "")
+        self.page.scene.clear("/gradient")
+
+    def forget(self) -> None:
+        """There is no arm any more."""
+        self.result = self.problem = None
+        self.back.visible = self.take.visible = self.folder.visible = False
+        self.page.set_html(self.state, WAITING)
         self.page.set_html(self.gradient, "")
         self.page.scene.clear("/gradient")
 
@@ -100,15 +121,14 @@ class RedesignPanel:
 
     def solve(self) -> None:
         """Follow the task with the arm as the sliders have it."""
-        if self.result is None or self.found is None:
+        if self.problem is None or self.found is None:
             return
-        problem, page = self.result.problem.in_room, self.page
-        scale = np.where(problem.space.angular, np.rad2deg(1.0), 1.0)
+        page = self.page
+        scale = np.array([scale_of(name) for name in self.problem.space.free_names])
         moved = np.array([slider.value for slider in self.sliders]) / scale
-        low, high = problem.space.bounds
-        self.Phi = Phi = np.clip(moved, low, high)
+        self.Phi = Phi = np.clip(moved, *self.problem.space.bounds)
         try:
-            seen, found = evaluate_candidate(Phi, problem)
+            seen, found = evaluate_candidate(Phi, self.problem)
         except ArmDesignError as error:
             page.set_html(self.state, f'<b class="bad">{escape(str(error))}</b>')
             return
@@ -137,19 +157,19 @@ class RedesignPanel:
 
     def show_gradient(self, Phi: Array) -> None:
         """Which way every dimension has to go, and where the base wants to."""
-        if self.result is None or self.objective is None:
+        if self.problem is None or self.objective is None:
             return
         scores, _ = self.objective.evaluate(Phi[None], slopes=True)
         slopes = scores.slopes[0] if scores.slopes.shape[1] else np.full(len(Phi), np.nan)
-        space = self.result.problem.in_room.space
+        names = self.problem.space.free_names
         rows = ""
-        for name, slope, turns in zip(space.free_names, slopes, space.angular, strict=True):
+        for name, slope in zip(names, slopes, strict=True):
             title = escape(plain_name(name).split(" [")[0])
-            rows += f"<tr><th>{title}</th><td>{gradient_words(float(slope), angular=bool(turns))}</td></tr>"
+            rows += f"<tr><th>{title}</th><td>{gradient_words(float(slope), angular=scale_of(name) > 1.0)}</td></tr>"
         self.page.set_html(
-            self.gradient, f"<b>Which way lowers the score</b> (error and detours together)<table>{rows}</table>"
+            self.gradient, f"<b>Which way is better</b> (score of error and detours, in mm)<table>{rows}</table>"
         )
-        self.point_base(space.free_names, slopes)
+        self.point_base(names, slopes)
 
     def point_base(self, names: tuple[str, ...], slopes: Array) -> None:
         """An arrow at the base the way that lowers the score.
@@ -176,9 +196,9 @@ class RedesignPanel:
             SettingsError: There is no arm, or its recording is gone.
         """
         page = self.page
-        if self.result is None or page.take is None:
+        if self.problem is None or page.take is None:
             raise SettingsError("there is no arm and recording to search from", fix="Search one first")
-        settings = dataclasses.replace(self.result.problem.settings, task=page.settings.task)
+        settings = dataclasses.replace(self.problem.settings, task=page.settings.task)
         first = tuple(float(x) for x in self.Phi)
         settings = settings.replace({"search": {"first": (first,), "seed": settings.search.seed + 1}})
         command = commands.search_command(settings, page.take, page.folder / "runs")

@@ -224,17 +224,26 @@ class Scene:
             return np.zeros(3)
         return np.asarray(self.shot.chain[nearest(self.shot.recording.time, time), 0])
 
-    def look_at(self, problem: DesignProblem | None) -> tuple[Array, Array]:
-        """From where to where to look so that the take or task is seen, shape (3,) each [m]."""
+    def look_at(self, problem: DesignProblem | None, fov: float) -> tuple[Array, Array]:
+        """From where to where to look so that the take or task is seen down to where the arm stands, (3,) each [m].
+
+        Args:
+            problem: What is searched for; None where that is not settled.
+            fov: Width of the view [rad].
+        """
         points = np.zeros((1, 1, 3)) if problem is None else problem.in_room.task.arm + problem.shift
         if self.shot is not None:
             points = self.shot.chain if self.shot.chain.shape[1] else self.shot.places
-        flat = points.reshape(-1, 3)
+        standing = [arm for arm in self.arms if arm.result is None or arm.result.placed]
+        bodies = [arm.place(k)[:, :3, 3] for arm in standing for k in range(0, len(arm.time), 20)]
+        flat = np.concatenate([points.reshape(-1, 3), *bodies])
         flat = flat[np.isfinite(flat).all(axis=1)]
-        low, high = (np.percentile(flat, share, axis=0) for share in (2.0, 98.0)) if len(flat) else np.zeros((2, 3))
-        middle, size = (low + high) / 2.0, max(float(np.linalg.norm(high - low)), 0.6)
-        middle[2] *= 0.8  # an arm on the floor is to be seen, too
-        return middle + size * np.array([0.9, -1.3, 0.6]), middle
+        low, high = (flat.min(axis=0), flat.max(axis=0)) if len(flat) else np.zeros((2, 3))
+        sites = () if problem is None else problem.space.sites
+        low[2] = min(low[2], *(site.box[0, 2] for site in sites), np.inf)
+        middle, radius = (low + high) / 2.0, max(float(np.linalg.norm(high - low)) / 2.0, 0.4)
+        way = np.array([0.55, -0.77, 0.32])
+        return middle + way * (1.1 * radius / np.sin(fov / 2.0)), middle
 
 
 def obstacle_mesh(one: Obstacle) -> Any:  # noqa: ANN401 (a trimesh.Trimesh)

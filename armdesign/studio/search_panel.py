@@ -9,7 +9,7 @@ from subprocess import Popen
 
 import numpy as np
 
-from armdesign.errors import ArmDesignError, SettingsError, resume_command
+from armdesign.errors import ArmDesignError, RunFolderError, SettingsError, counted, resume_command
 from armdesign.experiments.auto_dof.dof_records import holds_auto
 from armdesign.runs.folder import settings_file
 from armdesign.runs.listing import RunStatus
@@ -17,15 +17,17 @@ from armdesign.search.result import Result
 from armdesign.settings.sections import read_settings
 from armdesign.studio import commands
 from armdesign.studio.arms import design_arm, verdict_lines
-from armdesign.studio.page import Page
+from armdesign.studio.page import Page, command_html, link
 from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import COLOURS
 
-NOT_FOUND = "If it stays so: allow a longer arm in the panel Cell, another place, or one joint more."
-AUTO, NO_RUN = "find out", "none yet"
+NOT_FOUND = "If it stays so: allow a longer arm in the panel Room, another place, or one joint more."
+NOT_GOOD = "Allow one joint more, or a longer arm or larger error in the panel Room."
+MOST_JOINTS = 8
+AUTO, NO_RUN = "as few as do it", "choose one"
 STATES = {
     "running": "Searching", "finished": "The search has ended", "interrupted": "The search was stopped",
-    "stopped": "Nobody is searching; Go on takes it up", "failed": "No arm was found", "broken": "The run is damaged",
+    "stopped": "The search waits to go on", "failed": "No arm was found", "broken": "The run is damaged",
     "evaluated": "A given arm, not a search",
 }  # fmt: skip
 
@@ -46,16 +48,21 @@ class SearchPanel:
         self.process: Popen[bytes] | None = None
         self.seen: tuple[str, float | None] = ("", None)
         self.curve: dict[Path, list[tuple[float, float]]] = {}
-        self.joints = gui.add_dropdown("Joints", (AUTO, *map(str, range(2, 9))), initial_value="4")
-        self.effort = gui.add_dropdown("Effort", ("quick", "normal", "thorough"), initial_value="normal")
+        self.joints = gui.add_dropdown("Joints", (AUTO, *map(str, range(2, MOST_JOINTS + 1))))
+        self.effort = gui.add_dropdown("How thorough", ("quick", "normal", "thorough"))
         self.start = gui.add_button("Search the arm", color="green")
-        self.buttons = gui.add_button_group("", ("Stop", "Go on"), visible=False)
+        self.halt = gui.add_button("Stop", color="red", visible=False)
+        self.resume = gui.add_button("Go on with this search", visible=False)
         self.bar = gui.add_progress_bar(0.0, visible=False)
-        self.state = page.html("Read a recording first, in the panel Take; here the arm for it is searched.")
-        self.runs = gui.add_dropdown("Earlier runs", (NO_RUN,))
+        self.count = page.html("")
+        self.state = page.html("Read a recording first, in the panel Recording; here the arm for it is searched.")
+        self.more = gui.add_button("Search again with one joint more", visible=False)
+        self.runs = gui.add_dropdown("Earlier runs", (NO_RUN,), visible=False)
         self.command = page.html("")
         self.start.on_click(lambda _: page.work("start", self.begin))
-        self.buttons.on_click(lambda event: page.work("press", lambda: self.press(event.target.value)))
+        self.halt.on_click(lambda _: page.work("press", self.end))
+        self.resume.on_click(lambda _: page.work("press", self.go_on))
+        self.more.on_click(lambda _: page.work("start", self.begin_with_more))
         self.runs.on_update(lambda _: page.work("run", self.choose_run))
         for handle in (self.joints, self.effort):
             handle.on_update(lambda _: page.work("command", self.show_command))
@@ -72,7 +79,7 @@ class SearchPanel:
             raise SettingsError("there is no recording yet", fix="Drop one on the page")
         auto = self.joints.value == AUTO
         changes = {"search": {"effort": self.effort.value}, "design": {} if auto else {"dof": int(self.joints.value)}}
-        settings = page.panels["Cell"].over(page.settings).replace(changes)
+        settings = page.panels["Room"].over(page.settings).replace(changes)
         return commands.search_command(settings, page.take, page.folder / "runs", auto=auto)
 
     def show_command(self) -> None:
@@ -80,7 +87,7 @@ class SearchPanel:
         if self.page.take is None:
             return
         try:
-            text = f"The same on the command line:<code>{escape(str(self.settled()))}</code>"
+            text = command_html(str(self.settled()))
         except ArmDesignError as error:
             text = f'<span class="bad">{escape(str(error))}</span>'
         self.page.set_html(self.command, text)
@@ -92,8 +99,14 @@ class SearchPanel:
             ArmDesignError: The take cannot be used as it is.
         """
         if self.page.problem is None:
-            raise SettingsError("the take cannot be searched for yet", fix="See what the panel Take says")
+            raise SettingsError("the take cannot be searched for yet", fix="See what the panel Recording says")
         self.carry_out(self.settled())
+
+    def begin_with_more(self) -> None:
+        """Start the search again, with one joint more than the arm that it has found."""
+        if self.result is not None:
+            self.joints.value = str(self.result.table.dof + 1)
+            self.begin()
 
     def carry_out(self, command: commands.Command) -> None:
         """Start a search and watch it."""
@@ -102,36 +115,40 @@ class SearchPanel:
 
     def watch(self, folder: Path) -> None:
         """Watch a run folder from now on."""
-        self.run, self.result, self.seen = folder, None, ("", None)
-        self.buttons.visible = True
-        self.page.panels["Arms"].forget()
-        self.page.set_html(self.state, "Starting. The first time takes a minute longer, as parts are compiled.")
+        self.leave()
+        self.run, self.seen = folder, ("", None)
+        self.page.set_html(self.state, "<h4>Starting</h4>The first time takes some minutes longer.")
         self.look()
 
     def leave(self) -> None:
         """Watch nothing; the search goes on."""
         self.run, self.result = None, None
-        self.bar.visible = self.buttons.visible = False
+        self.start.visible = True
+        for handle in (self.bar, self.halt, self.resume, self.more):
+            handle.visible = False
+        for name in ("Arms", "Redesign", "Download"):
+            self.page.panels[name].forget()
+        self.page.show_arms()
         self.page.set_html(self.state, "")
+        self.page.set_html(self.count, "")
 
-    def press(self, button: str) -> None:
-        """Stop the search, or go on with it."""
-        if self.run is None:
-            raise SettingsError("no search was started yet", fix="Press 'Search the arm'")
-        if button == "Stop" and not commands.stop(self.run):
-            raise SettingsError("nobody is searching in this run", value=str(self.run), fix="Press 'Go on'")
-        if button == "Go on":
+    def end(self) -> None:
+        """End the search with the best arm so far."""
+        if self.run is None or not commands.stop(self.run):
+            raise SettingsError("nobody is searching in this run", value=str(self.run), fix="Start a search")
+
+    def go_on(self) -> None:
+        """Go on with a search that has not ended."""
+        if self.run is not None:
             self.process = commands.begin(self.run)
             self.seen = ("", None)
 
     def list_runs(self) -> None:
-        """List the runs that are there."""
-        names = [str(run.folder.relative_to(self.page.folder / "runs")) for run in self.known()]
+        """List the runs that are there, newest first."""
+        place = self.page.folder / "runs"
+        names = [str(run.folder.relative_to(place)) for run in commands.known_runs(place)]
         self.runs.options = tuple(dict.fromkeys((NO_RUN if self.run is None else self.run.name, *names)))
-
-    def known(self) -> list[RunStatus]:
-        """The runs in the studio's folder, newest first."""
-        return commands.known_runs(self.page.folder / "runs")
+        self.runs.visible = bool(names)
 
     def choose_run(self) -> None:
         """Another run was chosen."""
@@ -150,7 +167,7 @@ class SearchPanel:
         take = settings.task.recording
         if take is not None and Path(take).is_file():
             self.joints.value = AUTO if holds_auto(folder) else str(settings.design.dof)
-            self.page.panels["Take"].open_take(Path(take), settings)
+            self.page.panels["Recording"].open_take(Path(take), settings)
         else:
             self.page.settings = settings
             self.page.scene.show_take(None)
@@ -161,6 +178,10 @@ class SearchPanel:
         """See how far the watched search is, and show its best arm where that is a new one."""
         if self.run is None:
             return
+        if not self.run.is_dir():
+            folder = self.run
+            self.leave()
+            raise RunFolderError(f"{folder} is not there any more", value=str(folder), fix="Search again")
         run = commands.status(self.run)
         alive = self.process is not None and self.process.poll() is None
         if self.process is not None and not alive and run.state in ("broken", "stopped", "failed"):
@@ -170,18 +191,23 @@ class SearchPanel:
             self.page.notify("The search has failed", words, "red", None)
             self.seen = (run.state, run.best)
         state = "running" if alive and run.state in ("broken", "stopped", "interrupted") else run.state
-        self.bar.visible = state == "running" and bool(run.iterations)
+        running = state == "running"
+        self.bar.visible, self.halt.visible = running and bool(run.iterations), running
+        self.start.visible = not running
+        self.resume.visible = state in ("stopped", "interrupted")
         if run.iterations and run.planned:
             self.bar.value = 100.0 * min(1.0, run.iterations / run.planned)
-        if run.best is None and state == "running":
+        joints = f" of {counted(run.dof, 'joint')}" if run.dof else ""
+        tried = f"{run.iterations} arms{joints} tried, {run.planned} at most." if running and run.iterations else ""
+        self.page.set_html(self.count, tried)
+        if run.best is None and running:
             if run.iterations:
-                tried = f"<h4>Searching</h4>{run.iterations} arms tried, none of them can do the motion yet."
-                self.page.set_html(self.state, f"{tried} {NOT_FOUND}")
+                self.page.set_html(self.state, f"<h4>Searching</h4>None can do the motion yet. {NOT_FOUND}")
             return
         if (state, run.best) == self.seen:
             return
         if self.seen[0] == "running" and state == "finished":
-            self.page.notify("The search has ended", "The panel Arms has what it found.", "green")
+            self.page.notify("The search has ended", "The panel Download has parts list and files.", "green")
         self.seen = (state, run.best)
         self.show(run, state)
         self.list_runs()
@@ -199,11 +225,11 @@ class SearchPanel:
             self.page.set_html(self.state, f"<h4>{STATES.get(state, state)}</h4>{advice}")
             return
         self.result = result = dataclasses.replace(result, name=self.run.name)
-        arm = design_arm(result)
+        arm = design_arm(result, "best arm so far" if state == "running" else None)
         self.page.problem = result.problem.in_room
-        self.page.panels["Cell"].show()
+        self.page.panels["Room"].show()
         self.page.show_arms((arm, COLOURS[0]))
-        points = self.curve.setdefault(self.run, [])
+        points = self.curve.setdefault(run.folder, [])
         points.append((float(run.iterations or 0), 1e3 * float(arm.error.max())))
         ended = state in ("finished", "interrupted", "evaluated")
         lines = [f"<h4>{STATES.get(state, state)}</h4>"]
@@ -213,20 +239,22 @@ class SearchPanel:
             lines.append(
                 f"<ul>{''.join(f'<li{mark if not k else str()}>{escape(w)}</li>' for k, w in enumerate(words))}</ul>"
             )
-        if result.facts is not None:
+        if result.facts is not None and ended:
             lines.append(f"{run.iterations or result.facts.evaluations} arms tried. {escape(result.facts.found)}")
         x, y = np.array(points, dtype=float).reshape(-1, 2).T
         if len(x) > 1:
             lines.append(plot([Curve(x, y, COLOURS[0], "best so far")], "Largest error of the best arm so far [mm]",
                               "arms tried"))  # fmt: skip
         if ended:
-            lines.append('<br><a data-panel="Arms" href="#">Next: compare arms</a>')
-            self.page.panels["Arms"].begin(result, self.run)
+            ways = link("Download", "parts list and files"), link("Arms", "compare it"), link("Redesign", "change it")
+            lines.append(f"<p>Next: {ways[0]}, or {ways[1]} with other arms, or {ways[2]} by hand.</p>")
+            self.page.panels["Download"].begin(result, self.run)
             self.page.panels["Redesign"].begin(result)
-            self.page.panels["Out"].begin(result, self.run)
-        if ended and not result.verdict.passed:
-            lines.append(
-                "<br>Not good enough? Allow one joint more, or a longer arm or larger error in the panel Cell."
-            )
-        lines.append(f"<code>{escape(resume_command('search', self.run))}</code>" if state != "finished" else "")
+            self.page.panels["Arms"].begin(result, self.run)
+            self.page.look()
+        self.more.visible = ended and not result.verdict.passed and result.table.dof < MOST_JOINTS
+        if self.more.visible:
+            lines.append(f"Not good enough? {NOT_GOOD}")
+        if state in ("interrupted", "stopped"):
+            lines.append(command_html(resume_command("search", self.run)))
         self.page.set_html(self.state, "".join(lines))

@@ -8,18 +8,18 @@ from pathlib import Path
 
 from armdesign.runs.folder import settings_file
 from armdesign.studio.arms_panel import ArmsPanel
-from armdesign.studio.cell_panel import CellPanel
-from armdesign.studio.out_panel import OutPanel
+from armdesign.studio.download_panel import DownloadPanel
 from armdesign.studio.page import Page
+from armdesign.studio.recording_panel import RecordingPanel
 from armdesign.studio.redesign_panel import RedesignPanel
+from armdesign.studio.room_panel import RoomPanel
 from armdesign.studio.search_panel import SearchPanel
 from armdesign.studio.server import open_server
-from armdesign.studio.take_panel import TakePanel
 from armdesign.views.preview.server import open_browser
 
 PANELS = {
-    "Take": TakePanel, "Cell": CellPanel, "Search": SearchPanel, "Arms": ArmsPanel, "Redesign": RedesignPanel,
-    "Out": OutPanel,
+    "Recording": RecordingPanel, "Room": RoomPanel, "Search": SearchPanel, "Arms": ArmsPanel, "Redesign": RedesignPanel,
+    "Download": DownloadPanel,
 }  # fmt: skip
 """In their order on the page."""
 
@@ -46,7 +46,7 @@ def serve(
         if given is not None and (settings_file(given).is_file() or (given / "auto.json").is_file()):
             page.panels["Search"].open_run(given)
         elif given is not None:
-            page.panels["Take"].open_take(given)
+            page.panels["Recording"].open_take(given)
         say(f"The studio is at {guard.address}")
         say("It is for this machine only, and only with this address. End with Ctrl-C; searches go on.")
         if browse:

@@ -84,8 +84,9 @@ def open_page(browser):
         page, faults = browser.new_page(viewport={"width": width, "height": height}), []
         page.on("console", lambda message: message.type == "error" and faults.append(message.text))
         page.on("pageerror", lambda error: faults.append(str(error)))
+        page.set_default_timeout(120_000)  # software draws the scene
         page.goto(address)
-        page.get_by_text("Drop a recording").or_(page.get_by_text("The take is read")).first.wait_for()
+        page.get_by_text("Drop a recording").or_(page.get_by_text("The recording is read")).first.wait_for()
         return page, faults
 
     return opened

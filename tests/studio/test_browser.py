@@ -22,6 +22,8 @@ def tab(page, name):
 
 def begin_search(page):
     tab(page, "Search")
+    page.get_by_label("Joints", exact=True).click()
+    page.get_by_role("option", name="4", exact=True).click()
     page.get_by_role("button", name="Search the arm").click()
     page.get_by_role("heading", name="Searching").wait_for(timeout=240_000)
 
@@ -72,7 +74,7 @@ def test_from_a_c3d_to_a_urdf(studio, open_page, take):
     slider.focus()
     slider.press("ArrowRight")  # by the keyboard alone
     page.get_by_text("against the arm that was found").wait_for(timeout=120_000)
-    tab(page, "Out")
+    tab(page, "Download")
     with page.expect_download(timeout=120_000) as download:
         page.get_by_role("button", name="Download the robot file").click()
     assert download.value.suggested_filename == "arm.urdf"

@@ -1,5 +1,7 @@
 """What the page is made of, without a browser: takes, arms, plots, the cell, the guard."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,10 +19,11 @@ from armdesign.settings.place import sites
 from armdesign.settings.sections import Cell, Settings
 from armdesign.studio import server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, ordered, ready_made_arm, verdict_lines
-from armdesign.studio.cell_panel import Solid, cell_text, reach_from_floor, region
-from armdesign.studio.out_panel import packed
+from armdesign.studio.arms_panel import by_reach, needed_reach
+from armdesign.studio.download_panel import packed
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
-from armdesign.studio.redesign_panel import gradient_words, plain_name
+from armdesign.studio.redesign_panel import gradient_words, plain_name, scale_of
+from armdesign.studio.room_panel import Solid, cell_text, longest_link, reach_from_floor, region
 from armdesign.studio.takes import Shot, bridged, chosen_points, keep_upload, nearest, roles_of
 
 
@@ -109,12 +112,32 @@ def test_a_ready_made_arm_is_drawn_as_far_from_the_hand_as_it_is_scored(result):
 
 
 def test_arms_are_sorted_and_what_is_not_known_comes_last(result):
-    cheap, dear = design_arm(result, "cheap", 10.0), design_arm(result, "dear", 20.0)
-    unknown = design_arm(result, "<b>unknown</b>")
-    assert [arm.name for arm in ordered([unknown, dear, cheap], "price")] == ["cheap", "dear", "<b>unknown</b>"]
+    arm = design_arm(result)
+    light, heavy, unknown = (
+        replace(arm, name=name, mass=mass) for name, mass in (("light", 1.0), ("heavy", 2.0), ("<b>unknown</b>", None))
+    )
+    assert [each.name for each in ordered([unknown, heavy, light], "mass")] == ["light", "heavy", "<b>unknown</b>"]
     for by in SORTS:
-        assert len(ordered([unknown, dear, cheap], by)) == 3
+        assert len(ordered([unknown, heavy, light], by)) == 3
     assert "<b>unknown" not in arms_table([unknown], ["#000000"])
+
+
+def test_ready_made_arms_that_reach_come_first():
+    assert by_reach({"tiny": 0.5, "long": 2.0, "fits": 1.1, "small": 0.9}, 1.0) == (
+        "fits (1.10 m)", "long (2.00 m)", "small (0.90 m, too short)", "tiny (0.50 m, too short)",
+    )  # fmt: skip
+
+
+def test_what_the_hand_does_needs_an_arm_as_long_as_half_its_way(result):
+    hand = result.problem.task.P[:, -1]
+    half = np.linalg.norm(np.ptp(hand, axis=0)) / 2.0
+    assert half <= needed_reach(result.problem) + 1e-9 <= 2.0 * half
+
+
+def test_a_longer_arm_may_have_longer_links():
+    assert longest_link(Settings().design.length[1]) == Settings().design.a[1] == Settings().design.d[1]
+    assert longest_link(1.9) == pytest.approx(1.2)
+    assert longest_link(0.6) == 0.5
 
 
 def test_the_verdict_begins_with_the_error(result):
@@ -167,11 +190,12 @@ def test_gradients_say_which_way():
     assert gradient_words(1e-6, angular=False) == gradient_words(float("nan"), angular=True) == "at its best"
     names = {plain_name(name) for name in ("alpha_0", "a_1", "d_tool", "base_x", "base_yaw")}
     assert len(names) == 5
+    assert [scale_of(name) > 1.0 for name in ("alpha_0", "a_1", "base_x", "base_yaw")] == [True, False, False, True]
 
 
 def test_downloads_are_packed_only_where_there_are_several():
-    assert packed({"arm.urdf": b"x"}) == ("arm.urdf", b"x")
-    assert packed({"a": b"x", "b": b"y"})[0] == "arm.zip"
+    assert packed({"arm.urdf": b"x"}, "robot.zip") == ("arm.urdf", b"x")
+    assert packed({"a": b"x", "b": b"y"}, "robot.zip")[0] == "robot.zip"
 
 
 @pytest.mark.parametrize(

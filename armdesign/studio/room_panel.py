@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -16,7 +15,7 @@ from armdesign.errors import ArmDesignError
 from armdesign.files import write_whole
 from armdesign.settings import Settings
 from armdesign.settings.place import sites
-from armdesign.studio.page import Page
+from armdesign.studio.page import Page, link
 from armdesign.studio.takes import keep_upload
 
 FLOOR, BOX, SHOULDER = "on the floor, best place", "in a box that I drag", "at the shoulder, which moves"
@@ -57,6 +56,11 @@ def cell_text(solids: list[Solid]) -> str:
     return "\n".join(entries)
 
 
+def longest_link(longest: float) -> float:
+    """How long a link of an arm of at most so much may be: as much less as by default, 0.5 m of 1.2 m."""
+    return round(max(longest - 0.7, 0.5), 3)
+
+
 def region(center: tuple[float, ...], size: tuple[float, ...]) -> str:
     """A box for the base as the setting ``place`` has it.
 
@@ -80,7 +84,7 @@ def reach_from_floor(recording: Recording) -> float:
     return float(np.clip(np.ceil(13.0 * highest) / 10.0, 0.6, 10.0))
 
 
-class CellPanel:
+class RoomPanel:
     """The cell."""
 
     def __init__(self, page: Page) -> None:
@@ -101,14 +105,14 @@ class CellPanel:
             upload = gui.add_upload_button("Load a mesh or a cell file")
             upload.on_upload(lambda event: self.uploaded(event.target.value.name, event.target.value.content))
             self.unit = gui.add_dropdown("Unit of meshes", ("m", "cm", "mm", "in"))
-            self.which = gui.add_dropdown("Change", ("nothing",))
+            self.which = gui.add_dropdown("Change", ("nothing",), visible=False)
             self.at = gui.add_vector3("Middle [m]", (0.0, 0.0, 0.0), step=0.01, visible=False)
             self.edges = gui.add_vector3("Edges [m]", (0.3, 0.3, 0.3), min=(0.001,) * 3, step=0.01, visible=False)
             self.yaw = gui.add_number("Turn [deg]", 0.0, step=5.0, visible=False)
             self.remove = gui.add_button("Remove it", visible=False)
         with gui.add_folder("What must it do?"):
             self.tolerance = gui.add_number("Hand may be off by [mm], 0: any", 20.0, min=0.0, max=1000.0, step=1.0)
-            self.longest = gui.add_number("Longest arm [m]", 1.2, min=0.6, max=10.0, step=0.1)
+            self.longest = gui.add_number("Arm at most this long [m]", 1.2, min=0.6, max=10.0, step=0.1)
             self.payload = gui.add_number("It carries [kg]", 0.0, min=0.0, max=1000.0, step=0.1)
             self.speed = gui.add_number("Fastest joint [deg/s], 0: any", 0.0, min=0.0, max=1e5, step=10.0)
         self.note = page.html("")
@@ -144,12 +148,13 @@ class CellPanel:
             self.speed.value = 0.0 if needs.max_speed is None else max(needs.max_speed)
             self.longest.value = known.design.length[1]
             self.which.options = ("nothing", *(f"file {path.name}" for path in self.files))
+            self.which.visible = bool(self.files)
         self.filling = False
 
     def changed(self) -> None:
         """Something was changed: settle the task anew."""
         self.hold_box()
-        self.page.panels["Take"].settle()
+        self.page.panels["Recording"].settle()
 
     def over(self, settings: Settings) -> Settings:
         """Settings with the cell as it stands on the page.
@@ -179,12 +184,12 @@ class CellPanel:
             "payload": self.payload.value,
             "max_speed": (self.speed.value,) if self.speed.value else None,
         }
-        changes: Mapping[str, Mapping[str, Any]] = {
-            "cell": cell,
-            "needs": needs,
-            "design": {"length": (0.6, self.longest.value)},
-        }
-        self.page.settings = settings.replace(changes)
+        design: dict[str, Any] = {}
+        if self.longest.value != settings.design.length[1]:
+            most = longest_link(self.longest.value)
+            design = {name: (getattr(settings.design, name)[0], most) for name in ("a", "d")}
+            design["length"] = (settings.design.length[0], self.longest.value)
+        self.page.settings = settings.replace({"cell": cell, "needs": needs, "design": design})
         return self.page.settings
 
     def show(self) -> None:
@@ -205,7 +210,7 @@ class CellPanel:
             BOX: "The search finds the best place in the blue box: drag it by its arrows.",
             SHOULDER: "The arm hangs at the person's shoulder and moves with it: good for study, not for a workshop.",
         }
-        ready = '<br><a data-panel="Search" href="#">Next: search the arm</a>' if page.problem is not None else ""
+        ready = f"<br>{link('Search', 'Next: search the arm')}" if page.problem is not None else ""
         page.set_html(self.note, f"{told[self.stand.value]}{ready}")
 
     def hold_box(self) -> None:
@@ -250,7 +255,7 @@ class CellPanel:
     def add(self, kind: str) -> None:
         """Add a solid where it is seen, beside the hand's path."""
         count = 1 + sum(one.kind == kind for one in self.solids)
-        _, middle = self.page.scene.look_at(self.page.problem)
+        _, middle = self.page.scene.look_at(self.page.problem, 1.0)
         name = f"{kind}_{count}"
         while any(one.name == name for one in self.solids):
             count += 1
@@ -264,7 +269,7 @@ class CellPanel:
         """List what was added, with one of them chosen."""
         self.filling = True
         names = ("nothing", *(one.name for one in self.solids), *(f"file {path.name}" for path in self.files))
-        self.which.options = names
+        self.which.options, self.which.visible = names, len(names) > 1
         self.which.value = chosen if chosen in names else "nothing"
         self.filling = False
         self.choose()

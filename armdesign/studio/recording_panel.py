@@ -13,7 +13,7 @@ from armdesign.search.design_arm import recording_of
 from armdesign.search.prepare import prepare
 from armdesign.settings import Settings
 from armdesign.studio.commands import shown
-from armdesign.studio.page import Page
+from armdesign.studio.page import Page, command_html, link
 from armdesign.studio.plots import gap_picture
 from armdesign.studio.takes import ROLES, Shot, chosen_points, keep_upload, roles_of
 
@@ -31,7 +31,7 @@ def four(texts: list[str]) -> tuple[str, ...]:
     return (texts[0], *middle, *[NONE] * (len(ROLES) - 2 - len(middle)), texts[-1])
 
 
-class TakePanel:
+class RecordingPanel:
     """The take."""
 
     def __init__(self, page: Page) -> None:
@@ -42,16 +42,16 @@ class TakePanel:
         upload = gui.add_upload_button("Choose a recording, or drop it on the page")
         upload.on_upload(lambda event: self.uploaded(event.target.value.name, event.target.value.content))
         self.about = page.html('<span class="soft">C3D, TRC, CSV, BVH, MVNX, JSON, ROS bags and more.</span>')
-        with gui.add_folder("Which points are the arm?") as self.arm_folder:
+        with gui.add_folder("Which points are the arm, and which part counts?") as self.arm_folder:
             self.points = [gui.add_dropdown(role.capitalize(), (NONE,)) for role in ROLES]
             self.target = gui.add_dropdown("A clicked point becomes", tuple(role.capitalize() for role in ROLES))
-        with gui.add_folder("Which part counts, and cleaning") as self.cleaning_folder:
             self.part = gui.add_multi_slider("From, to [s]", 0.0, 1.0, 0.01, (0.0, 1.0))
-            self.outliers = gui.add_checkbox("Take out outliers", False)
+        self.done = page.html("")
+        with gui.add_folder("Cleaning", expand_by_default=False) as self.cleaning_folder:
+            self.outliers = gui.add_checkbox("Remove stray points", False)
             self.repeats = gui.add_checkbox("Bridge repeated frames", False)
             self.low_pass = gui.add_number("Smooth above [Hz], 0: off", 0.0, min=0.0, max=1000.0, step=0.5)
             self.max_gap = gui.add_number("Bridge gaps up to [s]", 0.2, min=0.0, max=60.0, step=0.05)
-        self.done = page.html("")
         with gui.add_folder("If the file does not say", expand_by_default=False):
             self.rate = gui.add_number("Frames per second, 0: as it says", 0.0, min=0.0, max=1e5)
             self.units = gui.add_dropdown("Unit of length", (UNSAID, "m", "cm", "mm", "in"))
@@ -97,7 +97,6 @@ class TakePanel:
         recording = recording_of(settings)
         page.take, page.recording, page.settings = path, recording, settings
         page.panels["Search"].leave()
-        page.show_arms()
         captured = recording.about.captured
         how = settled_cleaning(settings.task, recording)
         try:
@@ -121,13 +120,13 @@ class TakePanel:
         self.low_pass.value = 0.0 if how.low_pass in (None, "off") else float(how.low_pass)
         self.max_gap.value = how.max_gap
         page.span(start, end)
-        page.panels["Cell"].fresh(known, captured=captured)
+        page.panels["Room"].fresh(known, captured=captured)
         self.filling = False
         facts = f"{counted(recording.frames, 'frame')}, {end - start:.1f} s, {counted(len(names), 'point')}"
         about = f"<b>{escape(path.name)}</b>: {facts}"
         about += f" ({escape(recording.about.format)})" if recording.about.format else ""
         page.set_html(self.about, about)
-        page.set_html(self.command, f"<code>{escape(shown(['recording', 'info', path]))}</code>")
+        page.set_html(self.command, command_html(shown(["recording", "info", path])))
         self.show_choices(visible=True)
         self.settle()
         page.look()
@@ -168,12 +167,12 @@ class TakePanel:
         try:
             task = page.settings.task
             selection = resolve(recording, task.base, task.points, None)
-            settings = page.panels["Cell"].over(page.settings)
+            settings = page.panels["Room"].over(page.settings)
             page.problem, page.trouble = prepare(recording, settings), ""
             said = [step for step in page.problem.first.steps if step.name in CLEANED or step.name == "warning"]
             items = "".join(f"<li>{escape(step.sentence)}</li>" for step in said)
             notes = f"<b>What cleaning did</b><ul>{items or '<li>Nothing.</li>'}</ul>"
-            notes += '<a data-panel="Cell" href="#">Next: where the arm may stand</a>'
+            notes += link("Room", "Next: where the arm may stand")
         except ArmDesignError as error:
             page.problem, page.trouble = None, str(error)
             notes = f'<b class="bad">This cannot be used yet</b><br>{escape(str(error))}'
@@ -181,6 +180,6 @@ class TakePanel:
         page.scene.show_take(shot)
         names, seen = shot.gaps()
         page.set_html(self.done, gap_picture(names, seen, recording.time) + notes)
-        page.panels["Cell"].show()
+        page.panels["Room"].show()
         page.panels["Search"].show_command()
         page.say_next()
