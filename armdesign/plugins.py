@@ -13,7 +13,9 @@ workers of a cluster look for themselves, so the package has to be installed the
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping
+import inspect
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, TypeVar
@@ -50,24 +52,57 @@ class Plugin:
         """
         return self.call(lambda: made(self.entry.load()))
 
-    def call(self, function: Callable[..., T], *values: object) -> T:
+    def call(self, function: Callable[..., T], *values: object, **named: object) -> T:
         """Call a function of the plug-in.
 
         Args:
             function: The function.
             values: Its arguments.
+            named: Its arguments by name.
 
         Raises:
             PluginError: It raises something else than an error of bad input.
         """
         try:
-            return function(*values)
+            return function(*values, **named)
         except ArmDesignError:
             raise
         except Exception as error:  # whatever a stranger's code raises
-            message = f"the plug-in '{self.name}' of the package {self.package} fails: {type(error).__name__}: {error}"
+            raised = traceback.format_exception_only(error)[-1].strip()
+            message = f"the plug-in '{self.name}' of the package {self.package} fails: {raised}{self._place(error)}"
             fix = f"Mend or uninstall {self.package.partition(' ')[0]}"
             raise PluginError(message, value=self.name, fix=fix) from error
+
+    def guarded(self, kind: type[T], names: Iterable[str]) -> type[T]:
+        """A class of the plug-in of which these members are called as `call` does.
+
+        Args:
+            kind: The class.
+            names: Methods, class methods and properties of it; anything else is left as it is.
+        """
+
+        def through(function: Callable[..., Any]) -> Callable[..., Any]:
+            return functools.wraps(function)(lambda *values, **named: self.call(function, *values, **named))
+
+        members: dict[str, Any] = {name: getattr(kind, name) for name in ("__module__", "__qualname__", "__doc__")}
+        for name in names:
+            member = inspect.getattr_static(kind, name)
+            if isinstance(member, property) and member.fget is not None:
+                members[name] = property(through(member.fget))
+            elif isinstance(member, classmethod):
+                members[name] = classmethod(through(member.__func__))
+            elif inspect.isfunction(member):
+                members[name] = through(member)
+        made: type[T] = type(kind)(kind.__name__, (kind,), members)  # type: ignore[misc]
+        return made
+
+    def _place(self, error: Exception) -> str:
+        """The last line of the plug-in's own package that an error came through, in words; empty if there is none."""
+        package = self.entry.module.partition(".")[0]
+        for frame, line in reversed([*traceback.walk_tb(error.__traceback__)]):
+            if str(frame.f_globals.get("__name__")).partition(".")[0] == package:
+                return f" ({frame.f_code.co_filename}, line {line})"
+        return ""
 
 
 @functools.cache
@@ -87,19 +122,22 @@ def installed(group: str) -> Mapping[str, Plugin]:
 class Plugged(Mapping[str, T]):
     """Things by name: the package's own, and those of plug-ins behind them, imported when they are looked up."""
 
-    def __init__(self, own: Mapping[str, T], group: str, made: Callable[[Any], T]) -> None:
+    def __init__(self, own: Mapping[str, T], group: str, made: Callable[[Any, Plugin], T]) -> None:
         """Collect them.
 
         Args:
             own: The package's own.
             group: The group of entry points.
-            made: See Plugin.load.
+            made: Makes of what is imported, and of the plug-in it is from, what is wanted; see Plugin.load.
         """
         self.own, self.group, self.made = own, group, made
 
     def __getitem__(self, name: str) -> T:
         """The thing of that name; a PluginError where it cannot be loaded."""
-        return self.own[name] if name in self.own else installed(self.group)[name].load(self.made)
+        if name in self.own:
+            return self.own[name]
+        plugin = installed(self.group)[name]
+        return plugin.load(lambda thing: self.made(thing, plugin))
 
     def __contains__(self, name: object) -> bool:
         return name in self.own or name in installed(self.group)

@@ -15,6 +15,8 @@ from armdesign.kinematics.line_drawing import COLOURS, Line, drawing, shown
 
 Change = Callable[[Array], Array]
 
+TIME_UNITS: Mapping[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Seconds per unit."""
 MIN_FRAMES = 3
 _COUNTS = ("no frame", "one frame", "two frames")
 

@@ -556,7 +556,7 @@ ALGORITHM_SETTINGS: Mapping[str, tuple[str, ...]] = plugins.Plugged(
         "multibasin": ("budget", "effort", "coarse"),
     },
     plugins.ALGORITHMS,
-    settings_of_plugin,
+    lambda kind, _: settings_of_plugin(kind),
 )
 """The search algorithms, and the settings that only some of them have."""
 

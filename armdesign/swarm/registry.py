@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 from collections.abc import Mapping
 from dataclasses import fields
@@ -10,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from armdesign import plugins
-from armdesign.errors import SettingsError
+from armdesign._types import Array
+from armdesign.errors import SearchError, SettingsError
+from armdesign.swarm import checks
 from armdesign.swarm.algorithm import Algorithm
 from armdesign.swarm.checks import SavedState
 from armdesign.swarm.multibasin import MultiBasin
@@ -18,8 +21,13 @@ from armdesign.swarm.pso import PSO, RAPSO
 from armdesign.swarm.space import SearchSpace
 
 
-def algorithm_of_plugin(kind: object) -> type[Algorithm]:
-    """A plug-in as a search algorithm.
+@functools.cache
+def algorithm_of_plugin(kind: Any, plugin: plugins.Plugin) -> type[Algorithm]:  # noqa: ANN401
+    """A plug-in as a search algorithm: whatever goes wrong in it names its package.
+
+    Args:
+        kind: What the plug-in's entry point names.
+        plugin: The plug-in.
 
     Raises:
         TypeError: It is none, or not a whole one.
@@ -28,7 +36,27 @@ def algorithm_of_plugin(kind: object) -> type[Algorithm]:
         raise TypeError(f"{kind!r} is no class derived from armdesign.swarm.Algorithm")
     if inspect.isabstract(kind):
         raise TypeError(f"{kind.__name__} lacks {', '.join(sorted(kind.__abstractmethods__))}")
-    return kind
+
+    class Checked(kind):  # type: ignore[misc]
+        """The plug-in's class, whose answers are checked."""
+
+        def _next(self) -> Array:
+            drawn = super()._next()
+            try:
+                count = len(checks.numbers("the positions", drawn, (None, self.box.dimension)))
+                inside: Array = self.box.checked(drawn, max(1, count))
+            except SearchError as error:
+                raise ValueError(f"_next gives what it may not: {error}") from error
+            return inside
+
+        def _take(self, *answers: Any) -> float:  # noqa: ANN401 (as the base has them)
+            return float(super()._take(*answers))
+
+        Parameters = plugin.guarded(kind.Parameters, ("__init__",))
+
+    own = (name for name, member in vars(Algorithm).items() if inspect.getattr_static(Checked, name) is not member)
+    Checked.__name__, Checked.__qualname__, Checked.__module__ = kind.__name__, kind.__qualname__, kind.__module__
+    return plugin.guarded(Checked, own)
 
 
 ALGORITHMS: Mapping[str, type[Algorithm]] = plugins.Plugged(

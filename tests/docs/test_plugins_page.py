@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
@@ -71,19 +72,22 @@ def test_format_of_the_page_is_read(installed):
     assert known_formats()[0].name == "Acme tracker"
 
 
+def searched(budget: int, stop: int | None = None) -> tuple[float, ...]:
+    """Best fitness, its position and the evaluations of a search by the page's algorithm, resumed after a batch."""
+    search = make_algorithm("random", SPACE, np.random.default_rng(3), {"budget": budget})
+    while not search.done:
+        X, state = search.ask(), search.state()
+        if search.iteration == stop:
+            search = algorithm_from_state(state, SPACE)
+        search.tell(np.sum((X - 0.5) ** 2, axis=1), np.ones(len(X), dtype=bool))
+    return search.best_fitness, *search.best_position, search.evaluations
+
+
 def test_algorithm_of_the_page_searches_and_resumes(installed):
     installed()
     assert [*ALGORITHMS][-1] == [*ALGORITHM_SETTINGS][-1] == "random"
     assert ALGORITHM_SETTINGS["random"] == ("budget",)
-    runs = []
-    for stop in (None, 3):
-        search = make_algorithm("random", SPACE, np.random.default_rng(3), {"budget": 450})
-        while not search.done:
-            X = search.ask()
-            if search.iteration == stop:
-                search = algorithm_from_state(search.state(), SPACE)
-            search.tell(np.sum((X - 0.5) ** 2, axis=1), np.ones(len(X), dtype=bool))
-        runs.append((search.best_fitness, *search.best_position, search.evaluations))
+    runs = [searched(450, stop) for stop in (None, 3)]
     assert runs[0] == runs[1]
     assert runs[0][0] < 0.01
     assert runs[0][-1] == 450
@@ -95,6 +99,8 @@ def test_algorithm_of_the_page_searches_and_resumes(installed):
         ("import nothing_of_this_name", "nothing_of_this_name"),
         ("AcmeTracker = RandomSearch = 3", "'matches'"),
         (MODULE.replace("return Take", "return str"), "TypeError"),
+        (MODULE.replace("return Take(rows[:, 0]", "return Take(rows[1:, 0]"), "(40, 3)"),
+        (MODULE.replace('up="z"', 'up="w"'), "'w'"),
         (MODULE.replace("names = path", "names = paths"), "paths"),
         (MODULE.replace("head.startswith", "head.begins"), "begins"),
     ],
@@ -132,20 +138,72 @@ def test_broken_algorithm_is_named_with_its_package(installed, module, word):
     assert "armdesign-example 1.0" in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "word"),
+    [
+        ("return self.space.draw(", "raise KeyError('lost')\n        return self.space.draw(", "KeyError: 'lost'"),
+        ("return self.space.draw(", "return 3 + self.space.draw(", "_next"),
+        ("if values.min()", "if values.mim()", "mim"),
+        ("return self.best_fitness", "return 'good'", "good"),
+        ("return self.evaluations >=", "return self.evaluated >=", "evaluated"),
+        ('"fitness": self.basins[1]', '"fitness": self.valleys', "valleys"),
+        (
+            "    budget: int = 50_000\n",
+            "    budget: int = 50_000\n\n    def __post_init__(self):\n        1 / 0\n",
+            "Zero",
+        ),
+    ],
+)
+def test_algorithm_that_fails_in_a_search_is_named_with_its_package_and_line(installed, old, new, word):
+    assert old in MODULE
+    installed(MODULE.replace(old, new))
+    with pytest.raises(PluginError, match=re.escape(word)) as error:
+        searched(200)
+    assert "armdesign-example 1.0" in str(error.value)
+    assert ("armdesign_example.py, line" in str(error.value)) is (word not in ("_next", "good"))
+
+
 def test_algorithm_that_is_not_installed_is_an_error_with_the_way_out():
     with pytest.raises(SettingsError, match="multibasin"):
         make_algorithm("random", SPACE, np.random.default_rng(3))
 
 
+def command(folder: Path, words: str) -> subprocess.CompletedProcess[str]:
+    """Run armdesign with the package that is installed in a folder's site."""
+    return subprocess.run(
+        [sys.executable, "-m", "armdesign", *shlex.split(words)],
+        cwd=folder, capture_output=True, text=True, check=False,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(folder / "site"), str(ROOT)])},
+    )  # fmt: skip
+
+
 @pytest.mark.slow
 def test_command_line_and_workers_see_the_package(tmp_path):
-    take = acme(tmp_path / "take.acme")
-    paths = [str(install(tmp_path / "site")), str(ROOT)]
+    acme(tmp_path / "take.acme")
+    install(tmp_path / "site")
     flags = "--base shoulder --points hand --algorithm random --budget 200 --seeds 2 --workers 2 --out s"
-    words = ["sweep", take, *flags.split()]
-    outcome = subprocess.run(
-        [sys.executable, "-m", "armdesign", *words], cwd=tmp_path, capture_output=True, text=True, check=False,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
-    )  # fmt: skip
+    outcome = command(tmp_path, f"sweep take.acme {flags}")
     assert outcome.returncode == 0, outcome.stderr
     assert len(list(tmp_path.glob("s/*/result.json"))) == 2
+
+
+@pytest.mark.slow
+def test_search_whose_plugin_failed_goes_on_once_it_is_mended(tmp_path):
+    breaks = "if self.iteration == 1 and Path('broken').exists():\n            raise ValueError('7 is odd')\n        "
+    module = MODULE.replace("if values.min()", breaks + "if values.min()")
+    install(tmp_path / "site", f"from pathlib import Path\n{module}")
+    acme(tmp_path / "take.acme")
+    begin = (
+        "search take.acme --base shoulder --points hand --algorithm random --dof 3 --budget 300 --workers 1 -q --out"
+    )
+    outcome = command(tmp_path, f"{begin} whole")
+    assert outcome.returncode == 0, outcome.stderr
+    (tmp_path / "broken").touch()
+    outcome = command(tmp_path, f"{begin} run")
+    assert outcome.returncode == 2
+    assert re.fullmatch(r"armdesign: .*armdesign-example 1\.0.*7 is odd.*\n", outcome.stderr)
+    assert not (tmp_path / "run" / "result.json").exists()
+    (tmp_path / "broken").unlink()
+    outcome = command(tmp_path, "search --resume run -q")
+    assert outcome.returncode == 0, outcome.stderr
+    assert (tmp_path / "run" / "history.csv").read_bytes() == (tmp_path / "whole" / "history.csv").read_bytes()

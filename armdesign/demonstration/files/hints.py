@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from armdesign.demonstration.files.formats.frame_clock import MAX_RATE
-from armdesign.demonstration.recording import MIN_FRAMES, Step, Take, describe_bad_step, first_bad_step
+from armdesign.demonstration.recording import MIN_FRAMES, TIME_UNITS, Step, Take, describe_bad_step, first_bad_step
 from armdesign.errors import RecordingError, SettingsError
 
-TIME_UNITS: Mapping[str, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-"""Seconds per unit."""
 _LONG, _MARGIN = 100_000, 10.0  # frames; [s] kept at either end, for gaps and filters
 _LONG_AGO = 1e8  # [s] times that count from 1970
 ORDERS = ("xyzw", "wxyz")

@@ -7,8 +7,11 @@ module in another package that names it as an entry point, see ``armdesign.plugi
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from armdesign import plugins
 from armdesign.demonstration.files import plain_csv
@@ -34,7 +37,8 @@ from armdesign.demonstration.files.formats import (
     trc,
     vicon_csv,
 )
-from armdesign.demonstration.recording import Take
+from armdesign.demonstration.points.standard import AXES
+from armdesign.demonstration.recording import TIME_UNITS, Take
 
 
 class Format(NamedTuple):
@@ -90,15 +94,33 @@ def known_formats() -> tuple[Format, ...]:
 
 def _format_of(plugin: plugins.Plugin) -> Format:
     """A plug-in as a format: whatever goes wrong in it names its package."""
-
-    def read(path: Path) -> Take:
-        take = reader(path)
-        if not isinstance(take, Take):
-            raise TypeError(f"read gives {type(take).__name__}, not armdesign.demonstration.recording.Take")
-        return take
-
     matcher, reader = plugin.load(lambda thing: (thing.matches, thing.read))
-    return Format(plugin.name, lambda head: bool(plugin.call(matcher, head)), lambda path: plugin.call(read, path))
+    return Format(
+        plugin.name,
+        lambda head: plugin.call(lambda: bool(matcher(head))),
+        lambda path: plugin.call(lambda: _checked(reader(path))),
+    )
+
+
+def _checked(take: object) -> Take:
+    """What a plug-in has read, with the arrays that a Take has to have.
+
+    Raises:
+        TypeError: It is no Take.
+        ValueError: Something in it is of another shape or kind than it has to be.
+    """
+    if not isinstance(take, Take):
+        raise TypeError(f"read gives {type(take).__name__}, not armdesign.demonstration.recording.Take")
+    for name, allowed in (("up", (None, *AXES)), ("time_unit", (*TIME_UNITS,))):
+        if (value := getattr(take, name)) not in allowed:
+            raise ValueError(f"read gives {name} = {value!r}; allowed: {', '.join(map(str, allowed))}")
+    arrays: dict[str, Any] = {"time": np.asarray(take.time, dtype=float)}
+    for name, width in (("points", (3,)), ("orientations", (4,)), ("confidence", ())):
+        arrays[name] = {key: np.asarray(value, dtype=float) for key, value in getattr(take, name).items()}
+        for key, array in arrays[name].items():
+            if array.shape != (shape := (len(arrays["time"]), *width)):
+                raise ValueError(f"read gives {name} of {key!r} of shape {array.shape}; allowed: {shape}")
+    return replace(take, **arrays)
 
 
 def listed_formats() -> str:
