@@ -36,8 +36,15 @@ CELLS = {
         "welding.csv --scenario welding --obstacles welding_cell.toml "
         "--place 'x=1.0 y=-0.6..0.2 z=1.1..1.7 yaw=180' --mounted wall --dof 6 --tolerance 15mm",
     ),
+    "tutorial_arm": (
+        4000,
+        "box_lift.c3d --obstacles box_lift_cell.toml --place 'x=0.3..0.8 y=-0.75..-0.45 z=0.8' --dof 4 "
+        "--weights 0.02,0.03,0.95 --tolerance 10mm",
+    ),
 }
-"""Searches by the picture that they make: candidates at most, and options as in ``examples/README.md``."""
+"""Searches by their picture: candidates at most, and options as in ``examples/README.md`` and the tutorial."""
+RECORDING = "tutorial_recording.png"
+"""Picture of a recording, without a search."""
 PAGES = {"preview.png": "packaging_cell", "report.png": "packaging_cell"}
 """Pictures of pages, by the search that they show."""
 WIDTH, HEIGHT = 1280, 860
@@ -56,9 +63,18 @@ def search(name: str, folder: Path, budget: int | None) -> Path:
     run = folder / name
     if not (run / "result.json").is_file():
         words = ["search", *shlex.split(options), "--budget", str(budget or most), "--out", str(run), "--overwrite"]
-        code = "import sys; from armdesign.cli import app; app()"
-        subprocess.run([sys.executable, "-c", code, *words], cwd=EXAMPLES, check=True)
+        armdesign(words)
     return run
+
+
+def armdesign(words: list[str]) -> None:
+    """Run a command in the folder of the examples.
+
+    Args:
+        words: The command with its options.
+    """
+    code = "import sys; from armdesign.cli import app; app()"
+    subprocess.run([sys.executable, "-c", code, *words], cwd=EXAMPLES, check=True)
 
 
 def draw_arm(run: Path, picture: Path) -> None:
@@ -94,7 +110,7 @@ def shoot(page: str, picture: Path) -> None:
 
 def main() -> None:
     """Make the pictures that are asked for."""
-    names = [*(f"{name}.png" for name in CELLS), *PAGES]
+    names = [*(f"{name}.png" for name in CELLS), *PAGES, RECORDING]
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=DOCS, help="folder of the pictures (default: that of this file)")
     parser.add_argument("--runs", type=Path, help="folder that keeps the searches, for the next time (default: none)")
@@ -106,6 +122,9 @@ def main() -> None:
         kept = Path(given.runs or room).resolve()
         for name in given.only or names:
             picture = (given.out / name).resolve()
+            if name == RECORDING:
+                armdesign(["recording", "plot", "box_lift.c3d", "--out", str(picture), "--overwrite"])
+                continue
             run = search(PAGES.get(name, picture.stem), kept, given.budget)
             if name == "preview.png":
                 preview(read_result(run), Path(room) / "page.html", overwrite=True)
