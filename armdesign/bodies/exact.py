@@ -47,6 +47,26 @@ class ExactObstacle(NamedTuple):
     poses: Array
 
 
+def carries_base(obstacle: ExactObstacle, pose: Array) -> bool:
+    """Whether the base stands on an obstacle: is near its surface, and farther away above it.
+
+    So it does not stand on the lower face of what stands on the same floor.
+
+    Args:
+        obstacle: The obstacle.
+        pose: Where it is in base_link's frame, shape (4, 4).
+    """
+    room, point = coal.Transform3s(pose[:3, :3], pose[:3, 3]), coal.Sphere(1e-9)
+    away, above = (
+        coal.distance(
+            point, coal.Transform3s(np.eye(3), np.array([0.0, 0.0, height])), obstacle.geometry, room,
+            coal.DistanceRequest(), coal.DistanceResult(),
+        )
+        for height in (0.0, 2.0 * ON_THE_SURFACE)
+    )  # fmt: skip
+    return bool(abs(away) <= ON_THE_SURFACE and above > 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Clearance:
     """The clearance of some bodies over a motion.
@@ -98,7 +118,7 @@ class ExactScene:
             (i, len(arm.shapes) + k)
             for k, obstacle in enumerate(self._obstacles)
             for i, part in enumerate(arm.parts)
-            if part.link > 0 or not self._carries_base(obstacle)
+            if part.link > 0 or not carries_base(obstacle, self._in_base(obstacle, 0))
         ]
         self._self_pairs = arm.pairs
         self._obstacle_pairs = np.array(against, dtype=np.int64).reshape(-1, 2)
@@ -264,22 +284,6 @@ class ExactScene:
         """Pose of an obstacle at a frame in the base frame, shape (4, 4)."""
         pose: Array = self._into_base @ (obstacle.poses[t] if obstacle.poses.ndim == 3 else obstacle.poses)
         return pose
-
-    def _carries_base(self, obstacle: ExactObstacle) -> bool:
-        """Whether the base stands on an obstacle: is near its surface, and farther away above it.
-
-        So it does not stand on the lower face of what stands on the same floor.
-        """
-        pose = self._in_base(obstacle, 0)
-        room, point = coal.Transform3s(pose[:3, :3], pose[:3, 3]), coal.Sphere(1e-9)
-        away, above = (
-            coal.distance(
-                point, coal.Transform3s(np.eye(3), np.array([0.0, 0.0, height])), obstacle.geometry, room,
-                coal.DistanceRequest(), coal.DistanceResult(),
-            )
-            for height in (0.0, 2.0 * ON_THE_SURFACE)
-        )  # fmt: skip
-        return bool(abs(away) <= ON_THE_SURFACE and above > 0.0)
 
     def _obstacle_steps(self, obstacle: ExactObstacle, frames: int) -> Array:
         """How far any point of an obstacle moves from frame to frame at most, shape (T - 1,) [m]."""

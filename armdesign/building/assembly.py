@@ -6,17 +6,19 @@ Which end is which is so that all fits and is lightest, by dynamic programming f
 
 **Brackets** lead from a face to a plane square to a tube that leaves at the angle theta from the face's normal, within
 ``TURNS``: a **wedge** is a block on the face whose upper side is tilted, its tube points at the face's middle; an
-**angle** is two plates, the second beside the housing, its tube points at m_j; on a base's plate there may be a
-**standing** one, whose second plate stands on the edge of the first.
+**angle** is two plates, the second beside the housing, its tube points at m_j; a **side** bracket is one whose second
+plate and tube stay on its own side of m_j, so that the joint's other bracket passes it at any angle; on a base's plate
+there may be a **standing** one, whose second plate stands on the edge of the first.
 
 **Links** follow the polyline of the arm's body from face to face. Its corners too close to a face or to each other for
 brackets are cut across; at the others there is a **corner** block. Between two planes go a **tube** with a **flange**
-in each end, which is bolted to the plane and pinned to the tube, or, where that is too short, a **spacer**.
+in each end, which is bolted to the plane and pinned to the tube, or, where that is too short, a **spacer**, through
+which the one plane, drilled out, is screwed to the other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from typing import NamedTuple
@@ -35,7 +37,7 @@ from armdesign.settings.sections import Body
 
 TURNS = {
     "wedge": (0.0, np.radians(65.0)), "angle": (np.radians(40.0), np.radians(150.0)),
-    "standing": (np.radians(40.0), np.radians(110.0)),
+    "side": (np.radians(40.0), np.radians(115.0)), "standing": (np.radians(40.0), np.radians(110.0)),
 }  # fmt: skip
 """Kinds of bracket, and the angles between tube and face's normal that they make."""
 GAP = 3e-3
@@ -44,8 +46,12 @@ SHORTEST_SPACER, SHORTEST_TUBE, WEDGE = 10e-3, 24e-3, 10e-3
 """Least lengths of spacers and tubes, and least thickness of wedges: what their screws take [m]."""
 ALUMINIUM, PRINTED = ("aluminium", 2700.0), ("PETG, printed solid", 1270.0)
 """What parts are made of, and its density [kg/m^3]."""
-SPACER_NOTE = "countersunk screws from inside the brackets, their holes drilled out; blind ones: see docs/building.md"
-"""A spacer is tapped like the seats of its brackets, since either may be the one that can be reached."""
+TOOL_NOTE = "screwed on from the tool's side, before the tool"
+SPACER_NOTE = "screwed from inside the bracket that is drilled through, before that goes on its actuator"
+FLOOR, TOOL = "floor", "tool"
+"""In place of a mark: what the base's plate is screwed to, and what the tool plate holds."""
+TOOL_FLANGE = 6e-3
+"""Thickness of a tool's own flange, for the length of its screws [m]."""
 TOOL_CIRCLES = (BoltCircle(0.0315, 4, "M5"), BoltCircle(0.05, 4, "M6"), BoltCircle(0.08, 6, "M8"))
 """Of ISO 9409-1, for the tool."""
 
@@ -116,6 +122,7 @@ class Face(NamedTuple):
         height: Of the face above the middle [m].
         radius: Of the body behind it [m].
         circle: Its holes.
+        aside: Whether brackets on it keep to their side of the middle.
     """
 
     mark: str
@@ -124,6 +131,7 @@ class Face(NamedTuple):
     height: float
     radius: float
     circle: BoltCircle
+    aside: bool = False
 
 
 class Seat(NamedTuple):
@@ -170,13 +178,14 @@ def envelope(actuator: Actuator, shop: Shop) -> tuple[float, float]:
     return actuator.diameter + 2.0 * (GAP + more), actuator.length + 2.0 * more
 
 
-def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop) -> Assembly:
+def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop, apart: Collection[int] = ()) -> Assembly:
     """All parts of an arm.
 
     Args:
         arm: The arm; its modules say where the actuators are.
         actuators: Its actuators from the base on, n of them.
         shop: What the others are made for.
+        apart: Numbers of the joints whose brackets keep to their own side of its middle.
 
     Raises:
         CatalogueError: Parts do not fit between two actuators; which, and by how much.
@@ -197,7 +206,9 @@ def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop) -> Assembl
             first = None if base is None else base[1]
             if link:
                 first = actuator_face(arm, link, link, actuators[link - 1], before)
+                first = first._replace(aside=link in apart)
             last = actuator_face(arm, link + 1, link, actuators[link], -sign) if link < n else None
+            last = None if last is None else last._replace(aside=link + 1 in apart)
             try:
                 chain = linked(link, (first, last), points, shop)
             except CatalogueError as error:
@@ -210,13 +221,13 @@ def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop) -> Assembl
         best = after
     _, signs, chains = next(iter(best.values()))
     placed = [] if base is None else [base[0]]
-    screws: list[Screws] = []
+    screws = [] if base is None else [Screws("M6", base[0].part.sizes["thickness"] + 9e-3, 4, ("B", FLOOR))]
     for link, chain in enumerate(chains):
         if link:
             placed.append(placed_actuator(arm, link, actuators[link - 1], signs[link - 1]))
         placed += chain.placed
         screws += chain.screws
-    return Assembly(tuple(named(placed)), tuple(screws))
+    return Assembly(tuple(named(placed)), tuple(screws), tuple(sorted(apart)))
 
 
 def shop_of(body: Body, tube: Tube | None, *, printed: bool) -> Shop:
@@ -407,7 +418,7 @@ def _kinds(face: Face | None, along: Array) -> tuple[str, ...]:
     if face is None:
         return ("",)
     theta = float(np.arccos(np.clip(along @ face.normal, -1.0, 1.0)))
-    kinds = ("wedge", "standing") if face.mark == "B" else ("wedge", "angle")
+    kinds = ("wedge", "standing" if face.mark == "B" else "side" if face.aside else "angle")
     near = [kind for kind in kinds if TURNS[kind][0] <= theta <= TURNS[kind][1]]
     return tuple(near or kinds[1:])
 
@@ -446,15 +457,24 @@ def chained(link: int, knots: Sequence[Knot], kinds: tuple[str, str], shop: Shop
             seats.append(pair)
             nodes.append(made)
         elif back is not None:
-            hand = Seat("tool", anchors[i], back, _frame(back, np.array([0.0, 0.0, 1.0]))[:3, 0])
+            hand = Seat(TOOL, anchors[i], back, _frame(back, np.array([0.0, 0.0, 1.0]))[:3, 0])
             seats.append((hand, hand))
             nodes.append(None)
-    placed = nodes[:1]
-    for number, ((before, after), node) in enumerate(zip(pairwise(seats), nodes[1:], strict=True), start=1):
-        for piece, joints in between(f"L{link}-T{number}", before[1], after[0], link, shop):
-            placed.append(piece)
-            screws += joints
-        placed.append(node)
+    between: list[list[Placed]] = []
+    for k, ((_, before), (after, _)) in enumerate(pairwise(seats)):
+        joint = Joint(f"L{link}-T{k + 1}", before, after, link)
+        if joint.span - shop.flange - joint.cap(shop) >= SHORTEST_TUBE:
+            pieces, own = tubed(joint, shop)
+        elif after.mark == TOOL:
+            pieces, own = tool_spacer(joint, nodes[k], shop)
+        else:
+            pieces, own = spacer(joint, nodes[k : k + 2], shop)
+        between.append([each for each in pieces if each.part.kind != "bracket"])
+        for each in pieces:
+            if each.part.kind == "bracket":
+                nodes[k if each.mark == before.mark else k + 1] = each
+        screws += own
+    placed = [nodes[0], *(each for piece, node in zip(between, nodes[1:], strict=True) for each in (*piece, node))]
     return Chain(tuple(each for each in placed if each is not None), tuple(screws))
 
 
@@ -497,13 +517,17 @@ def anchor(knot: Knot, kind: str, along: Array, shop: Shop) -> Array:
 
     Args:
         knot: Where the bracket is.
-        kind: ``wedge`` or ``angle``.
+        kind: Of bracket.
         along: Where the tube goes, shape (3,).
         shop: What it is made for.
     """
     face = knot.face
     if face is None or kind == "angle":
         return knot.point
+    if kind == "side":
+        theta = float(np.clip(np.arccos(np.clip(along @ face.normal, -1.0, 1.0)), *TURNS["side"]))
+        aside: Array = face.middle + side_shift(face, theta, shop) / np.sin(theta) * face.normal
+        return aside
     least = np.cos(np.radians(75.0 if kind == "wedge" else 120.0))
     theta = float(np.arccos(np.clip(along @ face.normal, least, 1.0)))
     if kind == "wedge":
@@ -522,7 +546,7 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
 
     Args:
         face: What it is bolted on.
-        kind: ``wedge`` or ``angle``.
+        kind: Of bracket.
         along: Where its tube goes, shape (3,).
         link: Its link.
         shop: What it is made for.
@@ -543,7 +567,7 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
     pose[:3, 0], pose[:3, 1] = turned[:3, 0], face.normal
     pose[:3, 2] = np.cross(pose[:3, 0], pose[:3, 1])
     pose[:3, 3] = face.middle
-    made = {"wedge": wedge, "angle": angle, "standing": standing}[kind](face, theta, shop)
+    made = {"wedge": wedge, "angle": angle, "side": angle, "standing": standing}[kind](face, theta, shop)
     sizes = made.part.sizes
     u, e = np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
     across = np.cos(sizes["turn of the tube's circle"]) * e + np.sin(sizes["turn of the tube's circle"]) * np.cross(
@@ -612,34 +636,55 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
     return Made(part, seat, under)
 
 
-def angle(face: Face, theta: float, shop: Shop) -> Made:
-    """Two plates, one on a face, one beside the body behind it, square to a tube that leaves at theta [rad]."""
-    s, c, h, t = np.sin(theta), np.cos(theta), face.height, shop.plate
-    back, wide = face.circle.edge, max(face.circle.edge, shop.half)
+def angle_plane(face: Face, theta: float, shop: Shop) -> float:
+    """From the middle of the body behind a face to the inner side of an angle's second plate [m]."""
+    s, c, h = np.sin(theta), np.cos(theta), face.height
     beside = face.radius + GAP
     inner = beside * s + (h * c if c > 0.0 else (h + GAP) * -c)
-    if shop.half * s - inner * c > h:  # it reaches beyond the other face, where the other bracket turns
+    if not face.aside and shop.half * s - inner * c > h:  # it reaches beyond the other face, where the other bracket is
+        back, wide = face.circle.edge, max(face.circle.edge, shop.half)
         beside = max(beside, float(np.hypot(back, wide)) + GAP)
         inner = max(inner, beside * s + shop.half * abs(c))
+    return float(inner)
+
+
+def side_shift(face: Face, theta: float, shop: Shop) -> float:
+    """How far up its second plate a side bracket's tube is, from the height of m_j, so that all is above m_j [m]."""
+    s, c = np.sin(theta), np.cos(theta)
+    inner = angle_plane(face, theta, shop)
+    outer = inner + shop.plate + shop.flange
+    lowest = min(inner * c, outer * c) - shop.half * s
+    return float(max(0.0, (GAP / 2.0 - lowest) / s))
+
+
+def angle(face: Face, theta: float, shop: Shop) -> Made:
+    """Two plates, one on a face, one beside the body behind it, square to a tube that leaves at theta [rad].
+
+    Where the face has to keep aside, the second plate is all above the body's middle.
+    """
+    s, c, h, t = np.sin(theta), np.cos(theta), face.height, shop.plate
+    back, wide = face.circle.edge, max(face.circle.edge, shop.half)
+    inner, up = angle_plane(face, theta, shop), side_shift(face, theta, shop) if face.aside else 0.0
     u, e = np.array([s, c, 0.0]), np.array([c, -s, 0.0])
 
     def end(y: float) -> Array:
         """Where the inner side of the second plate is at a height."""
         return np.array([(inner - y * c) / s, y, 0.0])
 
-    top = max(shop.half, float(-end(h + t) @ e), float(-end(h) @ e))
-    low, high = inner * u + shop.half * e, inner * u - top * e
+    top = max(shop.half + up, float(-end(h + t) @ e), float(-end(h) @ e))
+    bottom = max(shop.half - up, float(end(h) @ e))
+    low, high = inner * u + bottom * e, inner * u - top * e
     leg = np.stack([low, low + t * u, high + t * u, high])[:, :2]
     pad = np.stack([np.array([-back, h, 0.0]), end(h), end(h + t), np.array([-back, h + t, 0.0])])[:, :2]
     clear = SCREWS[face.circle.thread][0]
     own = np.pi / face.circle.count
     holes = [Rod(np.array([x, h, z]), np.array([x, h + t, z]), clear / 2.0) for x, z in face.circle.places(own)]
-    turn, seat = np.pi / 4.0, (inner + t) * u
+    turn, seat = np.pi / 4.0, (inner + t) * u - up * e
     holes += _tapped(seat, u, e, turn, t, shop)
     sizes = {
         "angle": theta, "plate": t, "width": 2.0 * wide, "face above middle": h, "back": back,
-        "tube's plate from middle": inner + t, "plate below tube": shop.half, "plate above tube": top,
-        "turn of the face's circle": float(own), "turn of the tube's circle": float(turn),
+        "tube's plate from middle": inner + t, "tube above middle": up, "plate below tube": bottom + up,
+        "plate above tube": top - up, "turn of the face's circle": float(own), "turn of the tube's circle": float(turn),
     }  # fmt: skip
     part = shop.part("bracket", [Prism(pad, 2.0 * wide), Prism(leg, 2.0 * wide)], holes, sizes=sizes,
                      circles={"face": face.circle, "tube (tapped)": shop.circle}, note="angle")  # fmt: skip
@@ -719,52 +764,90 @@ def corner(
     return Placed(part, mark, link, pose), (seats[0], seats[1])
 
 
-def between(mark: str, first: Seat, second: Seat, link: int, shop: Shop) -> Iterator[tuple[Placed, list[Screws]]]:
-    """What goes between two seats that face each other: a tube with its flanges, or a spacer.
+class Joint(NamedTuple):
+    """Two seats that face each other, and what goes between them.
+
+    Attributes:
+        mark: Mark of the tube or spacer.
+        first: The seat at the base's side.
+        second: The other; the tool where its mark is ``TOOL``.
+        link: Their link.
+    """
+
+    mark: str
+    first: Seat
+    second: Seat
+    link: int
+
+    @property
+    def span(self) -> float:
+        """From seat to seat [m]."""
+        return float((self.second.point - self.first.point) @ self.first.along)
+
+    @property
+    def turn(self) -> float:
+        """From the first seat's first hole to the second's, about the tube [rad]."""
+        a, b, u = self.first.across, self.second.across, self.first.along
+        return float(np.arctan2(np.cross(a, b) @ u, a @ b))
+
+    def cap(self, shop: Shop) -> float:
+        """Thickness of what is on the tube's outer end [m]."""
+        return max(shop.flange, 8e-3) if self.second.mark == TOOL else shop.flange
+
+    def roomy(self) -> None:
+        """Refuse what leaves no room for a spacer."""
+        if self.span < SHORTEST_SPACER:
+            raise CatalogueError(
+                f"between {self.first.mark} and {self.second.mark} there are {self.span * 1e3:.1f} mm, too little for "
+                "what joins them", value=self.span, allowed=f"at least {SHORTEST_SPACER * 1e3:g} mm",
+                fix="Take thinner tubes, smaller actuators, or search with a larger --clearance",
+            )  # fmt: skip
+
+
+def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
+    """A tube between two seats, with its flanges, and the screws of these.
 
     Args:
-        mark: Mark of the tube.
-        first: The seat at the base's side.
-        second: The other; the tool where its mark is ``tool``.
-        link: Their link.
-        shop: What they are made for.
-
-    Raises:
-        CatalogueError: There is not room enough.
+        joint: The seats.
+        shop: What the parts are made for.
     """
-    u, hand = first.along, second.mark == "tool"
-    span, t = float((second.point - first.point) @ u), shop.flange
-    last = t if not hand else max(t, 8e-3)
-    length = span - t - last
-    if length < SHORTEST_TUBE:
-        if span < SHORTEST_SPACER:
-            raise CatalogueError(
-                f"between {first.mark} and {second.mark} there are {span * 1e3:.1f} mm, too little for what joins them",
-                value=span, allowed=f"at least {SHORTEST_SPACER * 1e3:g} mm",
-                fix="Take thinner tubes, smaller actuators, or search with a larger --body-clearance",
-            )  # fmt: skip
-        yield spacer(mark, first, second, link, shop)
-        return
+    first, second, mark, u = joint.first, joint.second, joint.mark, joint.first.along
+    hand = second.mark == TOOL
+    length = joint.span - shop.flange - joint.cap(shop)
     deep = min(shop.diameter, length / 2.0 - 1e-3)
     ends = (
         (flange(deep, shop), _seated(first.point, u, first.across), first),
         (tool_plate(deep, shop) if hand else flange(deep, shop), _seated(second.point, -u, second.across), second),
     )
-    turn = float(np.arctan2(np.cross(first.across, second.across) @ u, first.across @ second.across))
-    turn = float((round(turn, 9) + np.pi / 2.0) % np.pi - np.pi / 2.0)  # the holes go through both walls
-    pose = _seated(first.point + t * u, u, first.across)
-    made = Placed(tube(length, deep / 2.0, turn, shop), mark, link, pose)
+    turn = float((round(joint.turn, 9) + np.pi / 2.0) % np.pi - np.pi / 2.0)  # the holes go through both walls
+    pose = _seated(first.point + shop.flange * u, u, first.across)
+    placed = [Placed(tube(length, deep / 2.0, turn, shop), mark, joint.link, pose)]
+    screws = []
     for letter, (part, place, seat) in zip("ab", ends, strict=True):
-        thread = shop.circle.thread
-        pinned = "M4" if shop.diameter > 25e-3 else "M3"
-        joined = [Screws(pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, f"{mark}-{letter}"), nut=True)]
-        if seat.mark != "tool":
-            joined.append(
-                Screws(thread, t + 1.5e-3 * float(thread[1:]), shop.circle.count, (f"{mark}-{letter}", seat.mark))
-            )
-        yield Placed(part, f"{mark}-{letter}", link, place), joined
-        if letter == "a":
-            yield made, []
+        pinned, own = ("M4" if shop.diameter > 25e-3 else "M3"), f"{mark}-{letter}"
+        screws.append(Screws(pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, own), nut=True))
+        held = Screws(shop.circle.thread, shop.flange + bite(shop), shop.circle.count, (own, seat.mark))
+        screws.append(tool_screws(own, joint.cap(shop), shop) if seat.mark == TOOL else held)
+        placed.insert(2 * (letter == "b"), Placed(part, own, joint.link, place))
+    return placed, screws
+
+
+def bite(shop: Shop) -> float:
+    """How far screws go into tapped holes at least, one and a half times their diameter [m]."""
+    return 1.5e-3 * float(shop.circle.thread[1:])
+
+
+def tool_screws(mark: str, deep: float, shop: Shop) -> Screws:
+    """What holds the tool.
+
+    Args:
+        mark: Of what holds it.
+        deep: Depth of its tapped holes [m].
+        shop: What it is made for.
+    """
+    circle = tool_circle(shop)
+    bites = min(deep, 1.5e-3 * float(circle.thread[1:]))
+    return Screws(circle.thread, TOOL_FLANGE + bites, circle.count, (mark, TOOL), most=TOOL_FLANGE + deep)
 
 
 def _seated(point: Array, z: Array, x: Array) -> Array:
@@ -854,34 +937,122 @@ def tool_plate(deep: float, shop: Shop) -> Part:
                      circles={"tool (tapped through, ISO 9409-1)": circle})  # fmt: skip
 
 
-def spacer(mark: str, first: Seat, second: Seat, link: int, shop: Shop) -> tuple[Placed, list[Screws]]:
-    """A full round between two seats, along z from the first, tapped from both ends.
+def spacer(joint: Joint, nodes: Sequence[Placed | None], shop: Shop) -> tuple[list[Placed], list[Screws]]:
+    """A round between two seats, and the bracket that is drilled through for its screws, which end in the other seat.
 
     Args:
-        mark: Mark of it.
-        first: The seat at the base's side.
-        second: The other; the tool where its mark is ``tool``.
-        link: Its link.
+        joint: The seats.
+        nodes: The parts that have them.
+        shop: What the parts are made for.
+
+    Raises:
+        CatalogueError: There is not room enough, or neither bracket leaves room for the heads.
+    """
+    joint.roomy()
+    span, circle, d = joint.span, shop.circle, 1e-3 * float(shop.circle.thread[1:])
+    for node, own, other, held in zip(nodes, (joint.first, joint.second), (joint.second, joint.first),
+                                      nodes[::-1], strict=True):  # fmt: skip
+        long = shop.plate + span + bite(shop)
+        through = None if node is None else drilled_through(node, own, other.across, long, shop)
+        if through is None or held is None:
+            continue
+        pose = _seated(joint.first.point, joint.first.along, other.across)
+        holes = [_drilled(x, y, 0.0, span, SCREWS[circle.thread][0]) for x, y in circle.places()]
+        part = shop.part("spacer", [Rod(np.zeros(3), np.array([0.0, 0.0, span]), shop.half)], holes,
+                         sizes={"diameter": 2.0 * shop.half, "length": span}, circles={"through": circle},
+                         note=SPACER_NOTE)  # fmt: skip
+        deep = (2.0 * d if blind(held) else shop.plate + GAP) - 0.5e-3
+        under = through.part.sizes["under heads"] + span
+        screws = Screws(circle.thread, under + bite(shop), circle.count, (own.mark, other.mark),
+                        most=under + deep, spacer=joint.mark)  # fmt: skip
+        return [Placed(part, joint.mark, joint.link, pose), through], [screws]
+    raise CatalogueError(
+        f"between {joint.first.mark} and {joint.second.mark} there are {span * 1e3:.1f} mm, too little for a tube, and "
+        "behind neither is room for the screws of a spacer", value=span,
+        allowed=f"at least {(2.0 * shop.flange + SHORTEST_TUBE) * 1e3:g} mm",
+        fix="Take thinner tubes, smaller actuators, or search with a larger --clearance",
+    )  # fmt: skip
+
+
+def blind(node: Placed) -> bool:
+    """Whether the tapped holes of a part end within it."""
+    return node.part.note not in ("angle", "standing")
+
+
+def drilled_through(node: Placed, seat: Seat, across: Array, long: float, shop: Shop) -> Placed | None:
+    """A bracket whose second plate is drilled through instead of tapped, its heads sunk; None where that cannot be.
+
+    Args:
+        node: The bracket.
+        seat: Its seat.
+        across: From the seat's middle to the first hole, a unit vector, shape (3,).
+        long: Length of the screws, which need as much room behind the plate [m].
         shop: What it is made for.
     """
-    hand, u = second.mark == "tool", first.along
-    span = float((second.point - first.point) @ u)
-    other = tool_circle(shop) if hand else shop.circle
-    radius, depth = max(shop.half, other.edge), min(shop.tapped, span / 2.0 - 1e-3)
-    pose = _seated(first.point, u, first.across)
-    turn = float(np.arctan2(np.cross(first.across, second.across) @ u, first.across @ second.across)) % (2.0 * np.pi)
-    top = np.array([0.0, 0.0, span])
-    holes = [_drilled(x, y, 0.0, depth, SCREWS[shop.circle.thread][1]) for x, y in shop.circle.places()]
-    holes += [_drilled(x, y, span - depth, span, SCREWS[other.thread][1]) for x, y in other.places(turn)]
-    sizes = {"diameter": 2.0 * radius, "length": span, "tapped depth": depth, "turn of second circle": turn}
+    if blind(node):
+        return None
+    part, turn, circle = node.part, node.pose[:3, :3].T, shop.circle
+    u, f = turn @ seat.along, turn @ across
+    e, middle, pad = np.array([u[1], -u[0], 0.0]), turn @ (seat.point - node.pose[:3, 3]), part.solids[0]
+    clear, _, head = SCREWS[circle.thread]
+    thick, wide, holes = part.sizes["plate"], head / 2.0 + 0.25e-3, list(part.holes[: -circle.count])
+    under = thick - 1e-3 * float(circle.thread[1:]) - 0.3e-3
+    for x, y in circle.places():
+        start = middle + x * f + y * np.cross(u, f)
+        floor, back = start - under * u, start - thick * u
+        heights = np.array([back[1], back[1] - long * u[1]])
+        if isinstance(pad, Prism) and not (
+            (heights + wide * abs(e[1]) < pad.polygon[:, 1].min()).all()
+            or (heights - wide * abs(e[1]) > pad.polygon[:, 1].max()).all()
+        ):
+            return None
+        holes += [Rod(start, floor, clear / 2.0), Rod(floor, back, wide)]
+    sizes = dict(part.sizes) | {
+        "turn of the tube's circle": float(np.arctan2(f @ np.cross(u, e), f @ e)), "counterbore": 2.0 * wide,
+        "under heads": under,
+    }  # fmt: skip
+    circles = {"face": part.circles["face"], "tube (through)": circle}
+    return replace(node, part=replace(part, holes=tuple(holes), sizes=sizes, circles=circles))
+
+
+def tool_spacer(joint: Joint, node: Placed | None, shop: Shop) -> tuple[list[Placed], list[Screws]]:
+    """A round at the tool, tapped for it, screwed to its seat from the tool's side, its heads sunk.
+
+    Args:
+        joint: The seat and the tool.
+        node: The part that has the seat.
+        shop: What it is made for.
+
+    Raises:
+        CatalogueError: There is not room enough.
+    """
+    joint.roomy()
+    span, circle, tool, d = joint.span, shop.circle, tool_circle(shop), 1e-3 * float(shop.circle.thread[1:])
+    clear, _, head = SCREWS[circle.thread]
+    tap, wide, under = SCREWS[tool.thread][1], head / 2.0 + 0.25e-3, span - d - 0.3e-3
+    turns = np.radians(np.arange(0.0, 360.0 / tool.count, 7.5))
+    apart = [np.linalg.norm(tool.places(t)[:, None] - circle.places(), axis=2).min() for t in turns]
+    turn = float(turns[int(np.argmax(np.round(apart, 9)))])
+    if max(apart) < wide + tap / 2.0 + 1e-3:
+        raise CatalogueError(
+            f"the screws of a spacer at the tool of link {joint.link} meet those of the tool", value=span,
+            allowed=f"at least {(shop.flange + joint.cap(shop) + SHORTEST_TUBE) * 1e3:g} mm, for a tube",
+            fix="Take thinner tubes, smaller actuators, or search with a larger --clearance",
+        )  # fmt: skip
+    deep = 2e-3 * float(tool.thread[1:])
+    deep = span if span < deep + 3e-3 else deep
+    radius, top = max(shop.half, tool.edge), np.array([0.0, 0.0, span])
+    holes = [hole for x, y in circle.places() for hole in (_drilled(x, y, 0.0, under, clear),
+                                                           _drilled(x, y, under, span, 2.0 * wide))]  # fmt: skip
+    holes += [_drilled(x, y, span - deep, span, tap) for x, y in tool.places(turn)]
+    sizes = {"diameter": 2.0 * radius, "length": span, "counterbore": 2.0 * wide, "under heads": under,
+             "tapped depth": deep, "turn of second circle": turn}  # fmt: skip
     part = shop.part("spacer", [Rod(np.zeros(3), top, radius)], holes, sizes=sizes,
-                     circles={"first end (tapped)": shop.circle, "second end (tapped)": other},
-                     note=SPACER_NOTE)  # fmt: skip
-    screws = [
-        Screws(shop.circle.thread, shop.plate + depth - 1e-3, shop.circle.count, (seat.mark, mark))
-        for seat in (first, second) if seat.mark != "tool"
-    ]  # fmt: skip
-    return Placed(part, mark, link, pose), screws
+                     circles={"through": circle, "tool (tapped, ISO 9409-1)": tool}, note=TOOL_NOTE)  # fmt: skip
+    room = (2.0 * d if node is None or blind(node) else shop.plate + GAP) - 0.5e-3
+    held = Screws(circle.thread, under + bite(shop), circle.count, (joint.mark, joint.first.mark), most=under + room)
+    pose = _seated(joint.first.point, joint.first.along, joint.first.across)
+    return [Placed(part, joint.mark, joint.link, pose)], [held, tool_screws(joint.mark, deep, shop)]
 
 
 def named(placed: Sequence[Placed]) -> list[Placed]:

@@ -12,10 +12,11 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.bodies.exact import ExactScene
 from armdesign.building.arm_drawing import degrees
+from armdesign.building.assembly import FLOOR, TOOL
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.catalogue import Actuator
 from armdesign.building.labels import Labels
-from armdesign.building.part_lists import screw_length
+from armdesign.building.part_lists import screw_length, shortened
 from armdesign.building.parts import Placed, Screws
 from armdesign.building.projection import Solid, draw_solids, slanted, solids_of
 from armdesign.building.sheet import Sheet, number, svg_of
@@ -92,11 +93,12 @@ def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Ste
     """
     table, found = build.result.table, []
     there: list[Solid] = []
-    done: set[str] = set()
+    done, screws = {FLOOR, TOOL}, assembly_of(build).screws
+    late = {each.joins[0] for each in screws if each.spacer}  # has its actuator behind the heads of a spacer's screws
     whole = [solid for _, several in drawn for solid in several]
     for link in range(table.dof + 1):
         joint = link + 1
-        on_bench = {f"J{joint}", f"J{joint}-L{link}"}
+        on_bench = {f"J{joint}", f"J{joint}-L{link}"} - late
         for bench in (True, False):
             new = [
                 (each, shown) for each, shown in drawn
@@ -114,8 +116,9 @@ def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Ste
             else:
                 title = "Base" if link == 0 else f"Link {link}" + (" with the tool" if link == table.dof else "")
                 words = [*part_words(new), *link_words(link, table)]
-            joined = [s for s in assembly_of(build).screws if set(s.joins) & marks and set(s.joins) <= marks | done]
-            words += screw_words(sorted(joined, key=lambda s: s.nut))  # beside a screw across no key reaches a flange's
+            joined = [s for s in screws if set(s.joins) & marks and set(s.joins) <= marks | done]
+            # beside a screw across no key reaches a flange's
+            words += screw_words(sorted(joined, key=lambda s: (s.nut, s.joins[1] in late and not s.spacer)))
             found.append(Step(title, words, pictured(there, new, whole)))
             there += [solid for _, shown in new for solid in shown]
             done |= marks
@@ -141,8 +144,9 @@ def part_words(new: Sequence[tuple[Placed, list[Solid]]]) -> list[str]:
 def screw_words(joined: Sequence[Screws]) -> list[str]:
     """Screws by what they join, in words."""
     return [
-        f"{each.joins[0]} to {each.joins[1]}: {each.count} × {each.thread} x {screw_length(each)}, at least "
-        f"{number(1e3 * each.length)} mm under the head{', with a locking nut' if each.nut else ''}."
+        f"{each.joins[0]} to {each.joins[1]}{f', through spacer {each.spacer}' if each.spacer else ''}: {each.count} × "
+        f"{each.thread} x {screw_length(each)}{shortened(each)}, at least {number(1e3 * each.length)} mm under the "
+        f"head{', with a locking nut' if each.nut else ''}."
         for each in joined
     ]
 

@@ -16,9 +16,11 @@ from armdesign.building.choice import Choice, Duty, Load, choose, duty_of, weake
 from armdesign.building.kit import Kit, KitArm, kit_arm
 from armdesign.building.kit_snapping import snapped_to_kit
 from armdesign.building.parts import Assembly
-from armdesign.building.snapping import snapped
+from armdesign.building.parts_clearance import APART, PartsGap, parts_gap
+from armdesign.building.snapping import room_flags, snapped
 from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
 from armdesign.errors import CatalogueError, SettingsError
+from armdesign.feasibility.words import headline
 from armdesign.kinematics.motion import smooth_motion
 from armdesign.search.design_problem import Demonstration, DesignProblem
 from armdesign.search.evaluation import motions
@@ -97,6 +99,7 @@ class Build:
         before: The same before lengths and twists were snapped; None where they were not.
         assembly: All its parts as solids; None where they do not fit.
         misfit: What does not fit then, in a sentence.
+        gap: Where its parts come nearest to each other and to obstacles on the motion; None where nowhere near.
         kit: The links and brackets of the family, where it is built of them; None where of tubes.
     """
 
@@ -110,7 +113,32 @@ class Build:
     before: Result | None = None
     assembly: Assembly | None = None
     misfit: str = ""
+    gap: PartsGap | None = None
     kit: Kit | None = None
+
+    @property
+    def fault(self) -> str:
+        """Why it cannot be put together and do its task as it is, in a clause; empty where it can."""
+        if self.kit is None and self.assembly is None:
+            return f"its parts do not fit together: {self.misfit}"
+        if self.gap is not None and self.gap.met:
+            return f"{self.gap.words}, and parts have to keep {APART * 1e3:g} mm apart"
+        verdict = self.result.verdict
+        wrong = (*verdict.reasons, headline(verdict, self.result.problem.settings))
+        return "" if verdict.passed else wrong[0].rstrip(".")
+
+    @property
+    def remedy(self) -> str:
+        """What helps where parts do not fit or meet, in a sentence; empty where they do not."""
+        if self.kit is not None or self.fits == 2:
+            return ""
+        flags = room_flags(self.result.problem.settings.body)
+        return f"Take thinner tubes, another family, or another arm: one searched with {flags}"
+
+    @property
+    def fits(self) -> int:
+        """How far its parts go together: 2 where on the whole motion, 1 where as they are bolted, 0 where not."""
+        return 0 if self.assembly is None else 1 if self.gap is not None and self.gap.met else 2
 
     @cached_property
     def pieces(self) -> KitArm | None:
@@ -152,17 +180,18 @@ def build(result: Result, options: BuildOptions) -> Build:
     body = vars(first.result.problem.settings.body) | {"module_slide": 0.0, "inertials": None}
     cut = CUT if options.stock is None else find_stock(options.stock).cut
     made: Build | None = None
-    for more in (0.0, 0.01, 0.02):  # room about every module, until the parts fit
+    for more in (0.0, 0.01, 0.02):  # room about every module, until the parts fit and pass each other
         room = tuple((across + more, along + more, mass) for across, along, mass in body["modules"])
         pedestal = body["base_height"] + room[0][1] / 2.0 + PEDESTAL + more if result.placed else 0.0
         spacious = changed(result, {"body": body | {"modules": room}})
         try:
-            made = chosen_parts(snapped(spacious, cut, printed=options.printed, pedestal=pedestal), options)
+            tried = chosen_parts(snapped(spacious, cut, printed=options.printed, pedestal=pedestal), options)
         except CatalogueError:
             if made is None:
                 raise
             break
-        if made.assembly is not None:
+        made = tried if made is None or tried.fits > made.fits else made
+        if made.fits == 2:
             break
     return replace(made or first, before=first.result)
 
@@ -247,8 +276,9 @@ def chosen_parts(result: Result, options: BuildOptions, heights: tuple[float, ..
     own = {a.name: a for a in catalogue.actuators}
     found = replace(found, actuators=tuple(own[a.name] for a in found.actuators))
     return Build(
-        final, found, tube, sag, speed, options, catalogue.currency, assembly=last.assembly, misfit=last.misfit, kit=kit
-    )
+        final, found, tube, sag, speed, options, catalogue.currency, assembly=last.assembly, misfit=last.misfit,
+        gap=last.gap, kit=kit,
+    )  # fmt: skip
 
 
 class Fitted(NamedTuple):
@@ -259,12 +289,14 @@ class Fitted(NamedTuple):
         arm: The arm with their sizes, and the mass properties of its parts where they fit.
         assembly: Its parts; None where they do not fit.
         misfit: What does not, in a sentence.
+        gap: Where parts come nearest on the motion; None where nowhere near.
     """
 
     choice: Choice
     arm: Result
     assembly: Assembly | None
     misfit: str
+    gap: PartsGap | None = None
 
 
 def fitted_with(bare: Result, choice: Choice, shop: Shop | None) -> Fitted:
@@ -281,10 +313,35 @@ def fitted_with(bare: Result, choice: Choice, shop: Shop | None) -> Fitted:
     if shop is None:
         return Fitted(choice, arm, None, BOUGHT)
     try:
-        assembly = assemble(arm.body, choice.actuators, shop)
+        assembly, gap = passing(arm, choice.actuators, shop)
     except CatalogueError as error:
         return Fitted(choice, arm, None, str(error))
-    return Fitted(choice, changed(arm, {"body": {"inertials": assembly.inertials(arm.table.dof)}}), assembly, "")
+    arm = changed(arm, {"body": {"inertials": assembly.inertials(arm.table.dof)}})
+    return Fitted(choice, arm, assembly, "", gap)
+
+
+def passing(arm: Result, actuators: Sequence[Actuator], shop: Shop) -> tuple[Assembly, PartsGap | None]:
+    """The parts of an arm and where they come nearest on its motion; where a joint's meet, they keep to their sides.
+
+    Args:
+        arm: The arm.
+        actuators: Its actuators, n of them.
+        shop: What its other parts are made for.
+
+    Raises:
+        CatalogueError: They do not fit together.
+    """
+    apart: set[int] = set()
+    assembly = assemble(arm.body, actuators, shop)
+    gap = parts_gap(assembly, arm)
+    while gap is not None and gap.met and gap.joint is not None and gap.joint not in apart:
+        apart.add(gap.joint)
+        try:
+            other = assemble(arm.body, actuators, shop, apart)
+        except CatalogueError:
+            break
+        assembly, gap = other, parts_gap(other, arm)
+    return assembly, gap
 
 
 def bears(fitted: Fitted, speed: float, options: BuildOptions, payload: float) -> Choice | None:

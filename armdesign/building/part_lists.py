@@ -47,11 +47,11 @@ def bill_of_materials(build: Build) -> str:
         for name, (part, places) in build.assembly.counted().items():
             if not part.bought and part.kind != "tube":
                 rows.append((f"{name}, {part.material}", len(places), "piece", "to be made", part.mass, None))
-        screws: Counter[tuple[str, int]] = Counter()
+        screws: Counter[tuple[str, int, str]] = Counter()
         for each in build.assembly.screws:
-            screws[each.thread, screw_length(each)] += each.count
-        for (thread, length), count in sorted(screws.items()):
-            rows.append((f"screw {thread} x {length}", count, "piece", "ISO 4762", 0.0, None))
+            screws[each.thread, screw_length(each), shortened(each)] += each.count
+        for (thread, length, cut), count in sorted(screws.items()):
+            rows.append((f"screw {thread} x {length}{cut}", count, "piece", "ISO 4762", 0.0, None))
         nuts = Counter({each.thread: 0 for each in build.assembly.screws if each.nut})
         for each in build.assembly.screws:
             nuts[each.thread] += each.count * each.nut
@@ -74,6 +74,13 @@ def bill_of_materials(build: Build) -> str:
 def screw_length(screws: Screws) -> int:
     """The shortest standard length that is long enough, under the head [mm]."""
     return next(length for length in LENGTHS if length >= 1e3 * screws.length - 1e-6)
+
+
+def shortened(screws: Screws) -> str:
+    """What a screw has to be cut to, in words, where its standard length is too long; empty where not."""
+    if screw_length(screws) <= 1e3 * screws.most + 1e-6:
+        return ""
+    return f", shortened to {np.floor(1e3 * screws.most):.0f} mm"
 
 
 def kit_rows(arm: KitArm, kit: Kit, family: str) -> list[tuple[str, float, str, str, float, float | None]]:

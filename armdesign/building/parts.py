@@ -196,8 +196,10 @@ class Screws:
         thread: Their thread.
         length: Least length under the head [m].
         count: How many.
-        joins: The marks of what they join.
+        joins: The marks of what they join, that with the heads first where they go through a spacer.
         nut: Whether each takes a nut: they go right through.
+        most: Largest length under the head; longer ones have to be shortened [m].
+        spacer: Mark of the spacer that they go through, "" for none.
     """
 
     thread: str
@@ -205,6 +207,8 @@ class Screws:
     count: int
     joins: tuple[str, str]
     nut: bool = False
+    most: float = float("inf")
+    spacer: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,10 +218,12 @@ class Assembly:
     Attributes:
         placed: The parts in their places, from the base to the tool.
         screws: What joins them, in the same order.
+        apart: Numbers of the joints whose brackets keep to their own side of its middle.
     """
 
     placed: tuple[Placed, ...]
     screws: tuple[Screws, ...]
+    apart: tuple[int, ...] = ()
 
     def counted(self) -> dict[str, tuple[Part, list[Placed]]]:
         """Every kind of part by its name, with its places."""

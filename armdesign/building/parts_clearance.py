@@ -1,7 +1,8 @@
-"""How near the parts of an arm come to one another on its motion: their own shapes, brackets and flanges included."""
+"""How near the parts of an arm come to one another and to obstacles on its motion: brackets and flanges included."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -10,29 +11,50 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.cylinder import along
-from armdesign.building.build import Build
-from armdesign.building.parts import Placed, Prism, Rod
+from armdesign.bodies.exact import ExactObstacle, carries_base
+from armdesign.building.parts import Assembly, Placed, Prism, Rod
+from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.kinematics.dh import DHTable
-from armdesign.search.evaluation import motions
+from armdesign.search.result import Result
 
 FRAMES = 200
-"""About so many frames of the motion are looked at."""
+"""About so many frames of each demonstration are looked at."""
 NEAR = 0.02
 """Gaps larger than this are not measured [m]."""
+APART = 1e-3
+"""What parts keep between them, since they are made to some tenths and the motion goes on between frames [m]."""
+FACE = "mounting face"
+"""What an arm without a modelled place stands on, z = 0 of its base."""
 
 
 class PartsGap(NamedTuple):
-    """Where two parts come nearest.
+    """Where a part comes nearest to another, or to an obstacle.
 
     Attributes:
         value: How near [m]; 0 where they overlap.
-        parts: Their marks; ``mounting face`` for that of the base.
+        parts: The part's mark, and the other's mark or the obstacle's name; ``FACE`` for that of the base.
         q: The arm's pose there, shape (n,) [rad].
+        joint: Number of the joint between both; None where they are not on links that follow each other.
     """
 
     value: float
     parts: tuple[str, str]
     q: Array
+    joint: int | None = None
+
+    @property
+    def met(self) -> bool:
+        """Whether they come nearer than ``APART``."""
+        return self.value < APART
+
+    @property
+    def words(self) -> str:
+        """The same in a clause."""
+        first, second = self.parts
+        joint = "" if self.joint is None else f", at joint {self.joint}"
+        if self.value == 0.0:
+            return f"on the motion {first} meets {second}{joint}"
+        return f"on the motion {first} comes within {self.value * 1e3:.1f} mm of {second}{joint}"
 
 
 class Piece(NamedTuple):
@@ -78,38 +100,77 @@ def pieces_of(placed: Placed) -> list[Piece]:
     return found
 
 
-def parts_gap(build: Build) -> PartsGap | None:
-    """The nearest that parts of different links come on the motion; None where none come within ``NEAR``.
+def parts_gap(assembly: Assembly, result: Result) -> PartsGap | None:
+    """The nearest that parts of different links come to each other and to obstacles; None where none within ``NEAR``.
 
-    An actuator and the bracket on its output touch, and stay as they are; they are left out, and so is the base's plate
-    against the mounting face, z = 0, of an arm that stands on one.
+    An actuator and the bracket on its output touch, and stay as they are; they are left out, and so is what does not
+    move against the obstacle that it stands on. Where no obstacle is what the base stands on, the mounting face z = 0
+    of a placed arm is. Ends with the first two that overlap.
 
     Args:
-        build: The build.
+        assembly: The parts.
+        result: The arm and its motion.
     """
-    if build.assembly is None:
-        return None
-    pieces = [piece for each in build.assembly.placed for piece in pieces_of(each)]
+    pieces = [piece for each in assembly.placed for piece in pieces_of(each)]
     pairs = [(i, j) for (i, a), (j, b) in combinations(enumerate(pieces), 2) if counted(a.part, b.part)]
-    poses = np.concatenate([q for _, q in motions(build.result.evaluation, build.result.problem)])
-    best: PartsGap | None = None
     first, second = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
     reach = np.array([piece.radius for piece in pieces])
-    above = [i for i, piece in enumerate(pieces) if build.result.placed and piece.part.mark != "B"]
-    for q in poses[:: max(1, len(poses) // FRAMES)]:
-        world = placed_at(build.result.table, pieces, q)
-        for i in above:
-            gap = max(0.0, lowest(pieces[i], world[i]))
-            if gap < (NEAR if best is None else best.value):
-                best = PartsGap(gap, (pieces[i].part.mark, "mounting face"), q)
-        apart = np.linalg.norm(world[first, :3, 3] - world[second, :3, 3], axis=1) - reach[first] - reach[second]
-        limit = NEAR if best is None else best.value
-        for k in np.flatnonzero(apart < limit):
-            i, j = pairs[k]
-            gap = distance(pieces[i].form, world[i], pieces[j].form, world[j])
-            if gap < (NEAR if best is None else best.value):
-                best = PartsGap(gap, (pieces[i].part.mark, pieces[j].part.mark), q)
+    into_base = np.linalg.inv(result.base_pose.matrix)
+    best: PartsGap | None = None
+    for shown, scored in zip(result.problem.demonstrations, result.evaluation.demonstrations, strict=True):
+        around = exact_obstacles(shown.obstacles)
+        carriers = [carries_base(each, into_base @ first_pose(each)) for each in around]
+        above = [i for i, piece in enumerate(pieces) if piece.part.mark != "B"]
+        above = above if result.placed and not any(carriers) else []
+        for t in range(0, len(scored.path.q), max(1, len(scored.path.q) // FRAMES)):
+            q = scored.path.q[t]
+            world = placed_at(result.table, pieces, q)
+            found = [
+                PartsGap(max(0.0, lowest(pieces[i], world[i])), (pieces[i].part.mark, FACE), q) for i in above
+            ]  # fmt: skip
+            least = np.linalg.norm(world[first, :3, 3] - world[second, :3, 3], axis=1) - reach[first] - reach[second]
+            limit = NEAR if best is None else best.value
+            for k in np.flatnonzero(least < limit):
+                i, j = pairs[k]
+                gap = distance(pieces[i].form, world[i], pieces[j].form, world[j])
+                links = sorted((pieces[i].part.link, pieces[j].part.link))
+                joint = links[1] if links[1] - links[0] == 1 else None
+                found.append(PartsGap(gap, (pieces[i].part.mark, pieces[j].part.mark), q, joint))
+            for carries, each in zip(carriers, around, strict=True):
+                there = into_base @ (each.poses if each.poses.ndim == 2 else each.poses[t])
+                found += [PartsGap(gap, (pieces[i].part.mark, each.name), q)
+                          for i, gap in to_obstacle(each, there, pieces, world, limit)
+                          if pieces[i].part.link or not carries]  # fmt: skip
+            best = min((gap for gap in (best, *found) if gap is not None and gap.value < NEAR),
+                       key=lambda gap: gap.value, default=None)  # fmt: skip
+            if best is not None and best.value == 0.0:
+                return best
     return best
+
+
+def first_pose(obstacle: ExactObstacle) -> Array:
+    """Where an obstacle is in the first frame, shape (4, 4)."""
+    return obstacle.poses if obstacle.poses.ndim == 2 else obstacle.poses[0]
+
+
+def to_obstacle(
+    obstacle: ExactObstacle, pose: Array, pieces: Sequence[Piece], world: Array, limit: float
+) -> list[tuple[int, float]]:
+    """The pieces that come within a limit of the box about an obstacle, and how near they come to it itself [m].
+
+    Args:
+        obstacle: The obstacle.
+        pose: Where it is in the base's frame, shape (4, 4).
+        pieces: The pieces, K of them.
+        world: Where they are in the base's frame, shape (K, 4, 4).
+        limit: What is farther away does not count [m].
+    """
+    obstacle.geometry.computeLocalAABB()
+    box = obstacle.geometry.aabb_local
+    middles = (world[:, :3, 3] - pose[:3, 3]) @ pose[:3, :3]
+    away = np.linalg.norm(np.maximum(np.maximum(box.min_ - middles, middles - box.max_), 0.0), axis=1)
+    near = np.flatnonzero(away - [piece.radius for piece in pieces] < limit).tolist()
+    return [(i, distance(pieces[i].form, world[i], obstacle.geometry, pose)) for i in near]
 
 
 def lowest(piece: Piece, pose: Array) -> float:

@@ -11,6 +11,7 @@ from armdesign.building.build import BOUGHT, Build, BuildOptions
 from armdesign.building.catalogue import Actuator
 from armdesign.building.choice import Choice, Shortfall
 from armdesign.building.kit import Kit, Piece
+from armdesign.building.parts_clearance import parts_gap
 from armdesign.building.tubes import Tube
 from armdesign.errors import CatalogueError, RunFolderError
 from armdesign.files import read_json
@@ -33,6 +34,7 @@ def build_record(build: Build) -> str:
         "speed": build.speed,
         "currency": build.currency,
         "kit": None if build.kit is None else asdict(build.kit),
+        "apart": [] if build.assembly is None else build.assembly.apart,
     }
     return json.dumps(record, indent=2) + "\n"
 
@@ -63,14 +65,15 @@ def recorded_build(result: Result) -> Build:
         choice = Choice(actuators, float(record["cost"]), used, int(record["nodes"]))
         kit = record.get("kit")
         kit = None if kit is None else Kit(**kit | {"pieces": tuple(Piece(*each) for each in kit["pieces"])})
+        apart = tuple(map(int, record.get("apart", ())))
         rest = record["sag"], float(record["speed"]), options, str(record["currency"])
     except (KeyError, TypeError, ValueError) as error:
         raise RunFolderError(f"{path} is no record of a build: {error!r}", value=str(path)) from error
     if kit is not None:
         return Build(result, choice, tube, *rest, misfit=BOUGHT, kit=kit)
+    shop = shop_of(result.problem.settings.body, tube, printed=options.printed)
     try:
-        fitted, misfit = assemble(result.body, actuators, shop_of(result.problem.settings.body, tube,
-                                                                  printed=options.printed)), ""  # fmt: skip
+        assembly = assemble(result.body, actuators, shop, apart)
     except CatalogueError as error:
-        fitted, misfit = None, str(error)
-    return Build(result, choice, tube, *rest, assembly=fitted, misfit=misfit)
+        return Build(result, choice, tube, *rest, misfit=str(error))
+    return Build(result, choice, tube, *rest, assembly=assembly, gap=parts_gap(assembly, result))

@@ -8,6 +8,7 @@ search, with what bodies, obstacles and limits cost.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from armdesign.errors import CatalogueError
 from armdesign.fitness.objective import Objective
 from armdesign.search.evaluation import evaluate_candidate
 from armdesign.search.result import Result
+from armdesign.settings.sections import Body
 
 BEAM = 4
 """Arms that go on from twist to twist."""
@@ -118,12 +120,28 @@ def snapped(result: Result, cut: float, *, printed: bool = False, pedestal: floa
     settled[refit.entries("a_", "d_")] = True
     r, Phi = refit.fitted(Phi, settled, AFTERWARDS)
     if not np.isfinite(r):
+        other = "--no-snap" if printed else "--printed, for brackets of any angle"
         raise CatalogueError(
-            f"no arm with lengths in steps of {cut * 1e3:g} mm{'' if printed else ' and twists of 0 and 90 deg'} does "
-            "the task", value=cut, fix="Use --no-snap" if printed else "Use --printed, for brackets of any angle",
+            f"no arm with lengths in steps of {cut * 1e3:g} mm{'' if printed else ' and twists of 0 and 90 deg'}, and "
+            "with the room that these parts take, does the task", value=cut,
+            fix=f"Use {other}, or search with {room_flags(problem.settings.body)}",
         )  # fmt: skip
     seen, evaluation = evaluate_candidate(Phi, problem)
     return Result(seen, evaluation, name=result.name)
+
+
+def room_flags(body: Body) -> str:
+    """What makes a search leave the room that the parts of a build take, as flags.
+
+    Args:
+        body: The build's.
+    """
+    sizes = [(module.diameter, module.length) for module in body.modules_of(len(body.modules or (None,)))]
+    across, along = (math.ceil(1e3 * max(each) - 1e-6) / 1e3 for each in zip(*sizes, strict=True))
+    return (
+        f"--joint-diameter {across:g} --joint-length {along:g} --module-slide 0 "
+        f"--tube-diameter {body.tube_diameter:g} --tube-wall {body.tube_wall:g}"
+    )
 
 
 def with_brackets(refit: Refit, Phi: Array) -> Array:

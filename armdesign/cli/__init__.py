@@ -37,7 +37,7 @@ COMMANDS = {
 """Every command: the module that holds it, under its own name or as ``app``, and its line in the list of commands."""
 EXIT_CODES = (
     "Exit codes: 0 done; 1 a run of a sweep or study has failed; 2 bad input; 3 an arm is not feasible or misses its "
-    "tolerance (check); 4 a search has found no arm; 130 stopped by Ctrl-C."
+    "tolerance (check, build); 4 a search has found no arm; 130 stopped by Ctrl-C."
 )
 WITHOUT_WORKERS = re.compile(r"(^| )(-h|--help|--write-config|--cluster|--workers[ =]1)( |=|$)")
 """What on the command line of a search says that no worker processes will be wanted."""

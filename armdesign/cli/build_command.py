@@ -11,12 +11,12 @@ from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
 from armdesign.building.build import Build, BuildOptions
 from armdesign.building.build import build as build_of
 from armdesign.building.part_lists import part_lists
-from armdesign.building.parts_clearance import parts_gap
 from armdesign.building.record import RECORD, build_record
+from armdesign.cli.check_command import FAILED
 from armdesign.cli.command_errors import one_sentence_errors
 from armdesign.cli.command_options import OUTPUT, OverwriteOption, QuietOption, number_of, option
 from armdesign.cli.screen import compiling, say, show_table, show_text, written_text
-from armdesign.feasibility.words import summary
+from armdesign.feasibility.words import sentence, summary
 from armdesign.runs.checking import finished_arm
 from armdesign.runs.folder import claim_folder
 from armdesign.runs.writing import write_files, write_result
@@ -55,7 +55,8 @@ def build(
     """Pick the parts of a finished design.
 
     Actuators out of a catalogue, the lightest or cheapest that bear the demonstrated motion with their own masses;
-    tubes by stiffness. The build is a run folder, with a bill of materials and a cut list in it.
+    tubes by stiffness. The build is a run folder, with a bill of materials and a cut list in it. Ends with 0 where
+    parts fit and pass each other and obstacles, and the arm is feasible and meets a stated tolerance, else with 3.
     """
     options = BuildOptions(
         catalogue, least, margin, payload,
@@ -73,10 +74,14 @@ def build(
     if not quiet:
         show_build(made)
         typer.echo(written_text([place / name for name in written]))
+    if made.fault:
+        raise typer.Exit(FAILED)
 
 
 def show_build(made: Build) -> None:
-    """Print the actuators with what they use of their limits, and the verdict on the arm."""
+    """Print what is wrong with a build, its actuators with what they use of their limits, and the verdict."""
+    if made.fault:
+        say(f"Not an arm to build as it is: {made.fault}.{f' {made.remedy}.' if made.remedy else ''}")
     rows = []
     for j, (a, used) in enumerate(zip(made.choice.actuators, made.choice.shortfalls, strict=True), start=1):
         shares = (f"{100.0 * share:.0f}" for share in (used.rms, used.peak, used.speed))
@@ -95,15 +100,10 @@ def show_build(made: Build) -> None:
         show_snapping(made.before, made.result)
     if made.speed < 1.0:
         say(f"The motion is slowed down to {made.speed * 100:.0f} % of the demonstrated speed.")
-    gap = parts_gap(made)
-    if gap is not None:
-        first, second = gap.parts
-        if gap.value > 0.0:
-            show_text(f"On the motion {first} comes within {gap.value * 1e3:.1f} mm of {second}, no parts come nearer.")
-        else:
-            say(f"On the motion {first} meets {second}: take thinner tubes, or search with a larger --clearance.")
-    if made.assembly is None:
-        say(f"There are no solids of its parts, and masses leave brackets out: {made.misfit}")
+    if made.gap is not None and not made.gap.met:
+        show_text(f"{sentence(made.gap.words)}, no parts come nearer.")
+    if made.kit is None and made.assembly is None:
+        say("There are no solids of its parts, and masses leave brackets out.")
     show_text(f"What moves weighs {made.result.body.moving_mass:.2f} kg.")
     result = made.result
     show_text("\n".join(summary(result.verdict, result.problem.settings, result.base_pose)))

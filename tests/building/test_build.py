@@ -3,6 +3,7 @@
 import csv
 import json
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -15,7 +16,8 @@ from armdesign.building.build import BuildOptions, build
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import part_sheet
 from armdesign.building.part_lists import BILL
-from armdesign.building.parts import file_name
+from armdesign.building.parts import Assembly, file_name
+from armdesign.building.parts_clearance import PartsGap
 from armdesign.building.record import recorded_build
 from armdesign.building.sheet import number
 from armdesign.cli import app
@@ -23,6 +25,7 @@ from armdesign.errors import CatalogueError, SettingsError
 from armdesign.runs.reading import read_result
 from armdesign.runs.writing import write_result
 from armdesign.search.evaluation import evaluate_design
+from armdesign.search.result import Result
 from armdesign.views.report.report_page import bought
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "packaging.csv"
@@ -44,8 +47,10 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
     out = tmp_path / "arm"
     flags = ["--catalogue", "rmd", "--payload", "0.5", "--stock", "aluminium", "--no-snap", "--out", str(out)]
     outcome = CliRunner().invoke(app, ["build", str(folder), *flags])
-    assert outcome.exit_code == 0, outcome.stderr
     built = read_result(out)
+    fault = recorded_build(built).fault  # the same said of it where it cannot be built, with exit code 3
+    assert outcome.exit_code == (3 if fault else 0), outcome.stderr
+    assert fault in " ".join(outcome.stderr.split())
     again = evaluate_design(built.table, built.problem)
     assert built.fitness == pytest.approx(design.fitness, abs=1e-9)
     assert again.fitness == pytest.approx(built.fitness, abs=1e-9)
@@ -95,6 +100,21 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
         texts = [words.text for words in sheet.words]
         assert set(part.sizes) < set(texts)
         assert all(f"{holes.count} × {holes.thread}" in texts for holes in part.circles.values())
+
+
+def test_what_is_wrong_with_a_build_is_said(design):
+    made = build(design, BuildOptions("rmd", payload=0.5, snap=False))
+    made = replace(made, assembly=Assembly((), ()))
+    apart = replace(made, gap=PartsGap(0.004, ("J2-L1", "J2-L2"), np.zeros(3), 2))
+    assert (apart.fault, apart.fits) == ("", 2) == (apart.remedy, 2)
+    met = replace(made, gap=PartsGap(0.0, ("J2-L1", "J2-L2"), np.zeros(3), 2))
+    assert all(word in met.fault for word in ("J2-L1 meets J2-L2", "joint 2"))
+    assert "--joint-diameter" in met.remedy
+    assert "do not fit" in replace(made, assembly=None, misfit="why").fault
+    strict = made.result.problem.with_settings({"needs": {"hand_tolerance": 1e-6}})
+    missed = replace(apart, result=Result(strict, made.result.evaluation, name="strict"))
+    assert "hand misses" in missed.fault
+    assert missed.remedy == ""
 
 
 def test_slower_where_asked(design):

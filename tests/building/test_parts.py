@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from armdesign.bodies.arm_body import arm_body
-from armdesign.building import parts_clearance
 from armdesign.building.assembly import (
     ALUMINIUM,
+    FLOOR,
     GAP,
     PRINTED,
+    TOOL,
     Face,
     Shop,
     assemble,
@@ -27,6 +28,7 @@ from armdesign.building.assembly import (
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod
 from armdesign.building.parts_clearance import parts_gap
+from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Sphere
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings import Body
@@ -150,7 +152,7 @@ def test_what_is_joined_touches_and_its_screws_meet(assembly):
     met = 0
     for screws in assembly.screws:
         first, second = screws.joins
-        if part[first].kind == "actuator":
+        if second in (FLOOR, TOOL) or part[first].kind == "actuator":
             continue
         clear, tap, _ = SCREWS[screws.thread]
         for start, end, radius in axes(first):
@@ -171,6 +173,73 @@ def test_what_is_joined_touches_and_its_screws_meet(assembly):
             way = (spigot[0][1] - middle) / np.linalg.norm(spigot[0][1] - middle)
             away = [np.linalg.norm(np.cross(h[1] - middle, way)) for h in own]
             assert sorted(away)[1] == pytest.approx(0.0, abs=1e-9)
+
+
+SPACED = DHTable.from_rows([[0.1, 0.0, 0.3], [-1.2, 0.11, 0.0], [0.4, 0.35, 0.0], [0.7, 0.2, 0.12]])
+"""An arm with a spacer between its first two actuators."""
+SHORT = DHTable.from_rows([[0.1, 0.0, 0.3], [-1.2, 0.06, 0.16], [0.4, 0.35, 0.0], [0.7, 0.075, 0.0]])
+"""An arm with one at the tool."""
+
+
+@pytest.mark.parametrize("table", [SPACED, SHORT])
+def test_a_spacer_can_be_screwed(table):
+    made = assemble(arm_of(table), CHOSEN, SHOP)
+    spacers = [each for each in made.placed if each.part.kind == "spacer"]
+    assert len(spacers) == 1
+    mark, link = spacers[0].mark, spacers[0].link
+    parts = {each.mark: each for each in made.of_link(link)}
+    screws = next(each for each in made.screws if mark in (each.spacer, each.joins[0]) and each.joins[1] != TOOL)
+    clear, tap, head = SCREWS[screws.thread]
+    through = [mark] if not screws.spacer else [screws.joins[0], mark]
+    first = parts[screws.joins[0]]
+    heads = [hole for hole in first.part.holes if hole.radius == head / 2 + 0.25e-3]
+    assert len(heads) == screws.count == 4
+    for hole in heads:  # along each screw: head, clearance holes through all but the last part, then a tapped one
+        start, end = (first.pose[:3, :3] @ x + first.pose[:3, 3] for x in (hole.start, hole.end))
+        way = (start - end) / np.linalg.norm(start - end)
+        line = start + np.linspace(0.1e-3, screws.length - 0.1e-3, 200)[:, None] * way
+        radii = []
+        for x in line:
+            at = [
+                h.radius for each in (*(parts[m] for m in through), parts[screws.joins[1]]) for h in each.part.holes
+                if inside(h, each.pose[:3, :3].T @ (x - each.pose[:3, 3]))
+            ]  # fmt: skip
+            radii.append(min(at, default=0.0))
+        assert set(radii) == {clear / 2, tap / 2}
+        depth = np.mean(np.array(radii) == tap / 2) * screws.length
+        assert depth == pytest.approx(1.5e-3 * float(screws.thread[1:]), abs=0.2e-3)
+    assert screws.length < screws.most
+    assert sum(s.count for s in made.screws if s.joins[1] == TOOL) == 4
+
+
+def inside(hole, x):
+    """Whether a point is on the axis of a hole."""
+    u = (hole.end - hole.start) / np.linalg.norm(hole.end - hole.start)
+    along = (x - hole.start) @ u
+    return (
+        -1e-9 <= along <= np.linalg.norm(hole.end - hole.start) + 1e-9
+        and np.linalg.norm(x - hole.start - along * u) < 1e-9
+    )
+
+
+def test_brackets_that_keep_aside_pass_each_other_at_any_angle():
+    for a in find_catalogue("rmd").actuators:
+        for theta in np.radians([42.0, 65.0, 90.0, 110.0]):
+            face = face_of(a.diameter, a.length)._replace(aside=True)
+            made, seat, _ = bracket(face, "side", np.array([np.sin(theta), 0.0, np.cos(theta)]), 1, SHOP)
+            lowest = min(points[:, 1].min() for points in corners_of(made.part))
+            on = seat.point + np.cross(seat.along, [0.0, 1.0, 0.0]) * SHOP.half + SHOP.flange * seat.along
+            assert min(lowest, on[2]) >= GAP / 2 - 1e-12, (a.name, theta)
+
+
+def test_joints_whose_brackets_meet_get_others():
+    apart = assemble(arm_of(), CHOSEN, SHOP, (2, 3))
+    for joint in (2, 3):
+        here = [each for each in apart.placed if each.mark.startswith(f"J{joint}-") and each.part.note == "angle"]
+        for each in here:
+            assert min(points[:, 1].min() for points in corners_of(each.part)) >= GAP / 2 - 1e-12
+    plate = next(each for each in apart.placed if each.part.kind == "tool plate")
+    assert plate.pose[:3, 3] == pytest.approx(TABLE.placements()[-1][:3, 3], abs=1e-12)
 
 
 def test_brackets_sit_on_the_ends_of_their_actuators(assembly):
@@ -225,25 +294,29 @@ def test_what_does_not_fit_is_refused():
         assemble(arm_of(), CHOSEN, dataclasses.replace(SHOP, wall=0.013))
 
 
-def gap_of(first, second, pose, *, placed=False):
+def gap_of(first, second, pose, *, placed=False, around=()):
     """The gap of two parts, one on link 0, one on link 1 at a pose, of an arm that stands still."""
     parts = tuple(Placed(part, f"P{k}", k, pose if k else np.eye(4)) for k, part in enumerate((first, second)))
     table = DHTable.from_rows([[0.0, 0, 0], [0.0, 0, 0.1]])
-    still = SimpleNamespace(demonstrations=(SimpleNamespace(path=SimpleNamespace(q=np.zeros((2, 1)))),), holdouts=())
-    result = SimpleNamespace(table=table, placed=placed, evaluation=still, problem=None)
-    return parts_gap(SimpleNamespace(assembly=Assembly(parts, ()), result=result))
+    shown = SimpleNamespace(obstacles=Obstacles(tuple(around)))
+    still = SimpleNamespace(demonstrations=(SimpleNamespace(path=SimpleNamespace(q=np.zeros((2, 1)))),))
+    result = SimpleNamespace(
+        table=table, placed=placed, evaluation=still, problem=SimpleNamespace(demonstrations=(shown,)),
+        base_pose=SimpleNamespace(matrix=np.eye(4)),
+    )  # fmt: skip
+    return parts_gap(Assembly(parts, ()), result)
 
 
-def test_gaps_of_parts_by_hand(monkeypatch):
-    monkeypatch.setattr(parts_clearance, "motions", lambda evaluation, problem: [(None, np.zeros((2, 1)))])
+def test_gaps_of_parts_by_hand():
     square = np.array([[0.0, 0], [0.02, 0], [0.02, 0.02], [0, 0.02]])
     block = SHOP.part("bracket", [Prism(square, 0.02)], [])
     rod = SHOP.part("spacer", [Rod(np.zeros(3), np.array([0.0, 0.0, 0.05]), 0.01)], [])
     pose = np.eye(4)
     pose[:3, 3] = [0.035, 0.01, 0.0]  # the round side is 0.035 - 0.01 - 0.02 from the block
-    assert gap_of(block, rod, pose).value == pytest.approx(0.005, abs=1e-6)
+    gap = gap_of(block, rod, pose)
+    assert (gap.value, gap.joint, gap.met) == (pytest.approx(0.005, abs=1e-6), 1, False)
     pose[0, 3] = 0.025
-    assert gap_of(block, rod, pose).value == 0.0
+    assert (gap_of(block, rod, pose).value, gap_of(block, rod, pose).met) == (0.0, True)
     pose[:3, 3] = [0.4, 0.0, 0.0]
     assert gap_of(block, rod, pose) is None
     tilted = np.eye(4)
@@ -251,6 +324,16 @@ def test_gaps_of_parts_by_hand(monkeypatch):
     tilted[:3, 3] = [0.4, 0.0, 0.022]
     lifted = SHOP.part("spacer", [Rod(np.array([0.0, 0, 0.1]), np.array([0.0, 0, 0.15]), 0.01)], [])
     assert gap_of(lifted, rod, tilted, placed=True).value == pytest.approx(0.012, abs=1e-9)
+    # a ball 7 mm beside the round side; a table under the base, against which what stands on it does not count
+    at, below = np.eye(4), np.eye(4)
+    below[2, 3] = -0.05
+    at[:3, 3] = [0.4 + 0.01 + 0.007 + 0.03, -0.02, 0.022]
+    ball = Obstacle("ball", Sphere(0.03), at)
+    table = Obstacle("table", Box(np.array([2.0, 2.0, 0.1])), below)
+    found = gap_of(block, rod, tilted, around=(ball,))
+    assert (found.value, found.parts) == (pytest.approx(0.007, abs=1e-6), ("P1", "ball"))
+    found = gap_of(block, rod, tilted, placed=True, around=(table,))
+    assert (found.value, found.parts) == (pytest.approx(0.012, abs=1e-6), ("P1", "table"))
 
 
 def test_published_bolt_circles_are_taken():
