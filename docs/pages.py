@@ -118,9 +118,9 @@ def result_page() -> str:
         f"{schema['description']} The schema itself, `armdesign/runs/result.schema.json`, comes along; "
         "runs of every kind are held against it by the tests. A run inside a run folder (`demonstration_2`) has the "
         "entries that are always there. `build` and `evaluate` leave out what is of a search.", "",
-        "```py", "import json, jsonschema", "from armdesign.runs.folder import RESULT_SCHEMA", "",
+        "```python", "import json, jsonschema", "from armdesign.runs.folder import RESULT_SCHEMA", "",
         "schema = json.loads(RESULT_SCHEMA.read_text())",
-        'jsonschema.validate(json.load(open("runs/weld/result.json")), schema)', "```", "",
+        'jsonschema.validate(json.load(open("runs/lift/result.json")), schema)', "```", "",
         "| entry | type | meaning | |", "|---|---|---|---|", *rows, "",
     ])  # fmt: skip
 

@@ -21,8 +21,21 @@ from armdesign.runs.folder import RESULT_SCHEMA
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
+
+
+def load(path: Path):
+    """A module by its file."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+SITE = load(DOCS / "pages.py")
 RUN_ELSEWHERE = ("long-searches", "robot-files")
 """Pages whose blocks tests/test_readme.py runs behind those of the README."""
+PLUG_INS = "plug-ins"
+"""The page that test_plugins_page.py runs."""
 RUN_HERE = [page for page in PAGES if page.stem not in RUN_ELSEWHERE and "```bash" in page.read_text(encoding="utf-8")]
 BLOCK = re.compile(r"(?P<before>[^\n]*)\n```(?P<language>\w+)\n(?P<text>.*?)^```", re.MULTILINE | re.DOTALL)
 NOT_RUN = re.compile(r"<!-- not run: .{8,} -->")
@@ -37,20 +50,23 @@ def blocks(page: Path) -> list[re.Match[str]]:
     return list(BLOCK.finditer(page.read_text(encoding="utf-8")))
 
 
-def load(path: Path):
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [*PAGES, *(ROOT / name for name in SITE.COPIES)], ids=lambda page: page.stem)
 def test_every_block_is_run_or_says_why_not(page):
-    for block in blocks(page):
+    found = blocks(page)
+    fences = re.findall(r"^\s*```", page.read_text(encoding="utf-8"), re.MULTILINE)
+    assert 2 * len(found) == len(fences), f"{page.name} has a block without a language, or one that is indented"
+    for block in found:
         language, text = block["language"], block["text"]
         if NOT_RUN.search(block["before"]):
             continue
         assert language in ("bash", "toml", "json", "text", "math", "python"), (page.name, text)
+        if language in ("bash", "python"):
+            assert page in RUN_HERE or page.stem in (*RUN_ELSEWHERE, PLUG_INS), (
+                f"{page.name} has {language} that no test runs"
+            )
+        if language == "bash":
+            lines = text.replace("\\\n", " ").splitlines()
+            assert [line for line in lines if line and not line.startswith("armdesign ")] == [], "no test runs these"
         if language == "toml":
             tomllib.loads(text)
         if language == "json":
@@ -89,8 +105,10 @@ def test_blocks_of_a_page_run_in_order(workplace, monkeypatch, page):
     for words in commands(page):
         outcome = CliRunner().invoke(app, words)
         assert outcome.exit_code in ((0, 3) if words[0] in VERDICTS else (0,)), (words, outcome.output[-600:])
-    if page.stem != "plug-ins":  # which has a test of its own
-        exec("".join(block["text"] for block in blocks(page) if block["language"] == "python"), {})  # noqa: S102
+    exec("".join(block["text"] for block in blocks(page) if block["language"] == "python"), {})  # noqa: S102
+    if page.stem == "tutorial":  # whose run this page of the code reads
+        (block,) = re.findall(r"```python\n(.*?)```", SITE.result_page(), re.DOTALL)
+        exec(block, {})  # noqa: S102
     strict = Draft202012Validator(json.loads(RESULT_SCHEMA.read_text(encoding="utf-8")))
     for result in workplace.rglob("result.json"):
         strict.validate(json.loads(result.read_text(encoding="utf-8")))
@@ -101,7 +119,7 @@ def test_pages_that_run_here_are_found():
 
 
 def test_pages_of_the_code_name_every_command_setting_and_function():
-    pages = load(DOCS / "pages.py")
+    pages = SITE
     text = pages.commands_page()
     for name in pages.COMMANDS:
         assert f"## armdesign {name}\n" in text
@@ -115,7 +133,7 @@ def test_pages_of_the_code_name_every_command_setting_and_function():
 
 def test_navigation_has_every_page():
     named = re.findall(r": ([\w/-]+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE)
-    pages = load(DOCS / "pages.py")
+    pages = SITE
     there = {page.relative_to(DOCS).as_posix() for page in PAGES} | {*pages.GENERATED} | {*pages.COPIES.values()}
     assert sorted(named) == sorted(there)
 
