@@ -118,23 +118,32 @@ def test_pages_that_run_here_are_found():
     assert {"tutorial", "markers", "place-the-base", "model-the-cell", "tolerance"} <= {page.stem for page in RUN_HERE}
 
 
-def test_pages_of_the_code_name_every_command_setting_and_function():
-    pages = SITE
-    text = pages.commands_page()
-    for name in pages.COMMANDS:
-        assert f"## armdesign {name}\n" in text
-    assert "`--budget N`" in text
-    text = pages.settings_page()
-    for kind in pages.SECTIONS:
-        assert all(f"| `{name}` |" in text for name in kind.names())
-    assert "`verdict.self_clearance.value`" in pages.result_page()
-    assert "::: armdesign.search.search.search" in pages.api_page()
+def test_page_of_commands_has_every_option_and_argument():
+    page = SITE.commands_page()
+    sections = dict(re.findall(r"^#{2,3} (armdesign [^\n]+)\n(.*?)(?=^#{2,3} |\Z)", page, re.MULTILINE | re.DOTALL))
+    for name in SITE.COMMANDS:
+        command = SITE.load_command(name)
+        inner = getattr(command, "commands", None)
+        for path, each in [(name, command)] if inner is None else [(f"{name} {sub}", inner[sub]) for sub in inner]:
+            section = sections[f"armdesign {path}"]
+            for parameter in each.params:
+                shown = max(parameter.opts, key=len) if parameter.param_type_name == "option" else parameter.metavar
+                assert (shown or parameter.name.upper()).strip("[].") in section, (path, shown)
+
+
+def test_pages_of_the_code_have_every_setting_entry_and_function():
+    page = SITE.settings_page()
+    for kind in SITE.SECTIONS:
+        assert all(f"| `{name}` |" in page for name in kind.names())
+    schema = json.loads(RESULT_SCHEMA.read_text(encoding="utf-8"))
+    assert [name for name, _, meaning in SITE.entries(schema, schema) if not meaning] == []
+    assert "`verdict.self_clearance.value`" in SITE.result_page()
+    assert "::: armdesign.search.search.search" in SITE.api_page()
 
 
 def test_navigation_has_every_page():
     named = re.findall(r": ([\w/-]+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE)
-    pages = SITE
-    there = {page.relative_to(DOCS).as_posix() for page in PAGES} | {*pages.GENERATED} | {*pages.COPIES.values()}
+    there = {page.relative_to(DOCS).as_posix() for page in PAGES} | {*SITE.GENERATED} | {*SITE.COPIES.values()}
     assert sorted(named) == sorted(there)
 
 
