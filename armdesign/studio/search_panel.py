@@ -22,6 +22,7 @@ from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import COLOURS
 
 NOT_FOUND = "If it stays so: allow a longer arm in the panel Room, another place, or one joint more."
+MORE_FOLLOW = "Arms of more joints are tried next, by itself."
 NOT_GOOD = "Allow one joint more, or a longer arm or larger error in the panel Room."
 MOST_JOINTS = 8
 AUTO, NO_RUN = "as few as do it", "choose one"
@@ -46,6 +47,7 @@ class SearchPanel:
         self.run: Path | None = None
         self.result: Result | None = None
         self.process: Popen[bytes] | None = None
+        self.stopping = False  # a search that somebody ends has not failed
         self.seen: tuple[str, float | None] = ("", None)
         self.curve: dict[Path, list[tuple[float, float]]] = {}
         self.joints = gui.add_dropdown("Joints", (AUTO, *map(str, range(2, MOST_JOINTS + 1))))
@@ -122,7 +124,7 @@ class SearchPanel:
 
     def leave(self) -> None:
         """Watch nothing; the search goes on."""
-        self.run, self.result = None, None
+        self.run, self.result, self.stopping = None, None, False
         self.start.visible = True
         for handle in (self.bar, self.halt, self.resume, self.more):
             handle.visible = False
@@ -134,13 +136,14 @@ class SearchPanel:
 
     def end(self) -> None:
         """End the search with the best arm so far."""
+        self.stopping = True
         if self.run is None or not commands.stop(self.run):
             raise SettingsError("nobody is searching in this run", value=str(self.run), fix="Start a search")
 
     def go_on(self) -> None:
         """Go on with a search that has not ended."""
         if self.run is not None:
-            self.process = commands.begin(self.run)
+            self.process, self.stopping = commands.begin(self.run), False
             self.seen = ("", None)
 
     def list_runs(self) -> None:
@@ -187,9 +190,10 @@ class SearchPanel:
         if self.process is not None and not alive and run.state in ("broken", "stopped", "failed"):
             self.process = None
             words = commands.last_words(self.run) or "The search has ended without a word; see its studio.log."
-            self.page.set_html(self.state, f'<b class="bad">The search has failed</b><br>{escape(words)}')
-            self.page.notify("The search has failed", words, "red", None)
-            self.seen = (run.state, run.best)
+            if not self.stopping:
+                self.page.set_html(self.state, f'<b class="bad">The search has failed</b><br>{escape(words)}')
+                self.page.notify("The search has failed", words, "red", None)
+                self.seen = (run.state, run.best)
         state = "running" if alive and run.state in ("broken", "stopped", "interrupted") else run.state
         running = state == "running"
         self.bar.visible, self.halt.visible = running and bool(run.iterations), running
@@ -202,7 +206,8 @@ class SearchPanel:
         self.page.set_html(self.count, tried)
         if run.best is None and running:
             if run.iterations:
-                self.page.set_html(self.state, f"<h4>Searching</h4>None can do the motion yet. {NOT_FOUND}")
+                advice = MORE_FOLLOW if holds_auto(self.run) else NOT_FOUND
+                self.page.set_html(self.state, f"<h4>Searching</h4>None can do the motion yet. {advice}")
             return
         if (state, run.best) == self.seen:
             return
@@ -224,13 +229,16 @@ class SearchPanel:
             advice = NOT_FOUND if state in ("failed", "finished", "interrupted") else ""
             self.page.set_html(self.state, f"<h4>{STATES.get(state, state)}</h4>{advice}")
             return
+        first = self.result is None
         self.result = result = dataclasses.replace(result, name=self.run.name)
         arm = design_arm(result, "best arm so far" if state == "running" else None)
         self.page.problem = result.problem.in_room
         self.page.panels["Room"].show()
         self.page.show_arms((arm, COLOURS[0]))
+        if first or state != "running":
+            self.page.look()
         points = self.curve.setdefault(run.folder, [])
-        points.append((float(run.iterations or 0), 1e3 * float(arm.error.max())))
+        points.append((float(run.iterations or 0), 1e3 * result.evaluation.fitness))
         ended = state in ("finished", "interrupted", "evaluated")
         lines = [f"<h4>{STATES.get(state, state)}</h4>"]
         if ended:
@@ -243,15 +251,14 @@ class SearchPanel:
             lines.append(f"{run.iterations or result.facts.evaluations} arms tried. {escape(result.facts.found)}")
         x, y = np.array(points, dtype=float).reshape(-1, 2).T
         if len(x) > 1:
-            lines.append(plot([Curve(x, y, COLOURS[0], "best so far")], "Largest error of the best arm so far [mm]",
-                              "arms tried"))  # fmt: skip
+            title = "Score of the best arm so far: errors and detours [mm]"
+            lines.append(plot([Curve(x, y, COLOURS[0], "best so far")], title, "arms tried"))
         if ended:
             ways = link("Download", "parts list and files"), link("Arms", "compare it"), link("Redesign", "change it")
             lines.append(f"<p>Next: {ways[0]}, or {ways[1]} with other arms, or {ways[2]} by hand.</p>")
             self.page.panels["Download"].begin(result, self.run)
             self.page.panels["Redesign"].begin(result)
             self.page.panels["Arms"].begin(result, self.run)
-            self.page.look()
         self.more.visible = ended and not result.verdict.passed and result.table.dof < MOST_JOINTS
         if self.more.visible:
             lines.append(f"Not good enough? {NOT_GOOD}")

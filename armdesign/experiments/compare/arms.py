@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from armdesign._types import Array
 from armdesign.errors import DesignError, RunFolderError, SettingsError
@@ -17,6 +17,7 @@ from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.dh_files import read_base_pose, read_design
 from armdesign.runs.folder import settings_file
+from armdesign.runs.reading import read_slides
 from armdesign.search.evaluation import check_design
 from armdesign.search.result import Result
 from armdesign.settings.sections import Settings
@@ -34,6 +35,7 @@ class DesignArm:
         table: The arm.
         limits: Joint limits, shape (n, 2) [rad].
         base: Where its base stands in the room; None where nothing says it.
+        slides: Where its joint modules sit on their axes, n of them [m]; None where nothing says it.
     """
 
     name: str
@@ -41,6 +43,7 @@ class DesignArm:
     table: DHTable
     limits: Array
     base: BasePose | None = None
+    slides: tuple[float, ...] | None = None
 
     @property
     def dof(self) -> int:
@@ -80,7 +83,8 @@ def open_arms(
     arms: list[DesignArm | SerialArm] = []
     for arm in given:
         if isinstance(arm, Result):
-            arms.append(DesignArm(arm.name, str(arm.folder or arm.name), arm.table, arm.limits, arm.base_pose))
+            place = str(arm.folder or arm.name)
+            arms.append(DesignArm(arm.name, place, arm.table, arm.limits, arm.base_pose, arm.known_slides))
         elif isinstance(arm, str | Path):
             arms.append(open_arm(str(arm), settings, links.get(str(arm))))
         else:
@@ -164,7 +168,16 @@ def open_design(path: Path, settings: Settings) -> DesignArm:
     own = carried_settings(path, ("design",)) or settings
     limits = joint_limits(replace(own.design, dof=table.dof, joints=table.joints))
     name = path.resolve().name if path.name != "result.json" else path.resolve().parent.name
-    return DesignArm(name, str(path), table, limits, read_base_pose(path))
+    slides = read_slides(content_of(path), path, table.dof)
+    return DesignArm(name, str(path), table, limits, read_base_pose(path), slides)
+
+
+def content_of(path: Path) -> dict[str, Any]:
+    """What the result.json of a run says; nothing for what is no run, such as a plain DH table."""
+    try:
+        return read_json(path / "result.json" if path.is_dir() else path)
+    except RunFolderError:
+        return {}
 
 
 def carried_settings(path: Path, sections: Sequence[str] | None = None) -> Settings | None:
@@ -177,10 +190,7 @@ def carried_settings(path: Path, sections: Sequence[str] | None = None) -> Setti
     Raises:
         SettingsError: One is unknown or not allowed.
     """
-    try:
-        carried = read_json(path / "result.json" if path.is_dir() else path).get("settings")
-    except RunFolderError:
-        return None
+    carried = content_of(path).get("settings")
     if not isinstance(carried, Mapping):
         return None
     kept = {name: entries for name, entries in carried.items() if sections is None or name in sections}

@@ -10,17 +10,20 @@ import numpy as np
 import pinocchio as pin
 
 from armdesign._types import Array
+from armdesign.bodies.exact import ExactScene
 from armdesign.bodies.loads import base_gravity
 from armdesign.experiments.compare.arms import Arm, DesignArm, open_arms
 from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch, mount_arm
 from armdesign.experiments.compare.dynamics import design_model, moving_mass, peak_torques, ready_made_model
 from armdesign.experiments.compare.serial_arm import SerialArm
+from armdesign.feasibility.verdict import clearances, exact_obstacles
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
 from armdesign.fitness.problem import Problem, make_problem, start_effort
 from armdesign.kinematics.base_pose import placed_base
 from armdesign.kinematics.motion import smooth_motion
 from armdesign.search.design_problem import DesignProblem
-from armdesign.search.result import Result
+from armdesign.search.evaluation import PathEvaluation, combined_evaluation
+from armdesign.search.result import Result, done
 from armdesign.settings.sections import Settings, Solver
 
 DESIGN, READY_MADE = "design", "ready-made"
@@ -38,6 +41,8 @@ class ArmScore:
         moving_mass: Mass of all that moves [kg]; None where it is not known.
         torque: Peak torque of each joint, shape (n,) [N m]; None where it is not known.
         speed: Largest speed of each joint that turns, on the smoothed path [rad/s]; None where nothing is reached.
+        clearance: How near its bodies come to one another and to obstacles over the whole motion [m], negative where
+            they are inside one another; None where its bodies are not known.
         base: Base pose (x, y, z, yaw) that was found for a ready-made arm, shape (4,) [m, rad].
         mounted: What its base is mounted on: floor, wall or ceiling.
         evaluations: Base poses that were tried.
@@ -50,6 +55,7 @@ class ArmScore:
     moving_mass: float | None = None
     torque: Array | None = None
     speed: Array | None = None
+    clearance: float | None = None
     base: Array | None = None
     mounted: str = "floor"
     evaluations: int = 0
@@ -168,10 +174,34 @@ def score_design(design: DesignArm, problem: DesignProblem, payload: float = 0.0
     path_problem = make_problem(task.P, task.R, task.dt, design.limits, problem.settings.fitness, solver)
     path_problem = path_problem.with_joints(design.table.prismatic)
     scores, path = BlockEvaluator(path_problem, block=1).follow(design.table)
-    row = ArmScore(design, scores, path, moving_mass=moving_mass(design_model(design.table)))
+    near = least_clearance(design, whole, scores, path)
+    row = ArmScore(design, scores, path, moving_mass=moving_mass(design_model(design.table)), clearance=near)
     model = design_model(design.table, payload)
     model.gravity.linear = base_gravity(whole.base_pose)
     return with_effort(row, problem, model)
+
+
+def least_clearance(design: DesignArm, problem: DesignProblem, scores: Scores, path: PathResult) -> float | None:
+    """How near a design's bodies come to one another and to obstacles, by the exact check of its verdict [m].
+
+    Args:
+        design: The design.
+        problem: The task where the design stands; its settings say what bodies are made of.
+        scores: What the design does on the task, one entry each.
+        path: Its path.
+
+    Returns:
+        The least over the motion, between frames too; None of a thin arm, and where the start is not reached.
+    """
+    if problem.settings.body.kind == "thin" or not scores.valid[0]:
+        return None
+    seen = problem.with_settings({"design": {"dof": design.dof, "joints": design.table.joints}})
+    r, f, E = (float(each[0]) for each in (scores.fitness, scores.path_fitness, scores.area))
+    scored = PathEvaluation(r, f, E, path)
+    arm = Result(seen, combined_evaluation(design.table, [scored]), known_slides=design.slides)
+    scene = ExactScene(arm.body, exact_obstacles(seen.first.obstacles), arm.base_pose.matrix)
+    gaps = clearances([scene], [done(design.table, seen.first, scored)])
+    return min((gap.value for gap in gaps if gap is not None), default=None)
 
 
 def score_ready_made(

@@ -15,14 +15,15 @@ from armdesign.files import csv_table
 from armdesign.views.report.others import OtherArm, winners
 
 SCHEMA_VERSION = 1
-EFFORT = ("arm", "error [mm]", "mean", "joints", "L [m]", "kg", "N m", "deg/s")
-"""Headings of the first table: the hand's largest and mean error, and what that takes: moving mass, torque, speed."""
+EFFORT = ("arm", "error [mm]", "mean", "joints", "L [m]", "kg", "N m", "deg/s", "clear [mm]")
+"""Headings of the first table: the hand's largest and mean error, and what that takes: moving mass,
+torque, speed, and how near its bodies come to one another and to obstacles."""
 FITNESS = ("arm", "r [m]", "f [mm]", "E [mm]", "start [mm]")
 """Headings of the second: the figures of the paper."""
 COLUMNS = (
     "name", "kind", "joints", "length", "fitness", "path_fitness", "area", "worst_error", "worst_point",
     "start_reached", "start_error", "moving_mass", "peak_torque", "base_x", "base_y", "base_z", "base_yaw", "tool",
-    "source", "peak_speed",
+    "source", "peak_speed", "clearance",
 )  # fmt: skip
 """Columns of the CSV."""
 
@@ -39,6 +40,7 @@ def effort_cells(row: ArmScore) -> tuple[str, ...]:
         shown(arm.mass, 2),
         shown(arm.torque, 1),
         shown(speed and float(np.rad2deg(speed)), 0),
+        shown(row.clearance and 1e3 * row.clearance, 0),
     )
 
 
@@ -105,6 +107,11 @@ def comparison_notes(comparison: Comparison) -> list[str]:
         f"Torques: inverse dynamics with gravity along the path, {loaded}; designs with the body of their URDF, "
         "ready-made arms with the masses of their files."
     )
+    if any(row.clearance is not None for row in rows):
+        notes.append(
+            "Clear: how near a design's bodies come to one another and to obstacles, as 'armdesign check' has it; "
+            "those of ready-made arms are not looked at."
+        )
     return notes
 
 
@@ -163,6 +170,7 @@ def row_content(row: ArmScore, points: tuple[str, ...]) -> dict[str, Any]:
         "peak_torque": row.peak_torque,
         "joint_torques": row.torque,
         "peak_speed": row.peak_speed,
+        "clearance": row.clearance,
         "tool": row.tool,
         "base": None if row.base is None else dict(zip(("x", "y", "z", "yaw"), row.base.tolist(), strict=True)),
         "mounted": None if row.base is None else row.mounted,

@@ -64,6 +64,9 @@ def test_designs_keep_the_fitness_of_their_own_task(task, scored, tmp_path, monk
         for name in ("fitness", "path_fitness", "area", "length", "start_error"):
             assert arm[name] == pytest.approx(result[name], abs=1e-12), name
         assert arm["worst_error"] == max(point["max"] for point in result["point_error"].values())
+        verdict = result["verdict"]
+        gaps = [gap["value"] for name in ("self", "obstacle") if (gap := verdict[f"{name}_clearance"]) is not None]
+        assert arm["clearance"] == pytest.approx(min(gaps), abs=1e-9)
         assert arm["base"] is None
         assert arm["start_reached"] is True
         assert arm["peak_torque"] == max(arm["joint_torques"]) > 0.0
@@ -89,6 +92,7 @@ def test_the_table_holds_designs_and_ready_made_arms(place):
     ur3 = content["arms"][1]
     assert set(ur3["base"]) == {"x", "y", "z", "yaw"}
     assert ur3["evaluations"] == 20
+    assert ur3["clearance"] is None is not content["arms"][0]["clearance"]
     assert content["task"] | {"frames": 100, "points": ["upper_arm", "forearm", "hand"]} == content["task"]
 
 
