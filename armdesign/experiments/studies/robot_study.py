@@ -188,7 +188,7 @@ def mean_fitness(done: Sequence[Record], task: str | None = None, n: int | None 
 def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
     """How good every search's arms are: mean r by number of joints, lowest to highest seed; a panel per task."""
     names, algorithms = [task_name(key) for key in request.tasks], list(request.options["algorithms"])
-    height = 0.35 + 0.16 * len(algorithms) * len(request.dof) + 0.05 * len(algorithms)
+    height = 0.3 + (0.06 * len(request.dof) + 0.08) * len(algorithms)
     picture = Figure(figsize=(4.8, (height + 0.5) * len(names) + 0.4), layout="constrained")
     panels = picture.subplots(len(names), 1, squeeze=False, sharex=True)[:, 0]
     for axes, name in zip(panels, names, strict=True):
@@ -198,10 +198,10 @@ def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
         axes.set_title(name, fontsize=9.5, loc="left")
         axes.set_yticks(range(len(algorithms)), [TITLES[each] for each in algorithms])
         axes.set_ylim(len(algorithms) - 0.5, -0.5)
-        axes.set_xlim(left=0.0)
         axes.grid(axis="x", linewidth=0.35)
         for edge in range(1, len(algorithms)):
             axes.axhline(edge - 0.5, color="#dddddd", linewidth=0.6)
+    panels[-1].set_xlim(left=0.0)  # once all is drawn, as this ends the scaling of the axis that they share
     panels[-1].set_xlabel("robot fitness r [m], less is better")
     handles, labels = panels[0].get_legend_handles_labels()
     picture.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8.5, frameon=False, handlelength=1.2)
