@@ -18,12 +18,13 @@ from armdesign.export.parts import BASE_LINK, TOOL_LINK, WORLD
 from armdesign.export.robot_file import Robot
 from armdesign.export.templates import render
 from armdesign.export.trajectory.scaling import MAX_ACCELERATION, MAX_SLIDE_ACCELERATION
+from armdesign.export.trajectory.trajectory_files import CONTROLLER
 from armdesign.export.xml_text import number
 
 SAMPLES, FEW = 10_000, 1000
 """Poses that the joint space is looked at in, as many as MoveIt's assistant takes; and for the free share alone."""
 GROUP, TOOL_GROUP, START = "arm", "tool", "demonstrated_start"
-CONTROLLER, BROADCASTER = "arm_controller", "joint_state_broadcaster"
+BROADCASTER = "joint_state_broadcaster"
 UPDATE_RATE = 500
 """Of the controllers [1/s]."""
 FULL = 6

@@ -9,7 +9,6 @@ from armdesign._version import __version__
 from armdesign.errors import SettingsError
 from armdesign.export.planning import (
     BROADCASTER,
-    CONTROLLER,
     controllers_yaml,
     joint_limits_yaml,
     kinematics_yaml,
@@ -18,6 +17,7 @@ from armdesign.export.planning import (
 )
 from armdesign.export.robot_file import Robot
 from armdesign.export.templates import render
+from armdesign.export.trajectory.trajectory_files import CONTROLLER
 from armdesign.export.urdf import CONTROLLERS, robot_urdf
 
 NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")

@@ -16,7 +16,7 @@ import numpy as np
 
 from armdesign.errors import MissingExtraError, RunFolderError
 from armdesign.export.trajectory.scaling import Motion
-from armdesign.export.trajectory.trajectory_files import FRAME_ID, joint_names, seconds_nanoseconds
+from armdesign.export.trajectory.trajectory_files import CONTROLLER, FRAME_ID, joint_names, seconds_nanoseconds
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -25,7 +25,7 @@ NAME = "joint_trajectory_bag"
 """Name of the bag's storage."""
 STATES_TOPIC = "/joint_states"
 STATES = "sensor_msgs/msg/JointState"
-TRAJECTORY_TOPIC = "/joint_trajectory_controller/joint_trajectory"
+TRAJECTORY_TOPIC = f"/{CONTROLLER}/joint_trajectory"
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 START = 1.0
 """Stamp of the first message [s]; in ROS a stamp of 0 means the latest time."""

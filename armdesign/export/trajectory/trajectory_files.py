@@ -9,6 +9,8 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.export.trajectory.scaling import Motion
 
+CONTROLLER = "arm_controller"
+"""The controller that follows the motion in ROS 2."""
 FRAME_ID = "base_link"
 NANOSECONDS = 1_000_000_000
 

@@ -16,6 +16,7 @@ from armdesign.export.formats import FORMATS
 from armdesign.export.options import RobotOptions
 from armdesign.export.options import assumptions as assumed
 from armdesign.export.trajectory.exporting import FILES
+from armdesign.export.trajectory.ros2_bag import TRAJECTORY_TOPIC
 from armdesign.fitness.constraints import joint_limits
 from armdesign.fitness.problem import start_effort
 from armdesign.search.result import Result, SearchFacts
@@ -290,7 +291,7 @@ def recipes(run: Result) -> list[Recipe]:
             "The model in RViz; the demonstrated motion, sent to a joint trajectory controller.",
             f"ros2 launch urdf_tutorial display.launch.py model:=$(realpath {urdf})\n"
             f"armdesign export {place} --trajectory ros\n"
-            "ros2 topic pub --once /joint_trajectory_controller/joint_trajectory "
+            f"ros2 topic pub --once {TRAJECTORY_TOPIC} "
             f'trajectory_msgs/msg/JointTrajectory "$(cat {motion})"',
         ),
         Recipe(
