@@ -401,9 +401,8 @@ def linked(link: int, ends: Sequence[Face | None], points: Sequence[Array], shop
         return Chain((), ())
     knots = [Knot(points[0], ends[0]), *(Knot(p) for p in points[1:-1]), Knot(points[-1], ends[1])]
     knots = without_near(knots, shop)
-    first, last = (_kinds(knots[i].face, _unit(knots[j].point - knots[i].point)) for i, j in ((0, 1), (-1, -2)))
     found, faults = [], []
-    for kinds in product(first, last):
+    for kinds in product(_kinds(knots[0].face), _kinds(knots[-1].face)):
         try:
             found.append(chained(link, knots, kinds, shop))
         except CatalogueError as error:
@@ -413,14 +412,11 @@ def linked(link: int, ends: Sequence[Face | None], points: Sequence[Array], shop
     return min(found, key=lambda chain: chain.mass)
 
 
-def _kinds(face: Face | None, along: Array) -> tuple[str, ...]:
-    """Kinds of brackets that may be on a face with a tube about along a direction; one at least, "" for the tool."""
+def _kinds(face: Face | None) -> tuple[str, ...]:
+    """Kinds of brackets that may be on a face; "" for the tool."""
     if face is None:
         return ("",)
-    theta = float(np.arccos(np.clip(along @ face.normal, -1.0, 1.0)))
-    kinds = ("wedge", "standing" if face.mark == "B" else "side" if face.aside else "angle")
-    near = [kind for kind in kinds if TURNS[kind][0] <= theta <= TURNS[kind][1]]
-    return tuple(near or kinds[1:])
+    return ("wedge", "standing" if face.mark == "B" else "side" if face.aside else "angle")
 
 
 def chained(link: int, knots: Sequence[Knot], kinds: tuple[str, str], shop: Shop) -> Chain:

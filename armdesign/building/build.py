@@ -472,7 +472,8 @@ def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, 
         choice = choose(duty(slower), costs)
         if choice is not None:
             return slower, choice
-    joint, short, best = weakest(plain)
+    even = slower is None and options.speed == "auto"
+    joint, short, best = weakest(duty(SLOWEST) if even else plain)
     helps = [] if slower is None else [f"{slower * 100:.0f} % of the speed (--speed {slower:g})"]
     carried = largest(lambda share: choose(duty(wanted, share * payload), costs) is not None, 1.0) if payload else None
     helps += [] if carried is None else [f"a payload of {carried * payload:.3g} kg"]
@@ -481,8 +482,9 @@ def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, 
         if name != options.catalogue and choose(duty(wanted, payload, among), [a.mass for a in among]) is not None:
             helps.append(f"--catalogue {name}")
     raise CatalogueError(
-        f"no actuator of '{options.catalogue}' is enough for joint {joint + 1}: the best, {best.name}, would need "
-        f"{short.most:.3g} times its {short.worst}, the margin of {options.margin:g} included", value=short.most,
+        f"no actuator of '{options.catalogue}' is enough for joint {joint + 1}"
+        f"{f', even at {SLOWEST * 100:g} % of the demonstrated speed' if even else ''}: the best, {best.name}, would "
+        f"need {short.most:.3g} times its {short.worst}, the margin of {options.margin:g} included", value=short.most,
         allowed="at most 1",
         fix=f"What would do: {'; '.join(helps)}" if helps else "A shorter or lighter arm, or another family, would do",
     )  # fmt: skip

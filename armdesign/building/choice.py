@@ -270,7 +270,7 @@ def weakest(duty: Duty) -> tuple[int, Shortfall, Actuator]:
     """The joint for which no size is enough even with the best modules behind it, what the best size lacks, and which.
 
     The joint is the one that lacks most; where single joints could all be served, but not together, the one that does
-    with the lightest modules behind it.
+    with the lightest modules behind it, or with the lightest of those that are enough for the joints behind it.
 
     Args:
         duty: What the joints do.
@@ -288,4 +288,12 @@ def weakest(duty: Duty) -> tuple[int, Shortfall, Actuator]:
         worst = max(found, key=lambda one: max(one[1]))
         if not worst[1].met:
             return worst
+    known = duty.fixed
+    for j in range(duty.dof - 1, -1, -1):
+        tried = [(s, duty.shortfall(j, s, (known + duty.share[j, s])[:, j])) for s in range(len(duty.sizes))]
+        met = [s for s, short in tried if short.met]
+        if not met:
+            s, short = min(tried, key=lambda one: (max(one[1]), one[1].most))
+            return j, short, duty.sizes[s]
+        known = known + duty.share[j, min(met, key=lambda s: duty.sizes[s].mass)]
     return worst

@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import armdesign
+from armdesign.building import tubes
 from armdesign.building.build import BuildOptions, build
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import part_sheet
@@ -22,6 +23,8 @@ from armdesign.building.record import recorded_build
 from armdesign.building.sheet import number
 from armdesign.cli import app
 from armdesign.errors import CatalogueError, SettingsError
+from armdesign.export.mjcf import robot_mjcf
+from armdesign.export.robot_file import finished_robot
 from armdesign.runs.reading import read_result
 from armdesign.runs.writing import write_result
 from armdesign.search.evaluation import evaluate_design
@@ -41,6 +44,30 @@ def folder(design, tmp_path_factory):
     place = tmp_path_factory.mktemp("build") / "run"
     write_result(place, design)
     return place
+
+
+@pytest.fixture(scope="module")
+def made(design):
+    return build(design, BuildOptions("rmd", payload=0.5, stock="aluminium", snap=False))
+
+
+def test_the_built_arm_follows_the_task_within_the_torques_of_its_data_sheets(made):
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(robot_mjcf(finished_robot(made.result)))
+    peaks = np.array([a.peak_torque for a in made.choice.actuators])
+    assert model.actuator_forcerange == pytest.approx(np.stack([-peaks, peaks], axis=1))
+    data, time, q = mujoco.MjData(model), made.result.problem.task.time, made.result.evaluation.path.q
+    data.qpos[:] = q[0]
+    off, step = [], model.opt.timestep
+    for now in np.arange(time[0] - 0.5, time[-1], step):  # half a second to settle
+        wanted = np.array([np.interp(now, time, angle) for angle in q.T])
+        data.ctrl[:] = wanted
+        mujoco.mj_step(model, data)
+        if now > time[0]:
+            off.append(np.linalg.norm(data.body("tool0").xpos - made.result.table.frames(wanted)[-1, :3, 3]))
+            assert (np.abs(data.actuator_force) <= peaks * (1 + 1e-9)).all()
+    assert np.mean(off) < 3e-3
+    assert np.max(off) < 8e-3
 
 
 def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
@@ -102,8 +129,7 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
         assert all(f"{holes.count} × {holes.thread}" in texts for holes in part.circles.values())
 
 
-def test_what_is_wrong_with_a_build_is_said(design):
-    made = build(design, BuildOptions("rmd", payload=0.5, snap=False))
+def test_what_is_wrong_with_a_build_is_said(made):
     made = replace(made, assembly=Assembly((), ()))
     apart = replace(made, gap=PartsGap(0.004, ("J2-L1", "J2-L2"), np.zeros(3), 2))
     assert (apart.fault, apart.fits) == ("", 2) == (apart.remedy, 2)
@@ -166,7 +192,15 @@ def test_snapping_beats_rounding_alone(design):
     assert made.result.fitness < scores.fitness[0]
 
 
-def test_bad_input(design, folder):
+def test_bad_input(design, folder, tmp_path):
+    coarse = tmp_path / "coarse.toml"  # what is cut to half a metre leaves these arms no length
+    text = (Path(tubes.__file__).parent / "stock" / "aluminium.toml").read_text()
+    coarse.write_text(text.replace("cut = 0.001", "cut = 0.5"))
+    with pytest.raises(CatalogueError, match="steps of 500 mm"):
+        build(design, BuildOptions("rmd", payload=0.3, stock=str(coarse)))
+    with pytest.raises(CatalogueError, match="even at 2 %") as error:
+        build(design, BuildOptions("dynamixel-p", payload=400.0, speed="auto"))
+    assert error.value.value > 1.0
     for bad, value in (({"least": "size"}, "size"), ({"margin": 0.5}, 0.5), ({"speed": 2.0}, 2.0)):
         with pytest.raises(SettingsError) as error:
             BuildOptions("rmd", **bad)

@@ -130,3 +130,14 @@ def test_stock_is_checked(tmp_path, old, new, words):
     with pytest.raises(CatalogueError, match=words):
         find_stock(str(file))
     assert len(find_stock("aluminium").tubes) > 5
+
+
+def test_what_lacks_is_more_than_all_there_is():
+    for seed in range(12):  # near the limit, where single joints could be served, but not together
+        rng = np.random.default_rng(seed)
+        arm, sizes = arm_body(TABLE, Body(), [0.25, 0.05, -0.02]), sizes_of(rng, 5)
+        duty = duty_of(arm, [motion_of(rng)], sizes, BasePose(), Load(0.3, 1.0))
+        for margin in np.geomspace(0.2, 20.0, 30):
+            scaled = replace(duty, margin=margin)
+            if choose(scaled, [a.mass for a in sizes]) is None:
+                assert max(weakest(scaled)[1]) > 1.0
