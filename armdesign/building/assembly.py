@@ -810,7 +810,7 @@ def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
     first, second, mark, u = joint.first, joint.second, joint.mark, joint.first.along
     hand = second.mark == TOOL
     length = joint.span - shop.flange - joint.cap(shop)
-    deep = min(shop.diameter, length / 2.0 - 1e-3)
+    deep = min(shop.diameter, float(np.floor(length * 500.0 - 1.0) * 1e-3))
     ends = (
         (flange(deep, shop), _seated(first.point, u, first.across), first),
         (tool_plate(deep, shop) if hand else flange(deep, shop), _seated(second.point, -u, second.across), second),
@@ -842,7 +842,7 @@ def tool_screws(mark: str, deep: float, shop: Shop) -> Screws:
         shop: What it is made for.
     """
     circle = tool_circle(shop)
-    bites = min(deep, 1.5e-3 * float(circle.thread[1:]))
+    bites = min(deep, 1e-3 * float(circle.thread[1:]))
     return Screws(circle.thread, TOOL_FLANGE + bites, circle.count, (mark, TOOL), most=TOOL_FLANGE + deep)
 
 
@@ -891,7 +891,8 @@ def _spigot(deep: float, thickness: float, shop: Shop) -> tuple[list[Rod], list[
     holes = [Rod(np.zeros(3), solid.end, bore)]
     holes += [Rod(middle + side * bore * x, middle + side * radius * x, pin(shop) / 2.0, oblique=True)
               for side in (1.0, -1.0)]  # fmt: skip
-    sizes = {"spigot": 2.0 * radius, "spigot length": deep, "bore": 2.0 * bore, "hole": pin(shop)}
+    sizes = {"spigot": 2.0 * radius, "spigot length": deep, "bore": 2.0 * bore, "hole": pin(shop),
+             "hole from disc": deep / 2.0}  # fmt: skip
     return [solid], holes, sizes
 
 

@@ -10,6 +10,7 @@ from armdesign._types import Array
 from armdesign.building.arm_drawing import Pose, arm_sheet, arranged, degrees, words_of_scale
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.labels import Labels
+from armdesign.building.part_tolerances import ANGLE, ANGLES, deviation
 from armdesign.building.parts import SCREWS, Part, Placed, Rod, file_name
 from armdesign.building.projection import SHADES, View, draw_solids, slanted, solids_of
 from armdesign.building.sheet import LETTER, SCALES, Box, Sheet, block_box, circle, framed, number, pdf_of, svg_of
@@ -21,16 +22,11 @@ PART_VIEWS = (
     View("right side view", (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
 )
 """Of a part in its own frame, in third angle; z is what brackets are drawn out along, and the axis of round parts."""
-ISO_2768_M = ((6.0, 0.1), (30.0, 0.2), (120.0, 0.3), (400.0, 0.5), (1000.0, 0.8), (np.inf, 1.2))
-"""Deviations allowed of lengths up to so much [mm]."""
-ANGLE = 0.2
-"""Deviation allowed of angles, that ``armdesign tolerance`` counts on [deg]."""
-ANGLES = ("angle", "turn")
 ROOM = (235.0, 235.0)
 """For front, top and side view of a part [mm]."""
 COLUMN = 266.0
 """Where tables beside the views begin [mm]."""
-NEXT = 0.055
+NEXT = 0.07
 """By how much each part is drawn away from the one before in the exploded view [m]."""
 
 
@@ -69,9 +65,11 @@ def part_sheet(places: Sequence[Placed], arm: str, of: str) -> Sheet:
     if len(holes) > 1:
         table = sheet.table((COLUMN, table[1] - 3.0), (66.0, 21.0, 26.0, 26.0), holes, 5.5)
     fields = [
-        ("title", f"{arm}: {part.name}"), ("mark on each", ", ".join(each.mark for each in places)),
+        ("title", f"{arm}: {part.name}"),
+        ("mark on each", marked(places)),
         ("material", f"{part.material}, {number(part.density, 0)} kg/m³"), ("quantity", str(len(places))),
-        ("mass of one", f"{number(1e3 * part.mass)} g"), ("general tolerance", f"ISO 2768-m, angles ±{ANGLE:g}°"),
+        ("mass of one", f"{number(1e3 * part.mass)} g"),
+        ("general tolerance", f"ISO 2768-m, angles ±{degrees(ANGLE)}°"),
         ("sheet", of),
     ]  # fmt: skip
     tilted = tilted_ways(part)
@@ -93,16 +91,33 @@ def part_sheet(places: Sequence[Placed], arm: str, of: str) -> Sheet:
     return framed(sheet, [*fields[:6], ("scale", words_of_scale(scale)), fields[6]])
 
 
+def marked(places: Sequence[Placed]) -> str:
+    """The marks of parts that are alike; those of links' ends together, as ``L0, L1: -T1-a/b``."""
+    ends: dict[str, list[str]] = {}
+    for each in places:
+        ends.setdefault(each.mark[:-2] if each.mark.endswith(("-a", "-b")) else each.mark, []).append(each.mark[-1])
+    names = [mark + (f"-{'/'.join(letters)}" if mark not in {e.mark for e in places} else "")
+             for mark, letters in ends.items()]  # fmt: skip
+    links: dict[str, list[str]] = {}
+    for name in names:
+        head, _, tail = name.partition("-")
+        links.setdefault(tail if head.startswith("L") else name, []).append(head)
+    return ", ".join(
+        tail if tail in names else f"{heads[0]}-{tail}" if len(heads) == 1 else f"{', '.join(heads)}: -{tail}"
+        for tail, heads in links.items()
+    )
+
+
 def dimension_rows(part: Part) -> Iterator[tuple[str, str, str]]:
     """Every dimension of a part by name with what it may be off, lengths in millimetres."""
     for name, value in part.sizes.items():
+        off = deviation(name, value)
         if name.startswith(ANGLES):
-            yield name, f"{degrees(value)}°", f"±{ANGLE:g}°"
+            yield name, f"{degrees(value)}°", f"±{degrees(off)}°"
         elif name == "spigot":  # it has to go into the tube
             yield name, f"{number(1e3 * value, 2)} mm", "0 / -0.1 mm"
         else:
-            size = 1e3 * value
-            yield name, f"{number(size, 2)} mm", f"±{next(x for most, x in ISO_2768_M if abs(size) <= most):g} mm"
+            yield name, f"{number(1e3 * value, 2)} mm", f"±{number(1e3 * off)} mm"
 
 
 def circle_rows(part: Part) -> Iterator[tuple[str, str, str, str]]:
@@ -242,7 +257,7 @@ def overview(build: Build, of: str) -> Sheet:
     kinds = assembly.counted()
     rows = [("no.", "part", "qty", "material", "mass [g]", "marks")]
     for k, (name, (part, places)) in enumerate(kinds.items(), start=1):
-        marks = ", ".join(each.mark for each in places)
+        marks = marked(places)
         mass = number(1e3 * part.mass)
         rows.append((str(k), name, str(len(places)), "bought" if part.bought else part.material, mass, marks))
     widths = (8.0, 36.0, 8.0, 36.0, 16.0, 66.0)

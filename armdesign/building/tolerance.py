@@ -65,6 +65,7 @@ class Tolerances:
         samples: Arms that are drawn.
         uniform: Whether deviations are uniform, not Gaussian: all or none, or those named, "length", "twist", "zero".
         seed: Of the random numbers.
+        links: Tolerances of every link's length and twist, over the ones above, n + 1 pairs [m, rad]; none for those.
     """
 
     length: float = 0.5e-3
@@ -73,6 +74,7 @@ class Tolerances:
     samples: int = 10000
     uniform: bool | Sequence[str] = False
     seed: int = 0
+    links: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -101,8 +103,11 @@ class Tolerances:
 
     def sigmas(self, dof: int) -> Array:
         """Standard deviations of the entries of an arm's table, shape (n + 1, 4) [rad, m, m, rad]."""
-        each = np.array([self.twist, self.length, self.length, self.zero])
-        return np.tile(each / np.where(self.evenly, np.sqrt(3.0), 2.0), (dof + 1, 1))
+        each = np.tile([self.twist, self.length, self.length, self.zero], (dof + 1, 1))
+        if self.links:
+            each[:, 1:3] = [[length] * 2 for length, _ in self.links]
+            each[:, 0] = [twist for _, twist in self.links]
+        return each / np.where(self.evenly, np.sqrt(3.0), 2.0)
 
     def drawn(self, rng: np.random.Generator, sigmas: Array, count: int) -> Array:
         """Deviations of arms, shape (count, n + 1, 4)."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from math import radians
+from math import degrees, radians
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from armdesign.building.part_tolerances import link_deviations
+from armdesign.building.record import RECORD, recorded_build
 from armdesign.building.tolerance import Band, ClearanceBand, Tolerances
 from armdesign.building.tolerance import tolerance as tolerance_of
 from armdesign.cli.command_errors import one_sentence_errors
@@ -17,6 +19,7 @@ from armdesign.cli.command_options import OUTPUT, number_of, option
 from armdesign.cli.screen import compiling, show_table, show_text
 from armdesign.errors import counted
 from armdesign.runs.checking import finished_arm
+from armdesign.search.result import Result
 
 SHOWN = 8
 """Dimensions of the budget that are shown."""
@@ -25,8 +28,18 @@ SHOWN = 8
 @one_sentence_errors
 def tolerance(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Run folder of a search, an evaluation or a build.")],
-    length: Annotated[str, option("--length", "MM", "Tolerance of lengths a and d.")] = "0.5mm",
-    twist: Annotated[str, option("--twist", "DEG", "Tolerance of twists alpha.")] = "0.2deg",
+    length: Annotated[
+        str | None,
+        option(
+            "--length", "MM", "Tolerance of lengths a and d; default: of a build what its drawings allow, else 0.5mm."
+        ),
+    ] = None,
+    twist: Annotated[
+        str | None,
+        option(
+            "--twist", "DEG", "Tolerance of twists alpha; default: of a build what its drawings allow, else 0.2deg."
+        ),
+    ] = None,
     zero: Annotated[str, option("--zero", "DEG", "Tolerance of the joints' zeros.")] = "0.1deg",
     samples: Annotated[int, option("--samples", "N", "Arms that are drawn.")] = 10000,
     uniform: Annotated[
@@ -45,7 +58,9 @@ def tolerance(
 
     Many arms are drawn, with and without calibration; beside it the budget in first order, which dimension costs what.
     """
-    given = {"length": (length, "mm"), "twist": (twist, "deg"), "zero": (zero, "deg")}
+    result = finished_arm(run)
+    links = part_deviations(result) if length is None and twist is None else ()
+    given = {"length": (length or "0.5mm", "mm"), "twist": (twist or "0.2deg", "deg"), "zero": (zero, "deg")}
     values = {
         name: number_of(f"--{name}", text.removesuffix("uniform").strip(), f"a number, such as 0.5{unit}", unit)
         for name, (text, unit) in given.items()
@@ -53,13 +68,17 @@ def tolerance(
     chosen = Tolerances(
         1e-3 * values["length"], radians(values["twist"]), radians(values["zero"]), samples,
         uniform or tuple(name for name, (text, _) in given.items() if text.endswith("uniform")), seed,
+        links,
     )  # fmt: skip
-    result = finished_arm(run)
     with compiling(quiet=as_json):
         report = tolerance_of(result, chosen)
     if as_json:
         typer.echo(json.dumps(asdict(report), indent=2))
         return
+    if links:
+        off, turned = max(length for length, _ in links), max(twist for _, twist in links)
+        show_text(f"By its parts' drawings lengths of links are off by up to {off * 1e3:.2f} mm, twists by "
+                  f"{degrees(turned):.2f} deg.")  # fmt: skip
     rows = [cells("as built", report.band)]
     if report.calibrated is not None:
         rows.append(cells("calibrated", report.calibrated))
@@ -82,6 +101,14 @@ def tolerance(
         f"All together {report.first_order * 1e3:.3f} mm root mean square in first order, "
         f"{report.moved * 1e3:.3f} mm by the arms drawn."
     )
+
+
+def part_deviations(result: Result) -> tuple[tuple[float, float], ...]:
+    """What the links of a build may be off by its parts' drawings; nothing of an arm that is no build of made parts."""
+    if result.folder is None or not (result.folder / RECORD).is_file():
+        return ()
+    assembly = recorded_build(result).assembly
+    return () if assembly is None else link_deviations(assembly, result.table.dof)
 
 
 def cells(name: str, band: Band) -> tuple[str, ...]:

@@ -17,11 +17,13 @@ from armdesign.building.build import BuildOptions, build
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import part_sheet
 from armdesign.building.part_lists import BILL
+from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import Assembly, file_name
 from armdesign.building.parts_clearance import PartsGap
 from armdesign.building.record import recorded_build
 from armdesign.building.sheet import number
 from armdesign.cli import app
+from armdesign.cli.tolerance_command import part_deviations
 from armdesign.errors import CatalogueError, SettingsError
 from armdesign.export.mjcf import robot_mjcf
 from armdesign.export.robot_file import finished_robot
@@ -96,6 +98,8 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
         joint.find("limit") for joint in ET.parse(out / "arm.urdf").iter("joint") if joint.find("limit") is not None
     ]
     assert sorted(float(x.get("effort")) for x in limits) == sorted(a.peak_torque for a in pieces)
+    assert part_deviations(built) == link_deviations(assembly, built.table.dof)
+    assert part_deviations(design) == ()
     cuts = list(csv.DictReader((out / "cuts.csv").open()))
     tubes = {each.mark: each.part.sizes["length"] for each in assembly.placed if each.part.kind == "tube"}
     assert {row["mark"]: float(row["length [mm]"]) for row in cuts} == pytest.approx(

@@ -26,8 +26,11 @@ from armdesign.building.assembly import (
     tube,
 )
 from armdesign.building.catalogue import find_catalogue
+from armdesign.building.part_drawing import dimension_rows, marked
+from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod
 from armdesign.building.parts_clearance import parts_gap
+from armdesign.building.tolerance import Tolerances
 from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Sphere
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.dh import DHTable
@@ -276,6 +279,33 @@ def test_mass_and_inertia_of_links_are_those_of_their_parts(assembly):
         assert known.com == pytest.approx(centre)
         assert known.entries == pytest.approx(entries[link])
     assert sum(e.part.mass for e in assembly.placed if e.part.bought) == pytest.approx(sum(a.mass for a in CHOSEN))
+
+
+def test_what_parts_may_be_off_adds_up_along_a_link(assembly):
+    found = link_deviations(assembly, 3)
+    for link, (length, twist) in enumerate(found):
+        parts = [each.part for each in assembly.of_link(link)]
+        angles = sum(name.startswith(("angle", "turn")) for part in parts for name in part.sizes)
+        assert twist == pytest.approx(np.radians(0.2) * np.sqrt(angles))
+        tubes = [part.sizes["length"] for part in parts if part.kind == "tube"]
+        assert length > max((0.5e-3 if 0.12 < x <= 0.4 else 0.0 for x in tubes), default=0.0)
+    tube_alone = Assembly((Placed(tube(0.2, 0.015, 0.3, SHOP), "L0-T1", 0, np.eye(4)),), ())
+    flanged = Assembly((*tube_alone.placed, Placed(flange(0.03, SHOP), "L0-T1-a", 0, np.eye(4))), ())
+    assert link_deviations(tube_alone, 0) == pytest.approx(np.array([[0.5e-3, np.radians(0.2)]]))
+    assert link_deviations(flanged, 0)[0][0] == pytest.approx(np.hypot(0.5e-3, 0.1e-3))  # 6 mm thick: 0.1 mm
+    sigmas = Tolerances(links=found, uniform=("length",)).sigmas(3)
+    assert pytest.approx(np.tile([length / np.sqrt(3) for length, _ in found], (2, 1))) == sigmas[:, 1:3].T
+    assert sigmas[:, 0] == pytest.approx([twist / 2 for _, twist in found])
+    rows = {name: off for part, _ in assembly.counted().values() if not part.bought
+            for name, _, off in dimension_rows(part)}  # fmt: skip
+    assert (rows["angle"], rows["turn of second hole"]) == ("±0.2°", "±0.2°")  # as drawn
+    assert rows["tube's plate from middle"] == "±0.3 mm"
+
+
+def test_marks_of_alike_parts_are_short():
+    at = [Placed(None, mark, 0, None) for mark in ("L0-T1-a", "L0-T1-b", "L1-T1-a", "L1-T1-b", "L4-T1-a")]
+    assert marked(at) == "L0, L1: -T1-a/b, L4-T1-a"
+    assert marked([Placed(None, mark, 0, None) for mark in ("J1-L1", "J2-L1", "L2-T1")]) == "J1-L1, J2-L1, L2-T1"
 
 
 def test_alike_parts_share_a_name_and_others_do_not(assembly):
