@@ -130,18 +130,23 @@ def snapped(result: Result, cut: float, *, printed: bool = False, pedestal: floa
     return Result(seen, evaluation, name=result.name)
 
 
-def room_flags(body: Body) -> str:
-    """What makes a search leave the room that the parts of a build take, as flags.
+def room_of_parts(body: Body) -> dict[str, float]:
+    """Entries of the section Body by which a search leaves the room that the parts of a build take [m].
 
     Args:
         body: The build's.
     """
     sizes = [(module.diameter, module.length) for module in body.modules_of(len(body.modules or (None,)))]
     across, along = (math.ceil(1e3 * max(each) - 1e-6) / 1e3 for each in zip(*sizes, strict=True))
-    return (
-        f"--joint-diameter {across:g} --joint-length {along:g} --module-slide 0 "
-        f"--tube-diameter {body.tube_diameter:g} --tube-wall {body.tube_wall:g}"
-    )
+    return {
+        "joint_diameter": across, "joint_length": along, "module_slide": 0.0, "tube_diameter": body.tube_diameter,
+        "tube_wall": body.tube_wall,
+    }  # fmt: skip
+
+
+def room_flags(body: Body) -> str:
+    """The same as flags."""
+    return " ".join(f"--{name.replace('_', '-')} {value:g}" for name, value in room_of_parts(body).items())
 
 
 def with_brackets(refit: Refit, Phi: Array) -> Array:

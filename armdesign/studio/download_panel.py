@@ -6,6 +6,7 @@ import csv
 import tempfile
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from html import escape
 from io import BytesIO, StringIO
 from pathlib import Path
@@ -14,7 +15,8 @@ from typing import Any
 from armdesign.building.build import Build, BuildOptions, build
 from armdesign.building.catalogue import find_catalogue, shipped
 from armdesign.building.part_lists import BILL, part_lists
-from armdesign.errors import SettingsError
+from armdesign.building.snapping import room_of_parts
+from armdesign.errors import ArmDesignError, CatalogueError, SettingsError
 from armdesign.export.export_files import export
 from armdesign.export.formats import FORMATS
 from armdesign.export.trajectory.exporting import FILES
@@ -83,7 +85,10 @@ def built_html(made: Build, bill: str) -> str:
     result = made.result
     passed, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
     lines = [lines[0], f"It moves at {pace(made.speed)}.", f"What moves weighs {result.body.moving_mass:.1f} kg."]
-    lines += [made.misfit] if made.misfit and made.kit is None else []
+    if made.options.printed:
+        lines.append("Its brackets are printed: with those that are sold, no such arm does the task.")
+    if made.kit is None and made.fits < 2:
+        lines.append("Its parts do not fit together: the search has left less room than they take.")
     mark = "good" if passed else "bad"
     said = "".join(f"<li{'' if k else f' class={mark}'}>{escape(line)}</li>" for k, line in enumerate(lines))
     rows = [row for row in csv.reader(StringIO(bill)) if row][1:-1]
@@ -104,6 +109,7 @@ class DownloadPanel:
             self.family = gui.add_dropdown("Motors", families())
             self.parts = gui.add_button("Parts list and cut list")
             self.built = page.html("")
+            self.again = gui.add_button("Search again with room for these motors", visible=False)
         with gui.add_folder("Report", visible=False) as reading:
             self.report = gui.add_button("Report (HTML)")
         with gui.add_folder("For simulators and controllers", visible=False) as tools:
@@ -112,6 +118,8 @@ class DownloadPanel:
             self.motion = gui.add_dropdown("Motion", tuple(kind for kind in FILES if kind != "ros2-bag"))
             self.trajectory = gui.add_button("Download the motion")
         self.folders = (parts, reading, tools)
+        self.room: dict[str, float] = {}  # that the parts take
+        self.again.on_click(lambda _: page.work("start", self.search_again))
         self.command = page.html("")
         jobs: list[tuple[Any, str, Callable[[Result], dict[str, bytes]]]] = [
             (self.report, "", lambda result: {"report.html": report_html(result).encode()}),
@@ -147,6 +155,7 @@ class DownloadPanel:
         for folder in self.folders:
             folder.visible = True
         self.page.set_html(self.built, "")
+        self.again.visible = False
         self.page.set_html(
             self.note, f"<h4>{escape(result.name)}</h4>All of it lies in <b>{escape(str(run))}</b>, too."
         )
@@ -188,7 +197,27 @@ class DownloadPanel:
 
     def part_files(self, result: Result) -> dict[str, bytes]:
         """Bill of materials and cut list, which are shown on the page, too."""
-        made = build(result, BuildOptions(self.family.value.split()[0], speed="auto"))
+        self.again.visible = False
+        options = BuildOptions(self.family.value.split()[0], speed="auto")
+        try:
+            try:
+                made = build(result, options)
+            except CatalogueError:  # with brackets as they are sold no such arm does the task
+                made = build(result, replace(options, printed=True))
+        except ArmDesignError as error:
+            self.page.set_html(self.built, f'<b class="bad">{escape(str(error))}</b>')
+            raise
         lists = part_lists(made)
         self.page.set_html(self.built, built_html(made, lists[BILL]))
+        self.room = room_of_parts(made.result.problem.settings.body)
+        self.again.visible = bool(made.fault)
         return {name: text.encode() for name, text in lists.items()}
+
+    def search_again(self) -> None:
+        """Search an arm whose joints are as large as these motors.
+
+        Raises:
+            ArmDesignError: The recording is gone.
+        """
+        self.page.settings = self.page.settings.replace({"body": self.room})
+        self.page.panels["Search"].begin()

@@ -126,7 +126,7 @@ class Page:
         self.say_next()
 
     def lay_out(self, kinds: Mapping[str, Callable[[Page], Any]]) -> None:
-        """Lay out the panels, and let time pass from now on.
+        """Lay out the panels.
 
         Args:
             kinds: What makes each, by its name.
@@ -135,6 +135,9 @@ class Page:
         for name, kind in kinds.items():
             with tabs.add_tab(name):
                 self.panels[name] = kind(self)
+
+    def begin(self) -> None:
+        """Let time pass from now on."""
         threading.Thread(target=self._tick, daemon=True).start()
 
     def watch(self, panel: Any, kind: str, wish: Callable[[], None], *handles: Any) -> None:  # noqa: ANN401

@@ -224,6 +224,7 @@ class Scene:
             return np.zeros(3)
         return np.asarray(self.shot.chain[nearest(self.shot.recording.time, time), 0])
 
+    @one_at_a_time
     def look_at(self, problem: DesignProblem | None, fov: float) -> tuple[Array, Array]:
         """From where to where to look so that the take or task is seen down to where the arm stands, (3,) each [m].
 

@@ -166,7 +166,7 @@ class SearchPanel:
             folder: The run folder.
         """
         inner = folder if settings_file(folder).is_file() else commands.status(folder).folder
-        settings = read_settings(settings_file(inner))
+        settings = read_settings(settings_file(inner)).replace({"search": {"first": ()}})  # another search has its own
         take = settings.task.recording
         if take is not None and Path(take).is_file():
             self.joints.value = AUTO if holds_auto(folder) else str(settings.design.dof)

@@ -47,6 +47,7 @@ def serve(
             page.panels["Search"].open_run(given)
         elif given is not None:
             page.panels["Recording"].open_take(given)
+        page.begin()
         say(f"The studio is at {guard.address}")
         say("It is for this machine only, and only with this address. End with Ctrl-C; searches go on.")
         if browse:

@@ -29,13 +29,11 @@ def keep_upload(folder: Path, name: str, content: bytes) -> Path:
         content: What it holds.
 
     Raises:
-        RecordingError: It has no name, or nothing in it.
+        RecordingError: It has no name.
     """
     plain = Path(name.replace("\\", "/")).name.strip()
     if not plain or plain.startswith(".") or not plain.isprintable():
         raise RecordingError(f"a file cannot be called {name!r}", value=name, fix="Rename it")
-    if not content:
-        raise RecordingError(f"{plain} is empty", value=plain)
     folder.mkdir(parents=True, exist_ok=True)
     write_whole(folder / plain, content)
     return folder / plain

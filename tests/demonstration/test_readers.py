@@ -90,6 +90,11 @@ def test_binary_files_name_the_known_formats(tmp_path, content, message):
         read_recording(saved(tmp_path, content))
 
 
+def test_text_by_the_name_of_another_format_is_not_taken_for_a_table(tmp_path):
+    with pytest.raises(RecordingError, match="not a recording of a known format"):
+        read_recording(saved(tmp_path, "not a recording", "bad.C3D"))
+
+
 def bones(tmp_path, *contents):
     return {f"b{i}": saved(tmp_path, content, f"{i}.csv") for i, content in enumerate(contents)}
 

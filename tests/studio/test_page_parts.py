@@ -54,9 +54,9 @@ def result():
 def test_an_upload_keeps_its_last_name_alone(tmp_path):
     for name in ("take.c3d", "../../take.c3d", "C:\\takes\\take.c3d"):
         assert keep_upload(tmp_path / "in", name, b"x") == tmp_path / "in" / "take.c3d"
-    for name, content in (("", b"x"), (".hidden", b"x"), ("a\nb", b"x"), ("take.c3d", b"")):
+    for name in ("", ".hidden", "a\nb"):
         with pytest.raises(RecordingError):
-            keep_upload(tmp_path / "in", name, content)
+            keep_upload(tmp_path / "in", name, b"x")
 
 
 def test_gaps_are_seen_and_bridged_for_the_picture_only():

@@ -35,6 +35,7 @@ _KEPT_AT_END = 400  # which says what to do
 _Arguments = ParamSpec("_Arguments")
 _Result = TypeVar("_Result")
 _SAME_TIME = 1e-3  # [s] times of several files may differ by rounding
+_OF_OTHERS = (".c3d", ".bvh", ".mvnx", ".trc", ".npz", ".npy", ".bag", ".mcap", ".db3", ".json", ".sto", ".mot")
 NO_HINTS = Hints()
 
 
@@ -87,7 +88,11 @@ def read_take(path: str | os.PathLike[str], hints: Hints = NO_HINTS) -> Take:
             message = f"{source} looks like {other.name}, which is not read"
             raise RecordingError(message, value=other.name, allowed=known, fix=other.way)
     if form is not None:
-        return hide_unseen(completed(form.read(source), hints), hints.confidence)
+        try:
+            return hide_unseen(completed(form.read(source), hints), hints.confidence)
+        except RecordingError:  # what is no table was not meant as one where its name says so
+            if form is not formats.FORMATS[-1] or source.suffix.lower() not in _OF_OTHERS:
+                raise
     message = f"{source} is not a recording of a known format"
     raise RecordingError(message, value=str(source), allowed=known, fix=describe_binary(head))
 
