@@ -15,6 +15,13 @@ except ImportError:  # Windows
 NOT_AT_HAND = "the shared recordings are not at hand"
 """Why a test on a third-party recording is skipped in a plain clone: such recordings are not ours to ship."""
 
+WITHOUT_KERNELS = {"demonstration", "settings", "swarm"}
+
+
+def pytest_collection_modifyitems(items):
+    """What needs no compiled kernel comes first: of two workers one does that while the other compiles."""
+    items.sort(key=lambda item: WITHOUT_KERNELS.isdisjoint(item.path.parts))
+
 
 def pytest_addoption(parser):
     parser.addoption(

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -49,16 +46,20 @@ def test_first_screen_has_both_commands():
 
 @pytest.mark.views
 def test_shell_blocks_run_in_order(workplace, monkeypatch):
-    """All in this process: twelve times the imports would take longer than the commands."""
+    """All in this process, with small budgets: the arms need not be good; the first search writes what one looks at."""
     monkeypatch.chdir(workplace)
-    for line in shell_lines():
+    for k, line in enumerate(shell_lines()):
         words, _, file = line.partition(" > ")
         words = shlex.split(words, comments=True)[1:]
-        if words[:2] == ["search", "examples/packaging.csv"] and "--budget" not in words:
-            words += ["--budget", "1000"]  # the default takes as long as the whole of this test
+        if words[0] == "search" and len(words) == 2:
+            words += ["--budget", "400"]
         if "--budget" in words:
             place = words.index("--budget") + 1
-            words[place] = str(min(int(words[place]), 2500))
+            words[place] = str(min(int(words[place]), 400))
+        if words[0] == "search" and k:
+            words.append("--no-report")
+        if words[0] == "sweep":
+            words += ["--workers", "1"]
         outcome = CliRunner().invoke(app, words)
         allowed = (0, 3) if words[0] == "check" else (0,)  # so few candidates need not meet the tolerance
         assert outcome.exit_code in allowed, (line, outcome.stderr)
@@ -68,12 +69,10 @@ def test_shell_blocks_run_in_order(workplace, monkeypatch):
     assert "[design]" in (workplace / "settings.toml").read_text(encoding="utf-8")
 
 
-def test_python_blocks_run(workplace):
+def test_python_blocks_run(workplace, monkeypatch):
+    monkeypatch.chdir(workplace)
     for block in blocks("python"):
-        outcome = subprocess.run(
-            [sys.executable, "-c", block], cwd=workplace, capture_output=True, text=True, check=False, env=os.environ
-        )
-        assert outcome.returncode == 0, outcome.stderr
+        exec(block.replace("budget=2000", "budget=300"), {})  # noqa: S102
     assert (workplace / "my_run" / "result.json").is_file()
 
 

@@ -28,7 +28,12 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "packaging.csv"
 
 @pytest.fixture(scope="module")
 def design():
-    return armdesign.design(EXAMPLE, dof=4, budget=300)
+    return armdesign.design(EXAMPLE, dof=4, budget=300, kind="thin")
+
+
+@pytest.fixture(scope="module")
+def tube():
+    return armdesign.design(EXAMPLE, dof=3, budget=300, rate=10.0, kind="tube")
 
 
 def random_table(rng, n):
@@ -57,7 +62,7 @@ def test_sensitivities_in_closed_form():
 
 @pytest.mark.parametrize("uniform", [False, True])
 def test_first_order_and_drawn_arms_agree(design, uniform):
-    report = tolerance(design, Tolerances(samples=4000, uniform=uniform))
+    report = tolerance(design, Tolerances(samples=2000, uniform=uniform))
     assert report.moved == pytest.approx(report.first_order, rel=0.05)
     assert sum(share.moved**2 for share in report.budget) == pytest.approx(report.first_order**2)
     assert report.band.nominal <= report.band.p95
@@ -90,8 +95,8 @@ def test_importance_is_sorted_and_names_free_entries(design):
     assert found[0].worse > 0.0
 
 
-def test_commands_and_bad_input(design, tmp_path):
-    write_result(tmp_path / "run", design)
+def test_commands_and_bad_input(tube, tmp_path):
+    write_result(tmp_path / "run", tube)
     run = CliRunner().invoke
     outcome = run(app, ["tolerance", str(tmp_path / "run"), "--samples", "100", "--length", "1mm uniform"])
     assert (outcome.exit_code, "matters most" in outcome.stdout) == (0, True)
@@ -102,15 +107,14 @@ def test_commands_and_bad_input(design, tmp_path):
             Tolerances(**bad)
 
 
-def test_clearance_of_drawn_arms_agrees_with_its_first_order():
+def test_clearance_of_drawn_arms_agrees_with_its_first_order(tube):
     """In the frame in which an arm is nearest to itself, far from a change of the nearest pair."""
-    arm = armdesign.design(EXAMPLE, dof=3, budget=300, kind="tube")
-    chosen, spots = Tolerances(uniform=True), near_spots(arm)[:1]
-    rows, sigmas = as_rows([arm.table])[0], chosen.sigmas(3)
+    chosen, spots = Tolerances(uniform=True), near_spots(tube)[:1]
+    rows, sigmas = as_rows([tube.table])[0], chosen.sigmas(3)
     drawn = chosen.drawn(np.random.default_rng(0), sigmas, 400)
-    found = gaps(arm, spots, rows + drawn)
-    assert np.std(found) == pytest.approx(clearance_sigma(arm, spots, sigmas), rel=0.05)
-    assert float(gaps(arm, spots, rows)[0]) == pytest.approx(arm.verdict.self_clearance.value, abs=1e-3)
-    report = tolerance(arm, Tolerances(samples=20))
+    found = gaps(tube, spots, rows + drawn)
+    assert np.std(found) == pytest.approx(clearance_sigma(tube, spots, sigmas), rel=0.05)
+    assert float(gaps(tube, spots, rows)[0]) == pytest.approx(tube.verdict.self_clearance.value, abs=1e-3)
+    report = tolerance(tube, Tolerances(samples=20))
     assert report.clearance.p5 <= report.clearance.median
     assert report.calibrated_clearance.arms <= report.clearance.arms == 20

@@ -13,10 +13,16 @@ from scipy.optimize import differential_evolution
 
 from armdesign.errors import DesignError, SettingsError, TaskError
 from armdesign.fitness.constraints import design_space
-from armdesign.fitness.pose import PoseSolver, best_pose
+from armdesign.fitness.pose import PoseSolver
 from armdesign.settings.sections import Design
 
 NEAR = 1e-5  # 0.01 mm
+
+
+def best_pose(table, points, rotation, limits, fitness, starts=64):
+    return PoseSolver(limits, fitness, starts=starts).solve(table, points, rotation)
+
+
 CASES = {"packaging": (PACKAGING, 0.0), "welding": (WELDING, 0.2)}
 
 

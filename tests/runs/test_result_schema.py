@@ -17,7 +17,7 @@ from armdesign.runs.folder import RESULT_SCHEMA
 ROOT = Path(__file__).parents[2]
 SCHEMA = json.loads(RESULT_SCHEMA.read_text(encoding="utf-8"))
 EXAMPLES = ROOT / "examples"
-QUICK = ("--dof", "3", "--budget", "200", "--effort", "budget", "--workers", "1", "--rate", "10")
+QUICK = ("--dof", "3", "--budget", "120", "--effort", "budget", "--workers", "1", "--rate", "5")
 PLACE = "x=0.3..0.8 y=-0.75..-0.45 z=0.8"
 
 

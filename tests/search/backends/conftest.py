@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dask_processes import processes
 
 from armdesign.demonstration import read_recording
 from armdesign.search.backends.backend import InProcess
@@ -28,3 +29,12 @@ def generation(prepared):
     fitness = backend.evaluate(Phi, np.full(60, np.inf))[0].fitness
     cutoff = fitness * np.where(np.isfinite(fitness), rng.uniform(0.5, 1.5, 60), 1.0)
     return Phi, cutoff, backend.evaluate(Phi, cutoff)
+
+
+@pytest.fixture(scope="package")
+def cluster(tmp_path_factory):
+    """A Dask scheduler with a worker of one thread and one of three."""
+    with processes(tmp_path_factory.mktemp("cluster")) as started:
+        started.add_worker(threads=1)
+        started.add_worker(threads=3)
+        yield started

@@ -5,7 +5,6 @@ import signal
 
 import numpy as np
 import pytest
-from dask_processes import processes
 
 from armdesign.errors import DesignError
 from armdesign.fitness.robot import Generation
@@ -24,7 +23,7 @@ from armdesign.search.search import Search
 
 
 @pytest.fixture(scope="module", params=["in process", "1 worker", "2 workers", "dask"])
-def backend(request, prepared, tmp_path_factory):
+def backend(request, prepared):
     if request.param == "in process":
         with InProcess(prepared, block=5) as here:
             yield here
@@ -33,13 +32,10 @@ def backend(request, prepared, tmp_path_factory):
         from armdesign.search.backends.dask_connection import connect  # noqa: PLC0415
         from armdesign.search.backends.dask_workers import DaskCluster  # noqa: PLC0415
 
-        with processes(tmp_path_factory.mktemp("cluster")) as started:
-            started.add_worker(threads=1)
-            started.add_worker(threads=3)
-            with connect(started.address) as client:
-                client.wait_for_workers(2, timeout=60)
-                with DaskCluster(client, prepared, block=7) as cluster:
-                    yield cluster
+        with connect(request.getfixturevalue("cluster").address) as client:
+            client.wait_for_workers(2, timeout=60)
+            with DaskCluster(client, prepared, block=7) as cluster:
+                yield cluster
     else:
         with WorkerPool(prepared, int(request.param[0]), block=5) as pool:
             yield pool

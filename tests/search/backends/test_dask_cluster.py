@@ -40,15 +40,6 @@ def generation(prepared):
     return Phi, np.full(60, np.inf), InProcess(prepared).evaluate(Phi, np.full(60, np.inf))
 
 
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
-    """A scheduler with a worker of one thread and one of three."""
-    with processes(tmp_path_factory.mktemp("cluster")) as started:
-        started.add_worker(threads=1)
-        started.add_worker(threads=3)
-        yield started
-
-
 @pytest.fixture
 def client(cluster):
     with connect(cluster.address) as connected:
@@ -216,6 +207,7 @@ def dask_setup(worker):
 """
 
 
+@pytest.mark.slow  # test_backends shows it with workers that play dead, test_workers that a cluster tells of deaths
 def test_a_candidate_that_kills_workers_is_named(prepared, tmp_path):
     Phi = prepared.space.sample(np.random.default_rng(1), 12)
     (tmp_path / "killer.py").write_text(KILLER.replace("ENTRY", repr(float(Phi[7, 0]))))
