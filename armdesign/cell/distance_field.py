@@ -84,17 +84,6 @@ class DistanceField:
         shape = np.array(self.values.shape, dtype=np.int64)
         return FieldArrays(self.origin, self.spacing, shape, np.ascontiguousarray(self.values).ravel())
 
-    def interpolated(self, points: Array) -> Array:
-        """Values at points inside the grid, shape (N, 3) [m], linear between the nodes: shape (N,) [m]."""
-        u = (points - self.origin) / self.spacing
-        cell = np.clip(np.floor(u).astype(int), 0, np.array(self.values.shape) - 2)
-        share = u - cell
-        total = np.zeros(len(points))
-        for corner in np.ndindex(2, 2, 2):
-            weight = np.prod(np.where(np.array(corner) == 1, share, 1.0 - share), axis=1)
-            total += weight * self.values[tuple((cell + corner).T)]
-        return total
-
 
 @dataclass(frozen=True)
 class Grid:

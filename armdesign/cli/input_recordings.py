@@ -106,11 +106,7 @@ def open_demonstrations(
 
 
 def every_recording(named: Sequence[Path]) -> list[Path]:
-    """The recordings that are named, those in a folder and those of a pattern such as ``takes/*.bvh`` in their order.
-
-    Raises:
-        SettingsError: A pattern or a folder holds none.
-    """
+    """The recordings that are named, those in a folder and those of a pattern (``takes/*.bvh``) in their order."""
     found: list[Path] = []
     for path in named:
         if os.path.isdir(path) and not is_bag_folder(path):  # False for names too long, too
@@ -209,11 +205,7 @@ def resolved(paths: Sequence[str]) -> list[str] | None:
 
 
 def check_different(seen: Sequence[Path], unseen: Sequence[Path]) -> None:
-    """Refuse a demonstration that would count twice, or that is held out and yet seen.
-
-    Raises:
-        SettingsError: A file is named twice.
-    """
+    """Refuse a demonstration that would count twice, or that is held out and yet seen."""
     known = {path.resolve(): path for path in seen}
     kept = {path.resolve(): path for path in unseen}
     both = [path for place, path in kept.items() if place in known]
@@ -227,11 +219,7 @@ def check_different(seen: Sequence[Path], unseen: Sequence[Path]) -> None:
 
 
 def check_name(path: str) -> None:
-    """Refuse a path that cannot be written down.
-
-    Raises:
-        SettingsError: It is not Unicode.
-    """
+    """Refuse a path that cannot be written down."""
     if not is_unicode(path):
         raise SettingsError(f"the name of the recording {path!a} is not UTF-8", fix="Rename the file")
 

@@ -64,8 +64,3 @@ class CandidateQueue:
         self.batch = batch
         self.outcome: Outcome = np.zeros(len(batch.rows), dtype=OUTCOME)
         self.cursor, self.unfinished = 0, len(batch.rows)
-
-    @property
-    def exhausted(self) -> bool:
-        """Whether all have begun."""
-        return self.cursor == len(self.batch.rows)

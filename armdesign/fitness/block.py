@@ -206,8 +206,10 @@ class BlockEvaluator:
             Their OUTCOME records, shape (N,).
         """
         queue = CandidateQueue(self._checked(batch))
+        kept = 0 if paths is None else self._trace_length
         for slots in self.slots:
-            slots.keep_traces(0 if paths is None else self._trace_length)
+            if slots.traces.shape[1] != kept:
+                slots.traces = np.zeros((len(slots.states), kept), dtype=TRACE)
         slots = self._narrowest(queue.unfinished)
         slots.clear()
         self._exchange(slots, queue)

@@ -120,34 +120,8 @@ class PoseSolver(BlockEvaluator):
         )
 
 
-def best_pose(
-    table: DHTable,
-    points: ArrayLike,
-    rotation: ArrayLike | None,
-    limits: ArrayLike,
-    fitness: Fitness,
-    *,
-    starts: int = 64,
-) -> Pose:
-    """Find the best pose of one arm for one frame; for many arms or frames keep one :class:`PoseSolver`.
-
-    Args:
-        table: The arm.
-        points: Demonstrated points p_1..p_m, shape (m, 3) [m].
-        rotation: R_hand, shape (3, 3), or None where the orientation has no weight.
-        limits: Joint limits, shape (n, 2) [rad].
-        fitness: Settings of the fitness with one weight per point.
-        starts: Number of start poses K.
-    """
-    return PoseSolver(limits, fitness, starts=starts).solve(table, points, rotation)
-
-
 def with_frame(problem: Problem, points: ArrayLike, rotation: ArrayLike | None) -> Problem:
-    """The problem with another single frame.
-
-    Raises:
-        TaskError: A shape does not fit, or the orientation is missing.
-    """
+    """The problem with another single frame."""
     P = np.ascontiguousarray(points, dtype=float)[None]
     if P.shape != problem.P.shape:
         raise TaskError(f"the points have shape {P.shape[1:]}", allowed=problem.P.shape[1:])

@@ -50,11 +50,6 @@ class Slots:
     def __len__(self) -> int:
         return len(self.states)
 
-    def keep_traces(self, rows: int) -> None:
-        """Have ``traces`` take so many TRACE records of every candidate; 0 for none."""
-        if self.traces.shape[1] != rows:
-            self.traces = np.zeros((len(self.states), rows), dtype=TRACE)
-
     def hand_in(self, paths: Array) -> None:
         """Write the joint paths of the candidates that are done, out of their traces, to paths (N, T, n)."""
         frames, n = paths.shape[1:]

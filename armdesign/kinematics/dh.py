@@ -146,18 +146,13 @@ class DHTable:
         pose = np.eye(4)
         frames = np.empty((self.dof + 1, 4, 4))
         for i, placement in enumerate(self.placements()):
-            pose = pose @ placement @ (np.eye(4) if i == self.dof else self.joint_motion(i, angles[i]))
+            if i == self.dof:
+                motion = np.eye(4)
+            else:
+                motion = translation(0.0, 0.0, angles[i]) if self.joints[i] == "P" else rot_z(angles[i])
+            pose = pose @ placement @ motion
             frames[i] = pose
         return frames
-
-    def joint_motion(self, i: int, q: float) -> Array:
-        """What joint i + 1 does, Rz(q) or, where it slides, Tz(q), shape (4, 4).
-
-        Args:
-            i: Its row.
-            q: Its angle [rad] or, where it slides, its way [m].
-        """
-        return translation(0.0, 0.0, q) if self.joints[i] == "P" else rot_z(q)
 
     def skeleton(self, q: ArrayLike) -> Array:
         """The corners of the arm, base to tool: per row a piece along x_{i-1} by a_i, then one along z_i by d_i.

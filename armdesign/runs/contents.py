@@ -17,7 +17,6 @@ from armdesign.demonstration.files.plain_csv import plain_csv
 from armdesign.demonstration.provenance import TaskRecord, task_json
 from armdesign.export.urdf import result_urdf
 from armdesign.fitness.constraints import DesignSpace
-from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.folder import (
     ALTERNATIVES,
@@ -104,7 +103,9 @@ def result_content(result: Result) -> dict[str, Any]:
     problem, evaluation = result.problem, result.evaluation
     content = path_content(evaluation.table, problem.first, problem.settings, evaluation.demonstrations[0])
     content |= {name: getattr(evaluation, name) for name in ("fitness", "path_fitness", "area")}
-    content["base_pose"] = base_pose_content(result.base_pose)
+    pose = result.base_pose
+    where = {"translation": pose.translation.tolist(), "rotation": pose.rotation.tolist()}
+    content["base_pose"] = where | {"mounted": pose.mounted, "frame": pose.frame}
     content["slides"] = list(result.slides)
     inner = list(inner_demonstrations(problem))
     further = len(problem.demonstrations) - 1
@@ -215,12 +216,6 @@ def dh_content(table: DHTable) -> dict[str, Any]:
     names = ("alpha", "a", "d", "theta") if np.any(table.theta) else ("alpha", "a", "d")
     rows = [{name: float(getattr(table, name)[i]) for name in names} for i in range(table.dof + 1)]
     return {"convention": "modified", "base_yaw": float(table.base_yaw), "rows": rows}
-
-
-def base_pose_content(pose: BasePose) -> dict[str, Any]:
-    """A base pose for JSON."""
-    where = {"translation": pose.translation.tolist(), "rotation": pose.rotation.tolist()}
-    return where | {"mounted": pose.mounted, "frame": pose.frame}
 
 
 def history_csv(history: History) -> str:

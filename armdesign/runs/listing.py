@@ -119,11 +119,7 @@ def judge(folder: Path, run: RunStatus) -> RunStatus:
 
 
 def from_result(result: dict[str, Any], run: RunStatus) -> RunStatus:
-    """State, best and progress of a run with a result.
-
-    Raises:
-        ValueError: The result lacks an entry, or one is not what it should be.
-    """
+    """State, best and progress of a run with a result."""
     try:
         best = float(result["fitness"])
         if "stopped_by" not in result:

@@ -34,11 +34,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def acquire(folder: Path) -> int:
-    """Open and lock the folder's lock file.
-
-    Raises:
-        RunFolderError: Another process holds it, or there can be none in this folder.
-    """
+    """Open and lock the folder's lock file."""
     path = folder / NAME
     while True:
         try:

@@ -162,7 +162,7 @@ def read_columns(path: Path, form: str, rename: Callable[[str], str] = str) -> T
     if columns.left:
         sentence = f"Columns that are no part of a point were left out: {listed(columns.left)}."
         steps.append(Step("columns", sentence, {"columns": columns.left}))
-    names = {name: rename(name) or _of_file(path) for name in columns.points}
+    names = {name: rename(name) or shown(clean_name(path.stem)) or "body" for name in columns.points}
     points = {names[name]: rows.values[:, [at[c] for c in each]] for name, each in columns.points.items()}
     turned = {name: each for name, each in columns.turns.items() if name in names}
     return Take(
@@ -292,8 +292,3 @@ def _times(rows: Rows, at: dict[int, int], time: int | None, frame: int | None) 
     numbers = rows.values[:, at[frame]]
     check_increase(rows, numbers, "frame number")
     return np.asarray(numbers - numbers[0])
-
-
-def _of_file(path: Path) -> str:
-    """A name for the only body of a file."""
-    return shown(clean_name(path.stem)) or "body"

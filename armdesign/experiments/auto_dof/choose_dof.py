@@ -241,10 +241,11 @@ def carry_out_auto(
         else:
             explanation = explain(verdict, fitness_of(results), state.joints, state.rule)
         write_whole(folder / TABLE, auto_csv(results, verdict))
-        from armdesign.experiments.auto_dof.dof_figure import pareto_png  # noqa: PLC0415 (Matplotlib)
+        from armdesign.experiments.auto_dof.dof_figure import pareto  # noqa: PLC0415 (Matplotlib)
+        from armdesign.views.report.drawing import png  # noqa: PLC0415 (Matplotlib)
 
         allowed = read_settings(settings_file(folder / run_name(verdict.dof))).needs.hand_tolerance
-        write_whole(folder / PICTURE, pareto_png(tuple(results.values()), verdict.dof, allowed))
+        write_whole(folder / PICTURE, png(lambda: pareto(tuple(results.values()), verdict.dof, allowed)))
         publish(folder / run_name(verdict.dof), folder)
         write_auto(folder, state.joints, state.rule, results, verdict, explanation)
         return DofChoice(folder, tuple(results.values()), verdict, explanation)
@@ -331,9 +332,6 @@ def publish(run: Path, folder: Path) -> None:
     Args:
         run: The run folder.
         folder: Where to; its earlier result is removed.
-
-    Raises:
-        RunFolderError: A file cannot be read or written.
     """
     clear_result(folder)
     places = [*inner_folders(run, DEMONSTRATIONS), *inner_folders(run, HOLDOUTS), run]

@@ -9,12 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from armdesign.experiments.auto_dof.dof_records import DofResult
-from armdesign.views.report.drawing import ARM, GREY, new_figure, png
-
-
-def pareto_png(results: Sequence[DofResult], chosen: int, allowed: float | None) -> bytes:
-    """The picture of `pareto` as PNG."""
-    return png(lambda: pareto(results, chosen, allowed))
+from armdesign.views.report.drawing import ARM, GREY, new_figure
 
 
 def pareto(results: Sequence[DofResult], chosen: int, allowed: float | None) -> Figure:

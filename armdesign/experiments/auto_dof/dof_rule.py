@@ -52,10 +52,6 @@ class Rule:
         if not 0.0 <= self.enough < math.inf:
             raise SettingsError(f"--enough is {1e3 * self.enough:g} mm", value=self.enough, allowed="0 mm or more")
 
-    def as_good(self, f: float, other: float) -> bool:
-        """Whether a path fitness counts as no worse than another [m]."""
-        return f <= max((1.0 + self.within) * other, self.enough)
-
 
 @dataclass(frozen=True)
 class Verdict:
@@ -103,7 +99,7 @@ def choose_dof(f: Mapping[int, float], rule: Rule) -> int | None:
     """
     known = {n: value for n, value in sorted(f.items()) if math.isfinite(value)}
     for n, value in known.items():
-        if all(rule.as_good(value, other) for k, other in known.items() if k > n):
+        if all(value <= max((1.0 + rule.within) * other, rule.enough) for k, other in known.items() if k > n):
             return n
     return None
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -32,11 +31,6 @@ def versions() -> dict[str, str | None]:
         except PackageNotFoundError:
             found[name] = None
     return found
-
-
-def command_line() -> list[str]:
-    """The words of the command, as they were given."""
-    return ["armdesign" if i == 0 else word for i, word in enumerate(sys.argv)]
 
 
 def cpu_model() -> str:

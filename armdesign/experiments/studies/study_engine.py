@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -13,9 +14,9 @@ from typing import Any
 
 from armdesign.demonstration.provenance import as_json
 from armdesign.errors import RunFolderError, SettingsError, counted
-from armdesign.experiments.studies.machine import about_machine, command_line, versions
+from armdesign.experiments.studies.machine import about_machine, versions
 from armdesign.experiments.studies.study_plan import Record, StudyRequest, task_name
-from armdesign.experiments.studies.study_registry import further_files, perform, study_module
+from armdesign.experiments.studies.study_registry import perform, study_module
 from armdesign.experiments.studies.study_store import frozen, settle_study
 from armdesign.experiments.studies.study_tables import Table
 from armdesign.experiments.sweep import Plan, RunTable, SweepStatus, run_units
@@ -98,16 +99,14 @@ def run_study(
         return StudyResult(runs, (), (RUNS, ABOUT))
     tables = marked(module.tables(request, records), records)
     files = write_tables(folder, tables, png(lambda: module.figure(request, records)))
-    more = further_files(module, request, records, folder) if not runs.count("waiting", "interrupted") else ()
+    write_more = getattr(module, "more", None)
+    complete = write_more is not None and not runs.count("waiting", "interrupted")
+    more = write_more(request, records, folder) if complete else ()
     return StudyResult(runs, tuple(tables), (*files, *more, RUNS, ABOUT))
 
 
 def records_of(runs: RunTable) -> list[Record]:
-    """The results of all units, in the order of the plan.
-
-    Raises:
-        RunFolderError: A result is damaged.
-    """
+    """The results of all units, in the order of the plan."""
     records = []
     for name, unit in runs.units.items():
         place, row = runs.folder / name, runs.rows[name]
@@ -119,11 +118,7 @@ def records_of(runs: RunTable) -> list[Record]:
 
 
 def content_of(place: Path, unit: Unit) -> Mapping[str, Any]:
-    """What a finished unit has found.
-
-    Raises:
-        RunFolderError: It is damaged.
-    """
+    """What a finished unit has found."""
     if unit.work is not None:
         record = recorded(place)
         return {} if record is None else dict(record["found"])
@@ -145,11 +140,7 @@ def marked(tables: Sequence[Table], records: Sequence[Record]) -> list[Table]:
 
 
 def write_tables(folder: Path, tables: Sequence[Table], picture: bytes) -> tuple[str, ...]:
-    """Write the tables and the figure; returns the names of the files.
-
-    Raises:
-        RunFolderError: A file cannot be written.
-    """
+    """Write the tables and the figure; returns the names of the files."""
     files = {TABLES: "\n".join(table.markdown() for table in tables)}
     files |= {"table.csv" if i == 0 else f"table_{table.name}.csv": table.csv() for i, table in enumerate(tables)}
     for name, text in files.items():
@@ -162,12 +153,9 @@ def write_about(folder: Path, request: StudyRequest, records: Sequence[Record], 
     """Write `about.json`: the machine, the versions, the requests by their commands, and how long it took.
 
     Every call adds an entry to its sessions; the times of the single runs are those of their own processes.
-
-    Raises:
-        RunFolderError: It cannot be written.
     """
     session = {
-        "command": command_line(),
+        "command": ["armdesign", *sys.argv[1:]],
         "ended": datetime.now(UTC).isoformat(timespec="seconds"),
         "wall_time": seconds,
         **about_machine(),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
@@ -87,11 +86,3 @@ def warm_up(name: str, tasks: Tasks) -> None:
     compile_more = getattr(study_module(name), "warm_up", None)
     if compile_more is not None:
         compile_more(next(iter(tasks.values())))
-
-
-def further_files(
-    module: StudyModule, request: StudyRequest, records: Sequence[Record], folder: Path
-) -> tuple[str, ...]:
-    """Have a study write its further files, if it has any."""
-    more = getattr(module, "more", None)
-    return () if more is None else tuple(more(request, records, folder))

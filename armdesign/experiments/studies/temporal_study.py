@@ -96,7 +96,8 @@ def perform(problem: DesignProblem, work: Mapping[str, Any], reporter: Reporter)
     n, k, seed = problem.settings.design.dof, int(work["design"]), int(work["seed"])
     Phi = valid_design(problem, np.random.default_rng([seed, n, k]))
     table, solvers = problem.space.table(Phi), FrameSolvers(problem)
-    frames, solved = instants(len(problem.task.P)), []
+    count, solved = len(problem.task.P), []
+    frames = sorted({0, count // 2, count - 1})
     for i, frame in enumerate(frames):
         reporter(i, len(frames))
         own = int(np.random.SeedSequence([seed, n, k, i]).generate_state(1)[0])
@@ -139,11 +140,6 @@ def valid_design(problem: DesignProblem, rng: np.random.Generator) -> NDArray[np
     raise SearchError(
         f"none of {DRAWN * MOST_DRAWS} random arms reaches the start of the task", fix="Use more joints (--dof)"
     )
-
-
-def instants(count: int) -> list[int]:
-    """First, middle and last frame of a recording with so many, each once."""
-    return sorted({0, count // 2, count - 1})
 
 
 class Instances(dict[str, dict[Key, Solve]]):

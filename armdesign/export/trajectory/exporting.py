@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from armdesign._types import Array
 from armdesign.errors import RunFolderError, SettingsError, counted
-from armdesign.export.trajectory.ros2_bag import typestore, write_bag
+from armdesign.export.trajectory.ros2_bag import write_bag
 from armdesign.export.trajectory.scaling import (
     MAX_ACCELERATION,
     MAX_SLIDE_ACCELERATION,
@@ -61,19 +61,6 @@ class TrajectoryOptions:
     max_acceleration: ArrayLike = MAX_ACCELERATION
     cutoff: float = CUTOFF
     ramp: float = RAMP
-
-
-@dataclass(frozen=True)
-class ExportedTrajectory:
-    """A trajectory on the disk.
-
-    Attributes:
-        path: The file, or the bag's folder.
-        notes: What smoothing and timing did, one sentence each.
-    """
-
-    path: Path
-    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,40 +119,6 @@ def make_trajectory(run: Result, options: TrajectoryOptions | None = None) -> Tr
     return Trajectory(path, timing, motion, deviation, (*notes, *timing_notes(timing, motion, run.table.prismatic)))
 
 
-def export_trajectory(
-    run: Result,
-    kind: str,
-    folder_or_path: str | Path,
-    options: TrajectoryOptions | None = None,
-    *,
-    overwrite: bool = False,
-) -> ExportedTrajectory:
-    """Write the trajectory of a run as one kind of file.
-
-    Args:
-        run: The run.
-        kind: ``csv``, ``ros``, ``ros2-bag`` or ``npz``.
-        folder_or_path: The file where its ending is the kind's, else the folder for it, made if need be; the names
-            there are those of ``FILES``. A bag always goes into the folder given.
-        options: How the motion is smoothed, timed and sampled.
-        overwrite: Replace what is there.
-
-    Returns:
-        Where it was written, and what was done to the motion.
-
-    Raises:
-        SettingsError: The kind is unknown, or a number is out of range.
-        RunFolderError: There is something at that place already, or it cannot be written to.
-        MissingExtraError: A bag was asked for, and rosbags is not installed.
-    """
-    place = place_for(kind, Path(folder_or_path), overwrite=overwrite)
-    if kind == "ros2-bag":
-        typestore()
-    trajectory = make_trajectory(run, options)
-    write_trajectory(trajectory, kind, place, overwrite=overwrite)
-    return ExportedTrajectory(place, trajectory.notes)
-
-
 def write_trajectory(trajectory: Trajectory, kind: str, place: Path, *, overwrite: bool = False) -> None:
     """Write a trajectory.
 
@@ -179,13 +132,6 @@ def write_trajectory(trajectory: Trajectory, kind: str, place: Path, *, overwrit
         RunFolderError: It cannot be written to.
         MissingExtraError: A bag was asked for, and rosbags is not installed.
     """
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        on_the_way = isinstance(error, (FileExistsError, NotADirectoryError))
-        why = "part of the path is a file" if on_the_way else error.strerror
-        message = f"cannot make the folder {place.parent}: {why}"
-        raise RunFolderError(message, value=str(place.parent), fix="Name another") from error
     if kind == "ros2-bag":
         write_bag(place, trajectory.motion, overwrite=overwrite)
     else:
@@ -193,18 +139,13 @@ def write_trajectory(trajectory: Trajectory, kind: str, place: Path, *, overwrit
         write_whole(place, writers[kind](trajectory.motion))
 
 
-def place_for(kind: str, given: Path, *, overwrite: bool = False) -> Path:
+def place_for(kind: str, folder: Path, *, overwrite: bool = False) -> Path:
     """Where a kind of trajectory goes.
 
     Raises:
-        SettingsError: The kind is unknown.
-        RunFolderError: There is something else, or anything without ``overwrite``.
+        RunFolderError: There is something already, without ``overwrite``.
     """
-    if kind not in FILES:
-        raise SettingsError(f"trajectory kind '{kind}' is unknown", value=kind, allowed=list(FILES))
-    ending = Path(FILES[kind]).suffix
-    is_file = bool(ending) and given.suffix.lower() == ending and not given.is_dir()
-    place = given if is_file else given / FILES[kind]
+    place = folder / FILES[kind]
     if place.exists() and not overwrite:
         fix = "Add --overwrite, or choose another place"
         raise RunFolderError(f"{place} is there already", value=str(place), fix=fix)

@@ -70,11 +70,7 @@ class Servo:
 
 
 def load_mujoco() -> Any:  # noqa: ANN401 (a module)
-    """MuJoCo.
-
-    Raises:
-        MissingExtraError: It is not installed.
-    """
+    """MuJoCo."""
     try:
         import mujoco  # noqa: PLC0415, an extra
     except ImportError as error:

@@ -12,6 +12,7 @@ from typing import Any
 import jinja2
 import meshcat
 import numpy as np
+import umsgpack
 
 from armdesign._types import Array
 from armdesign.demonstration.files.readers import legible_text
@@ -20,7 +21,6 @@ from armdesign.search.result import Result
 from armdesign.views.preview.colours import ARM, AXES, DEMONSTRATOR, VIRIDIS
 from armdesign.views.preview.keyframes import RATE
 from armdesign.views.preview.preview_scene import AXIS, Scene, Shown, build_scene
-from armdesign.views.preview.recorder import encoded
 from armdesign.views.preview.surroundings import OBSTACLE, REGION
 
 HERE = Path(__file__).resolve().parent
@@ -91,7 +91,7 @@ def page(scene: Scene, speed: float, title: str | None = None) -> str:
         hashes=" ".join(f"'sha256-{digest(text)}'" for text in scripts.values()),
         licences=meshcat_licences(),
         style=(HERE / "page.css").read_text(encoding="utf-8"),
-        commands="\n".join(map(encoded, scene.commands)),
+        commands="\n".join(base64.b64encode(umsgpack.packb(each)).decode("ascii") for each in scene.commands),
         data=embedded(page_data(scene, speed)),
         title=legible_text(title or ""),
         names=", ".join(shown.name for shown in scene.designs),

@@ -6,7 +6,6 @@ commands, and the page plays them back.
 
 from __future__ import annotations
 
-import base64
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -120,8 +119,3 @@ def animation(parts: Sequence[tuple[Array, Sequence[Track]]], duration: float) -
 def packed(values: Array) -> Any:  # noqa: ANN401 (a umsgpack.Ext)
     """Numbers as a Float32Array, row by row."""
     return umsgpack.Ext(FLOAT32, np.ascontiguousarray(values, dtype="<f4").tobytes())
-
-
-def encoded(command: Command) -> str:
-    """A command as MeshCat's viewer takes it, in base64."""
-    return base64.b64encode(umsgpack.packb(command)).decode("ascii")

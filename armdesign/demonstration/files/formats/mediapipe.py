@@ -75,11 +75,6 @@ def _name(name: str, first: int = 0) -> str:
     return MEDIAPIPE[index] if 0 <= index < len(MEDIAPIPE) else name
 
 
-def _is_list_of_lists(value: object) -> bool:
-    """Whether a value holds landmarks, not numbers."""
-    return isinstance(value, list) and bool(value) and isinstance(value[0], (list, Mapping))
-
-
 def _read_json(path: Path) -> Take:
     """Frames of a JSON file."""
     content = read_json(path)
@@ -96,7 +91,13 @@ def _frame(each: Mapping[str, Any], key: str, path: Path) -> Frame | None:
     landmarks = each[key]
     if isinstance(landmarks, Mapping):  # by name
         landmarks = [landmarks.get(name, landmarks.get(name.upper(), {})) for name in MEDIAPIPE]
-    while isinstance(landmarks, list) and landmarks and _is_list_of_lists(landmarks[0]):  # of people, the first
+    while (  # lists of people, each of landmarks: the first
+        isinstance(landmarks, list)
+        and landmarks
+        and isinstance(landmarks[0], list)
+        and landmarks[0]
+        and isinstance(landmarks[0][0], (list, Mapping))
+    ):
         landmarks = landmarks[0]
     known = ((number(each[name]) * factor) for name, factor in _TIMES.items() if name in each)
     time = next(known, float("nan"))

@@ -58,7 +58,8 @@ def read(path: Path) -> Take:
         points = _points(names, path)
         if not points:
             raise _refusal(path, f"{listed(names[1:])}: joint angles, forces or states, no places of points")
-        lines.change = _separated if is_vectors else lambda line: "\t".join(line.split()) + "\n" * line.endswith("\n")
+        between = r"[\s,]+" if is_vectors else r"\s+"
+        lines.change = lambda line: "\t".join(re.split(between, line.strip())) + "\n" * line.endswith("\n")
         rows = read_rows(lines, names, lines.place, Dialect("\t", MISSING, may_be_cut=True))
     check_frames(rows)
     used = {column for columns in points.values() for column in columns} | {0}
@@ -92,19 +93,9 @@ def _points(names: list[str], path: Path) -> dict[str, list[int]]:
                 point = f"{match['name']}#{number}"
             parts.setdefault(point, {})[axis] = column
     # forces have the same endings: of a platform, such as ground_force_vx, or of its moments
-    return {
-        name: [axes[axis] for axis in "xyz"] for name, axes in parts.items() if len(axes) == 3 and not _is_force(name)
-    }
-
-
-def _is_force(name: str) -> bool:
-    """Whether a column is one of a force, a moment, a speed or an acceleration."""
-    return bool(re.search(r"force|torque|moment|vel|acc", name, re.IGNORECASE))
-
-
-def _separated(line: str) -> str:
-    """A line of vectors, their numbers separated by commas, as one of numbers."""
-    return "\t".join(re.split(r"[\s,]+", line.strip())) + "\n" * line.endswith("\n")
+    force = re.compile(r"force|torque|moment|vel|acc", re.IGNORECASE)
+    whole = {name: axes for name, axes in parts.items() if len(axes) == 3 and not force.search(name)}
+    return {name: [axes[axis] for axis in "xyz"] for name, axes in whole.items()}
 
 
 def _refusal(path: Path, what: str) -> RecordingError:
