@@ -169,6 +169,7 @@ class ClearanceCheck:
             if len(bad) == 0:
                 break
             thin = np.concatenate([path[bad][:, kept] for path, kept in zip(paths, self.thin, strict=True)], axis=1)
+            thin = np.ascontiguousarray(thin)  # in another order the kernel would be compiled anew
             arms = Arms(rows[bad], bases[bad], rows[bad][:, : self.dof, 2].copy(), thin, met[bad], np.zeros(len(bad)))
             settle_slides(self.thin_course.traced, self.thin_course.room, arms)
             tried, also_met, _ = self.at_slides(rows[bad], bases[bad], arms.slides, [path[bad] for path in paths])

@@ -122,14 +122,15 @@ class PoseSolver(BlockEvaluator):
 
 def with_frame(problem: Problem, points: ArrayLike, rotation: ArrayLike | None) -> Problem:
     """The problem with another single frame."""
-    P = np.ascontiguousarray(points, dtype=float)[None]
+    # copies, since kernels are compiled anew for arrays that cannot be written to
+    P = np.array(points, dtype=float)[None]
     if P.shape != problem.P.shape:
         raise TaskError(f"the points have shape {P.shape[1:]}", allowed=problem.P.shape[1:])
     if rotation is None:
         if problem.record[0]["w_0"] > 0.0:
             raise TaskError("the orientation has a weight, but there is no rotation to compare with")
         return replace(problem, P=P)
-    R = np.ascontiguousarray(rotation, dtype=float)[None]
+    R = np.array(rotation, dtype=float)[None]
     if R.shape != (1, 3, 3):
         raise TaskError(f"the rotation has shape {R.shape[1:]}", allowed=(3, 3))
     return replace(problem, P=P, R=R)

@@ -13,6 +13,7 @@ from armdesign.cell.kernels.distance import WITNESS as OBSTACLE_WITNESS
 from armdesign.cell.kernels.distance import obstacle_pose, segment_obstacle
 from armdesign.cell.obstacles import Obstacles
 from armdesign.feasibility.clearance import MARGIN, ClearanceCheck
+from armdesign.feasibility.kernels.check_arms import check_arms, settle_slides
 from armdesign.kinematics.compilation import entry
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings import Body
@@ -110,6 +111,16 @@ def test_clear_paths_are_clear_between_the_frames_too():
         arm = rows[k], bases[k], paths[k]
         for share in np.linspace(0.0, 0.95, 12):
             assert brute_force(check.sizes, scene(T), arm, found.slides[k], float(share)).min() >= CLEARANCE - 1e-9
+
+
+def test_a_search_calls_the_kernels_as_they_are_compiled_ahead():
+    """Arrays in another order or that cannot be written to would have them compiled anew, in every worker."""
+    rows, bases, paths = random_arms(np.random.default_rng(8), 20, 4, 12)
+    check = make_check(4, scene(12), 12)
+    check.compile()
+    before = [list(kernel.signatures) for kernel in (check_arms, settle_slides)]
+    assert (check(rows, bases, [paths]).violation > 0.0).any()
+    assert [list(kernel.signatures) for kernel in (check_arms, settle_slides)] == before
 
 
 def planar_pair(frames, swing):

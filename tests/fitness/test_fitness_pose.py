@@ -13,6 +13,7 @@ from scipy.optimize import differential_evolution
 
 from armdesign.errors import DesignError, SettingsError, TaskError
 from armdesign.fitness.constraints import design_space
+from armdesign.fitness.kernels.path import advance
 from armdesign.fitness.pose import PoseSolver
 from armdesign.settings.sections import Design
 
@@ -69,6 +70,16 @@ def shortfalls(cases):
         gaps.append(solvers[key].solve(table, points, rotation).g)
         gaps[-1] -= global_minimum(table, points, rotation, weights, w_0, seed=k)
     return np.array(gaps)
+
+
+def test_points_that_cannot_be_written_to_are_no_reason_to_compile_anew():
+    table, points, rotation = instance(1)
+    points.setflags(write=False)
+    solver = PoseSolver(full_turn(table.dof), settings_for(*CASES["welding"]), starts=1)
+    solver.solve(table, points.copy(), rotation)
+    before = list(advance.signatures)
+    solver.solve(table, points, rotation)
+    assert advance.signatures == before
 
 
 def test_64_starts_end_where_a_long_global_search_does():

@@ -100,8 +100,10 @@ def run_study(
     tables = marked(module.tables(request, records), records)
     files = write_tables(folder, tables, png(lambda: module.figure(request, records)))
     write_more = getattr(module, "more", None)
-    complete = write_more is not None and not runs.count("waiting", "interrupted")
-    more = write_more(request, records, folder) if complete else ()
+    if write_more is None or runs.count("waiting", "interrupted"):
+        more: tuple[str, ...] = ()
+    else:
+        more = tuple(write_more(request, records, folder))
     return StudyResult(runs, tuple(tables), (*files, *more, RUNS, ABOUT))
 
 
