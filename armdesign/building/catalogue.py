@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from armdesign.building.kit import Kit, kit_faults, kit_of
+from armdesign.building.motor_table import motor_table
 from armdesign.building.parts import SCREWS
 from armdesign.errors import CatalogueError
 from armdesign.files import is_number
@@ -189,7 +190,7 @@ def find_catalogue(name: str) -> Catalogue:
     """A catalogue by the name of its family, or a file of one's own.
 
     Args:
-        name: A family that is shipped, or the path of a TOML file.
+        name: A family that is shipped, or the path of a TOML file or a table of motors.
 
     Raises:
         CatalogueError: There is none, or it is faulty.
@@ -198,7 +199,7 @@ def find_catalogue(name: str) -> Catalogue:
         return read_catalogue(shipped()[name])
     if not Path(name).is_file():
         raise CatalogueError(
-            f"there is no catalogue '{name}'", value=name, allowed=[*shipped(), "a TOML file"],
+            f"there is no catalogue '{name}'", value=name, allowed=[*shipped(), "a TOML file", "a table *_motors.csv"],
             fix="'armdesign catalogue list' shows what there is",
         )  # fmt: skip
     return read_catalogue(Path(name))
@@ -220,15 +221,15 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
     """Read a catalogue and find everything that is wrong with it.
 
     Args:
-        path: A TOML file.
+        path: A TOML file, or a table of motors as ``motor_table.py`` describes.
 
     Returns:
         The catalogue, None where it is faulty, and the faults, in sentences.
 
     Raises:
-        CatalogueError: The file cannot be read, or is not TOML.
+        CatalogueError: The file cannot be read, or is not TOML or such a table.
     """
-    content = read_toml(path, "the catalogue")
+    content = motor_table(path) if path.suffix.lower() == ".csv" else read_toml(path, "the catalogue")
     faults = [f"{path.name}: {fault}" for fault in family_faults(content)]
     if faults:
         return None, faults
