@@ -50,7 +50,9 @@ def show(
 @app.command(cls=PanelCommand)
 @one_sentence_errors
 def check(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A catalogue file of your own, TOML or a table of motors.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A catalogue file of your own, TOML or a table of motors.")
+    ],
 ) -> None:
     """Check a catalogue file: every fault in a sentence."""
     found, faults = examine(file)
