@@ -23,9 +23,9 @@ def tab(page, name):
 def focus(page, words):
     """Press Tab until something with these words has the focus."""
     for _ in range(60):
+        page.keyboard.press("Tab")
         if words in page.evaluate("() => { const e = document.activeElement; return e.value || e.innerText }"):
             return
-        page.keyboard.press("Tab")
     raise AssertionError(f"the keyboard does not get to {words!r}")
 
 

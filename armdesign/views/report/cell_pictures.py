@@ -23,6 +23,8 @@ from armdesign.views.report.report_scene import SHADES, box, framed
 
 INSTANTS = 3
 PATH_POINTS = 250
+ASIDE = 0.4
+"""So much of what is drawn is left beside it for a place where the base might stand, which may be the whole floor."""
 VIEWS = (("plan", "Plan", 0, 1), ("elevation", "Elevation", 0, 2))
 FACE, EDGE = "#e6e6e6", "#555555"
 LETTER = 0.075
@@ -72,10 +74,13 @@ class CellScene:
     frame: str
 
     def projected(self, axes: list[int]) -> Array:
-        """Everything that has an end, shape (P, 2); half spaces have none."""
-        parts = [self.base, np.zeros(3), self.corners, self.human, self.hand, *self.sites]
+        """Everything that has an end, shape (P, 2); half spaces have none, and wide sites are seen in part."""
+        parts = [self.base, np.zeros(3), self.corners, self.human, self.hand]
         parts += [outline.points for outline in self.obstacles if outline.normal is None]
-        return np.concatenate([np.reshape(part, (-1, 3)) for part in parts])[:, axes]
+        seen = np.concatenate([np.reshape(part, (-1, 3)) for part in parts])[:, axes]
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        room = ASIDE * float((high - low).max())
+        return np.concatenate([seen, *(np.clip(site[:, axes], low - room, high + room) for site in self.sites)])
 
 
 def outlines(run: Result, frames: NDArray[np.intp]) -> list[Outline]:
@@ -125,7 +130,7 @@ def cell_pictures(run: Result) -> list[Picture]:
         caption = f"{title}, millimetres {where}. Square: the base, with its distances from the origin (cross) and "
         caption += "from the nearest edge beside it. "
         caption += "Blue: the arm, light to dark; dashed: the demonstrator's arm; dotted: the hand's path"
-        caption += "; dashed box: where the base might stand." if scene.sites else "."
+        caption += "; dashed box: where the base might stand, perhaps seen in part." if scene.sites else "."
         pictures.append(picture(key, build, alt, caption))
     return pictures
 

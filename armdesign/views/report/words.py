@@ -52,6 +52,8 @@ BEYOND = 0.05
 """What a joint may be beyond a limit before it is said [deg; mm]."""
 NEAR_LIMIT = 0.01
 """Share of its range within which a joint is near its limit."""
+MOST_LETTERS = 200
+"""Of a setting's value that are shown."""
 TERMS = (
     ("demonstration", "What the person did, as it was recorded; its points are named places on the person's arm."),
     ("hand, tool", "The last of these points, and the end of the robot arm that has to follow it."),
@@ -121,8 +123,9 @@ def changed_settings(settings: Settings) -> list[Setting]:
 
 
 def shown(value: Any) -> str:  # noqa: ANN401 (values of settings)
-    """A value as in settings.toml."""
-    return "not set" if value is None else toml_value(value)
+    """A value as in settings.toml; a long one, such as the designs that a search begins with, by its beginning."""
+    text = "not set" if value is None else toml_value(value)
+    return text if len(text) <= MOST_LETTERS else f"{text[:MOST_LETTERS]} ..."
 
 
 def freedom(design: Design) -> list[str]:
