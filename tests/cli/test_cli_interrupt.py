@@ -32,7 +32,19 @@ def test_ctrl_c_on_a_real_process_leaves_the_best_arm_so_far(tmp_path, packaging
         "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from armdesign.cli import main; main()"
     )
-    flags = ["--dof", "6", "--particles", "10", "--iterations", "100000", "--workers", "1", "--out", "run"]
+    flags = [
+        "--dof",
+        "6",
+        "--particles",
+        "10",
+        "--iterations",
+        "100000",
+        "--workers",
+        "1",
+        "--no-report",
+        "--out",
+        "run",
+    ]
     command = [sys.executable, "-c", code, "search", str(packaging), *flags]
     log = tmp_path / "log"
     with (

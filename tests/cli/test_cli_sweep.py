@@ -171,7 +171,7 @@ def test_bar_in_a_terminal_is_below_the_runs_that_have_ended(monkeypatch):
 @needs_signals
 def test_killed_group_of_processes_goes_on_to_the_same_table(run, start, packaging, place):
     rng = random.Random(0)
-    ask = ("sweep", packaging, "--dof", 4, "--algorithm", "pso,rapso", "--seeds", 2, "--particles", 8)
+    ask = ("sweep", packaging, "--dof", 4, "--algorithm", "pso", "--seeds", 3, "--particles", 8)
     for args in ((*ask, "--iterations", 30, "--out", "s", "--workers", 2), ("sweep", "--resume", "s", "--workers", 1)):
         child = start(*args)
         await_search(place / "s", child)
@@ -210,10 +210,10 @@ def test_ctrl_c_once_stops_in_order_and_says_how_to_go_on(run, start, packaging,
 
 @needs_signals
 def test_sigterm_to_the_sweep_alone_stops_its_workers_and_ctrl_c_twice_stops_at_once(start, packaging, place):
-    ask = ("sweep", packaging, "--dof", 6, "--particles", 50_000, "--iterations", 10, "--workers", 1)
+    ask = ("sweep", packaging, "--dof", 6, "--particles", 20_000, "--iterations", 10, "--workers", 1)
     child = start(*ask, "--out", "s")
     await_search(place / "s", child, saved=False)
-    time.sleep(4.0)  # past the draw, into the first iteration
+    time.sleep(1.0)  # past the draw, into the first iteration
     child.send_signal(signal.SIGTERM)
     time.sleep(0.7)
     assert child.poll() is None  # an iteration takes minutes

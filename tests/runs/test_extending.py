@@ -2,25 +2,35 @@
 
 import json
 import os
+import shutil
 import signal
 
 import child_runs as runs
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from armdesign.cli import app
 from armdesign.runs.resumable import extend_run
 from armdesign.settings.sections import read_settings
 
 BASINS = ("--dof", 4, "--algorithm", "multibasin", "-q")
 
 
-@pytest.fixture
-def multibasin(tmp_path, cli):
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
     """A finished search in many basins, by the command line alone: its folder."""
-    folder = tmp_path / "basins"
+    folder = tmp_path_factory.mktemp("finished") / "basins"
     flags = ("--to", 0.4, "--budget", 600, *BASINS, "--workers", 1, "--no-report", "--out", folder)
-    assert cli("search", runs.EXAMPLES / "packaging.csv", *flags).exit_code == 0
+    done = CliRunner().invoke(app, ["search", *map(str, (runs.EXAMPLES / "packaging.csv", *flags))])
+    assert done.exit_code == 0, done.output
     return folder
+
+
+@pytest.fixture
+def multibasin(finished, tmp_path):
+    """A copy of that folder."""
+    return shutil.copytree(finished, tmp_path / "basins")
 
 
 def refused(outcome):
