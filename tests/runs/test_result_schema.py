@@ -68,7 +68,7 @@ def runs(tmp_path_factory):
 @pytest.mark.parametrize("name", ["plain", "swarm", "prismatic", "several", "oriented", "cell", "build"])
 def test_result_is_as_the_schema_says(runs, name):
     folder, outcomes = runs
-    assert outcomes[name].exit_code == 0, outcomes[name].output
+    assert outcomes[name].exit_code in ((0, 3) if name == "build" else (0,)), outcomes[name].output
     results = sorted((folder / name).rglob("result.json"))
     # of a holdout there is one where the arm that so few candidates have found reaches it
     assert len(results) in ((2, 3) if name == "several" else (1,))
