@@ -217,7 +217,7 @@ def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop, apart: Col
             if sign not in after or mass + chain.mass < after[sign][0]:
                 after[sign] = (mass + chain.mass, (*signs, sign), (*chains, chain))
         if not after:
-            raise faults[0]
+            raise telling(faults)
         best = after
     _, signs, chains = next(iter(best.values()))
     placed = [] if base is None else [base[0]]
@@ -385,6 +385,15 @@ class Chain(NamedTuple):
         return sum(each.part.mass for each in self.placed)
 
 
+class TurnError(CatalogueError):
+    """A bracket of some kind does not turn so far; another kind may."""
+
+
+def telling(faults: Sequence[CatalogueError]) -> CatalogueError:
+    """The fault that tells most of why nothing fits: one of brackets that turn as far as they have to, if there is."""
+    return next((fault for fault in faults if not isinstance(fault, TurnError)), faults[0])
+
+
 def linked(link: int, ends: Sequence[Face | None], points: Sequence[Array], shop: Shop) -> Chain:
     """The parts of a link from face to face: those with the kinds of brackets with which they fit and are lightest.
 
@@ -408,7 +417,7 @@ def linked(link: int, ends: Sequence[Face | None], points: Sequence[Array], shop
         except CatalogueError as error:
             faults.append(error)
     if not found:
-        raise faults[0]
+        raise telling(faults)
     return min(found, key=lambda chain: chain.mass)
 
 
@@ -550,7 +559,7 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
     theta = float(np.arccos(np.clip(along @ face.normal, -1.0, 1.0)))
     low, high = TURNS[kind]
     if not low <= theta <= high:
-        raise CatalogueError(
+        raise TurnError(
             f"the tube of link {link} would leave {face.mark} at {np.degrees(theta):.0f} deg from its face's normal, "
             "and no bracket that fits turns so far", value=float(np.degrees(theta)),
             allowed=f"{np.degrees(low):.0f} to {np.degrees(high):.0f} deg",
