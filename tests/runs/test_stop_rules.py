@@ -76,7 +76,12 @@ def test_a_time_limit_counts_what_was_spent_before(task, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "flags", [("--target", "0.7"), ("--patience", "2"), ("--time-limit", "0.2", "--iterations", "1000000")]
+    "flags",
+    [
+        ("--target", "0.7"),
+        ("--patience", "2"),
+        ("--time-limit", "0.01", "--particles", "200", "--iterations", "1000000"),
+    ],
 )
 def test_what_a_stop_rule_has_ended_is_finished(tmp_path, begin, cli, take_up, flags):
     folder = tmp_path / "run"
