@@ -155,6 +155,7 @@ def test_change_in_a_kernel_compiles_its_callers_anew(copy, monkeypatch):
     assert hits_and_misses() == ["0", "1"]
 
 
+@pytest.mark.slow  # for Numbas to come
 def test_another_numba_inside_compiles_every_kernel_on_its_own(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     without = "import sys; sys.modules['armdesign.kinematics.inner_compiler'] = None\n" + LOAD_AN_ARM
