@@ -17,6 +17,7 @@ import bodies
 import inner_loop
 import memory
 import searches
+import simulated
 import sizes
 import starts
 import workers
@@ -30,6 +31,7 @@ MEASUREMENTS: dict[str, Callable[[Plan], Iterator[Table]]] = {
     "search": searches.tables,
     "before": before.tables,
     "workers": workers.tables,
+    "simulated": simulated.tables,
     "sizes": sizes.tables,
     "bodies": bodies.tables,
     "memory": memory.tables,

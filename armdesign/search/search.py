@@ -18,7 +18,7 @@ from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_candidate
 from armdesign.search.part_scheduler import PartScheduler
 from armdesign.search.result import Result, SearchFacts
-from armdesign.search.swarms import Note, new_swarm, search_space, step
+from armdesign.search.swarms import Note, new_swarm, parameters, search_space, step
 from armdesign.swarm import State, algorithm_from_state
 
 
@@ -206,7 +206,7 @@ class Search:
         swarm = {name: value for name, value in state.items() if name != "search"}
         length = getattr(self.settings, self.swarm.length)
         space = search_space(self.settings, self.space)
-        self.swarm = algorithm_from_state(swarm, space, length, asdict(self.settings))
+        self.swarm = algorithm_from_state(swarm, space, length, parameters(self.settings, self.space.dof))
         self.rejections = Rejections(**search["rejections"])
         r, f, E = search["leader"]
         self.leader = float(r), float(f), float(E)

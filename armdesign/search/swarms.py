@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, astuple
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -80,7 +80,19 @@ def new_swarm(settings: SearchSettings, space: DesignSpace) -> Algorithm:
         space: The design space.
     """
     rng = np.random.default_rng(settings.seed)
-    return make_algorithm(settings.algorithm, search_space(settings, space), rng, asdict(settings))
+    return make_algorithm(settings.algorithm, search_space(settings, space), rng, parameters(settings, space.dof))
+
+
+def parameters(settings: SearchSettings, dof: int) -> dict[str, Any]:
+    """The settings by name, with what is left to the number of joints.
+
+    Args:
+        settings: As the user set them.
+        dof: Number of joints n.
+    """
+    # with few joints few frames tell the basins apart; with many, wide steps may lead into another branch of the path
+    coarse = settings.coarse if settings.coarse is not None else 40 if dof <= 3 else 100
+    return asdict(settings) | {"coarse": coarse}
 
 
 def search_space(settings: SearchSettings, space: DesignSpace) -> SearchSpace:

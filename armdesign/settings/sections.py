@@ -609,10 +609,10 @@ class Search(Section):
         "know nothing of each other agree: quick p < 0.25, normal 0.1, thorough 0.01 for a better one; budget: never.",
         panel=SEARCH,
     )  # fmt: skip
-    coarse: int = parameter(
-        100, Number(0, 10**6, integer=True),
+    coarse: int | None = parameter(
+        None, Number(0, 10**6, integer=True),
         "Frames of each demonstration on which multibasin looks at candidates that only lead the way; what counts is\n"
-        "the fitness on all frames. 0: all frames.",
+        "the fitness on all frames. 0: all frames; not set: by the joints.", optional=True,
     )  # fmt: skip
     particles: int = parameter(
         400, Number(1, 10**6, integer=True), "N, number of particles.", panel=SEARCH,
