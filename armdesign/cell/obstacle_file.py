@@ -152,7 +152,11 @@ def read_obstacles(paths: Sequence[str | Path], units: str | None = None) -> Obs
 
 
 def read_cell_file(path: Path) -> list[Obstacle]:
-    """The obstacles of a cell file."""
+    """The obstacles of a cell file.
+
+    Raises:
+        ObstacleError: It is not TOML, or an entry is none; the message names it.
+    """
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
@@ -182,6 +186,9 @@ def obstacle_of(title: str, k: int, content: Mapping[str, Any], path: Path) -> O
         k: Its number among those of its kind, from 1.
         content: Its keys and values.
         path: The file.
+
+    Raises:
+        ObstacleError: A key is unknown or missing, or a value is none.
     """
     kind, name = KINDS[title], content.get("name", f"{title}_{k}")
     if not isinstance(name, str) or not name.strip() or len(name) > 80 or not name.isprintable():
@@ -229,6 +236,9 @@ def plane_pose(point: Array, normal: Array, where: str) -> Array:
         point: Shape (3,) [m].
         normal: Points to the free side, shape (3,).
         where: What it is, for the message.
+
+    Raises:
+        ObstacleError: The normal has no length.
     """
     length = float(np.linalg.norm(normal))
     if length < 1e-9:
@@ -247,6 +257,9 @@ def read_mesh(path: Path, scale: float | Array) -> Mesh:
     Args:
         path: STL, OBJ or PLY.
         scale: Metres per unit of the file; or one for each of its axes, shape (3,).
+
+    Raises:
+        ObstacleError: It cannot be read, is not closed, or has a size that no obstacle has.
     """
     if path.suffix.lower() not in MESHES:
         raise ObstacleError(f"{path} is no mesh by its ending", value=path.suffix, allowed=list(MESHES))
@@ -268,6 +281,9 @@ def closed_mesh(loaded: trimesh.Trimesh, where: str, scale: float | Array) -> Me
         loaded: The mesh.
         where: Where it was read, for messages.
         scale: Metres per unit; or one for each axis, shape (3,).
+
+    Raises:
+        ObstacleError: It is not closed, or its size is none of an obstacle.
     """
     if not np.isfinite(loaded.vertices).all():
         raise ObstacleError(f"the mesh {where} has corners that are no numbers", value=where)
@@ -303,7 +319,11 @@ def unit_hint(size: float) -> str:
 
 
 def read_scene(path: Path) -> list[Obstacle]:
-    """The collision shapes of a URDF, its joints at 0, as obstacles that stand still."""
+    """The collision shapes of a URDF, its joints at 0, as obstacles that stand still.
+
+    Raises:
+        ObstacleError: It cannot be read, has no collision shapes, or a mesh of it is missing.
+    """
     try:
         root = ElementTree.parse(path).getroot()
     except (ElementTree.ParseError, OSError, ValueError) as error:
@@ -337,6 +357,9 @@ def scene_shape(geometry: Any, name: str, path: Path) -> Shape:  # noqa: ANN401 
         geometry: The element.
         name: What it is called.
         path: The URDF.
+
+    Raises:
+        ObstacleError: It has none, or its mesh cannot be used.
     """
     where = f"{path}, {name}"
     shape: Shape
@@ -369,6 +392,9 @@ def mesh_file(filename: str, path: Path, where: str) -> Path:
         filename: What the URDF names: a path, file:// or package://NAME/path.
         path: The URDF.
         where: What needs it, for the message.
+
+    Raises:
+        ObstacleError: There is none.
     """
     inside = filename.removeprefix("file://")
     _, package, within = inside.partition("package://")
@@ -385,7 +411,11 @@ def mesh_file(filename: str, path: Path, where: str) -> Path:
 
 
 def unit_of(what: str, unit: object) -> float:
-    """Metres per unit."""
+    """Metres per unit.
+
+    Raises:
+        ObstacleError: There is no such unit.
+    """
     if not isinstance(unit, str) or unit not in LENGTHS:
         raise ObstacleError(f"{what} is {unit!r}", value=unit, allowed=list(LENGTHS))
     return float(LENGTHS[unit])

@@ -205,7 +205,11 @@ def resolved(paths: Sequence[str]) -> list[str] | None:
 
 
 def check_different(seen: Sequence[Path], unseen: Sequence[Path]) -> None:
-    """Refuse a demonstration that would count twice, or that is held out and yet seen."""
+    """Refuse a demonstration that would count twice, or that is held out and yet seen.
+
+    Raises:
+        SettingsError: A file is named twice.
+    """
     known = {path.resolve(): path for path in seen}
     kept = {path.resolve(): path for path in unseen}
     both = [path for place, path in kept.items() if place in known]
@@ -219,7 +223,11 @@ def check_different(seen: Sequence[Path], unseen: Sequence[Path]) -> None:
 
 
 def check_name(path: str) -> None:
-    """Refuse a path that cannot be written down."""
+    """Refuse a path that cannot be written down.
+
+    Raises:
+        SettingsError: It is not Unicode.
+    """
     if not is_unicode(path):
         raise SettingsError(f"the name of the recording {path!a} is not UTF-8", fix="Rename the file")
 

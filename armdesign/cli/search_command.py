@@ -231,7 +231,11 @@ def begin(
 
 
 def refuse_other_kinds(folder: Path) -> None:
-    """Turn away a folder of runs, whose files a single run would be mixed with."""
+    """Turn away a folder of runs, whose files a single run would be mixed with.
+
+    Raises:
+        RunFolderError: It holds a sweep, a study or a search for the number of joints.
+    """
     for name, kind in OTHER_KINDS.items():
         if os.path.isfile(folder / name):  # False for names too long, too
             raise RunFolderError(f"{folder} holds {kind}", value=str(folder), fix="Name another folder with --out")

@@ -106,7 +106,11 @@ def words(text: str | None, flag: str) -> tuple[str, ...] | None:
 
 
 def read_tasks(name: str, flags: StudyFlags, search: Mapping[str, Any], dof: Sequence[int]) -> Tasks:
-    """Read the recordings, and prepare them for every number of joints."""
+    """Read the recordings, and prepare them for every number of joints.
+
+    Raises:
+        SettingsError: Two tasks have one name, or settings cannot be.
+    """
     settings = settings_from_flags(flags.config, {})
     named = list(flags.tasks or ())
     if not named:

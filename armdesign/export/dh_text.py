@@ -40,6 +40,9 @@ def dh_rows(table: DHTable, convention: str = "modified") -> list[Row]:
     Args:
         table: The arm, n joints.
         convention: ``modified`` or ``classic``.
+
+    Raises:
+        SettingsError: There is no such convention.
     """
     check_convention(convention)
     n = table.dof

@@ -19,6 +19,9 @@ def template_path(name: str, package: Path = PACKAGE) -> Path:
     Args:
         name: File name of the template.
         package: Folder of the package.
+
+    Raises:
+        ArmDesignError: It is in neither place.
     """
     places = [package / FOLDER / name, package.parent / FOLDER / name]
     for place in places:

@@ -121,7 +121,11 @@ class PoseSolver(BlockEvaluator):
 
 
 def with_frame(problem: Problem, points: ArrayLike, rotation: ArrayLike | None) -> Problem:
-    """The problem with another single frame."""
+    """The problem with another single frame.
+
+    Raises:
+        TaskError: A shape does not fit, or the orientation is missing.
+    """
     # copies, since kernels are compiled anew for arrays that cannot be written to
     P = np.array(points, dtype=float)[None]
     if P.shape != problem.P.shape:

@@ -57,7 +57,11 @@ def read_design(path: str | Path, convention: str | None = None) -> DHTable:
 
 
 def joint_kinds(path: Path, table: Mapping[str, Any], content: Any) -> str:  # noqa: ANN401 (whatever the file holds)
-    """The kinds of the joints, as RRPR, that a table or the result around it states; empty where all turn."""
+    """The kinds of the joints, as RRPR, that a table or the result around it states; empty where all turn.
+
+    Raises:
+        DesignError: They are no text.
+    """
     stated = table.get("joints", content.get("joints") if isinstance(content, Mapping) else None)
     if stated is None:
         return ""
@@ -109,7 +113,11 @@ def base_pose_of(pose: object, path: Path) -> BasePose:
 
 
 def with_fixed_rows(table: DHTable, path: Path, content: Mapping[str, Any]) -> DHTable:
-    """A classic table with what its rows ``base`` and ``tool`` put before the first axis and behind the last."""
+    """A classic table with what its rows ``base`` and ``tool`` put before the first axis and behind the last.
+
+    Raises:
+        DesignError: A row holds what a modified table has no place for.
+    """
     base, tool = (
         [0.0] * 4 if content.get(name) is None else row_values(path, name, content[name]) for name in ("base", "tool")
     )
@@ -122,7 +130,11 @@ def with_fixed_rows(table: DHTable, path: Path, content: Mapping[str, Any]) -> D
 
 
 def design_file(path: str | Path) -> Path:
-    """The file to read; of a run folder its result.json."""
+    """The file to read; of a run folder its result.json.
+
+    Raises:
+        DesignError: There can be no such path.
+    """
     try:
         return Path(path) / "result.json" if Path(path).is_dir() else Path(path)
     except OSError as error:
@@ -130,7 +142,11 @@ def design_file(path: str | Path) -> Path:
 
 
 def settle_convention(path: Path, stated: object, asked: str | None) -> str:
-    """The convention of a table: what the file states, else what was asked for, else modified."""
+    """The convention of a table: what the file states, else what was asked for, else modified.
+
+    Raises:
+        DesignError: There is no such convention, or the two contradict each other.
+    """
     for convention in (stated, asked):
         if convention is not None and convention not in CONVENTIONS:
             raise DesignError(f"{path}: convention is {convention!r}", value=convention, allowed=list(CONVENTIONS))

@@ -54,6 +54,9 @@ def unpack(content: bytes, identity: str, source: Path) -> State:
         content: The archive.
         identity: What the state has to belong to.
         source: Its file, for messages.
+
+    Raises:
+        RunFolderError: Cut short or damaged, of another version, or of another task.
     """
     body, digest = content[:-32], content[-32:]
     if hashlib.sha256(body).digest() != digest:
@@ -114,6 +117,9 @@ def save_state(folder: Path, content: bytes) -> None:
     Args:
         folder: The run folder.
         content: The state, see ``pack``.
+
+    Raises:
+        RunFolderError: It cannot be written; the states on disk are untouched.
     """
     fresh = folder / NEXT
     write_whole(fresh, content)

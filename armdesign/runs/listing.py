@@ -119,7 +119,11 @@ def judge(folder: Path, run: RunStatus) -> RunStatus:
 
 
 def from_result(result: dict[str, Any], run: RunStatus) -> RunStatus:
-    """State, best and progress of a run with a result."""
+    """State, best and progress of a run with a result.
+
+    Raises:
+        ValueError: The result lacks an entry, or one is not what it should be.
+    """
     try:
         best = float(result["fitness"])
         if "stopped_by" not in result:

@@ -34,7 +34,11 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def acquire(folder: Path) -> int:
-    """Open and lock the folder's lock file."""
+    """Open and lock the folder's lock file.
+
+    Raises:
+        RunFolderError: Another process holds it, or there can be none in this folder.
+    """
     path = folder / NAME
     while True:
         try:

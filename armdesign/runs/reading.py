@@ -98,7 +98,11 @@ def read_problem(folder: Path) -> DesignProblem:
 
 
 def read_demonstration(folder: Path) -> Demonstration:
-    """The first demonstration of a run folder."""
+    """The first demonstration of a run folder.
+
+    Raises:
+        RunFolderError: The folder holds no run.
+    """
     path = settings_file(folder)
     if not path.is_file():
         raise RunFolderError(f"{folder} holds no run to resume: {SETTINGS} is missing", value=str(folder))
@@ -123,6 +127,9 @@ def read_inner(folder: Path, pattern: str, recordings: Sequence[str] | None) -> 
         folder: The run folder.
         pattern: DEMONSTRATIONS or HOLDOUTS.
         recordings: Their files, according to the settings.
+
+    Raises:
+        RunFolderError: One is missing or damaged.
     """
     found, names = inner_folders(folder, pattern), inner_names(pattern, len(recordings or ()))
     if len(found) < len(names):
@@ -139,6 +146,9 @@ def read_path(place: Path, demonstration: Demonstration, content: dict[str, Any]
         demonstration: Its task.
         content: Its result.json.
         table: The arm.
+
+    Raises:
+        RunFolderError: A file is missing, damaged or does not fit the others.
     """
     q = read_trajectory(place / TRAJECTORY, table.dof)
     task = demonstration.task
@@ -162,6 +172,9 @@ def missed_holdout(place: Path, entry: dict[str, Any], first: PathResult) -> Pat
         place: The demonstration's run folder.
         entry: What the result.json of the whole run says of it.
         first: The arm's path on the first demonstration.
+
+    Raises:
+        RunFolderError: The entry is damaged.
     """
     missed = entry.get("missed")
     if not isinstance(missed, dict):
@@ -173,7 +186,11 @@ def missed_holdout(place: Path, entry: dict[str, Any], first: PathResult) -> Pat
 
 
 def read_facts(content: dict[str, Any], place: Path) -> SearchFacts:
-    """How the search of a run folder went."""
+    """How the search of a run folder went.
+
+    Raises:
+        RunFolderError: An entry of result.json is missing or of the wrong type; the message names it.
+    """
     kinds = {"algorithm": str, "rejected": dict, "stopped_by": str}
     values: dict[str, Any] = {}
     for entry in fields(SearchFacts):
@@ -198,7 +215,11 @@ def read_facts(content: dict[str, Any], place: Path) -> SearchFacts:
 
 
 def read_verdict(content: dict[str, Any], place: Path) -> Verdict | None:
-    """The verdict of result.json; None in one that was written before there were any."""
+    """The verdict of result.json; None in one that was written before there were any.
+
+    Raises:
+        RunFolderError: It is damaged.
+    """
     entries = content.get("verdict")
     if entries is None:
         return None
@@ -217,7 +238,11 @@ def read_verdict(content: dict[str, Any], place: Path) -> Verdict | None:
 
 
 def read_slides(content: dict[str, Any], place: Path, dof: int) -> tuple[float, ...] | None:
-    """Where the joint modules sit, out of result.json; None in one that was written before they could slide."""
+    """Where the joint modules sit, out of result.json; None in one that was written before they could slide.
+
+    Raises:
+        RunFolderError: It is damaged.
+    """
     values = content.get("slides")
     if values is None:
         return None
@@ -314,7 +339,11 @@ def read_table(path: Path) -> tuple[list[str], Array]:
 
 
 def read_trajectory(path: Path, dof: int) -> Array:
-    """Joint angles of trajectory.csv, shape (T, n) [rad]."""
+    """Joint angles of trajectory.csv, shape (T, n) [rad].
+
+    Raises:
+        RunFolderError: The file is missing or damaged.
+    """
     _, values = read_table(path)
     if values.shape[1] != 1 + dof:
         raise RunFolderError(f"{path} is damaged: it has {values.shape[1]} columns", allowed=1 + dof)

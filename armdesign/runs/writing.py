@@ -73,7 +73,11 @@ def clear_result(folder: Path, keep: Collection[str] = ()) -> None:
 
 
 def remove_run(folder: Path) -> None:
-    """Remove a run folder that this package has written, but for files that people have put there."""
+    """Remove a run folder that this package has written, but for files that people have put there.
+
+    Raises:
+        RunFolderError: A file cannot be removed.
+    """
     clear_result(folder)
     remove_files(folder / name for name in TASK_FILES)
     try:

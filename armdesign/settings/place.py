@@ -116,6 +116,9 @@ def read_region(text: str, cell: Place) -> tuple[Site, ...]:
     Args:
         text: Entries ``x=from..to``, ``y``, ``z``, ``yaw``, ``mounted`` in any order, spaces or commas between them.
         cell: What mounting holds where the text names none.
+
+    Raises:
+        SettingsError: The text cannot be read, its bounds are upside down or out of range.
     """
     tight = re.sub(r"\s*(=|\.\.)\s*", r"\1", text)
     entries: dict[str, str] = {}
@@ -152,6 +155,9 @@ def read_range(key: str, value: str, text: str) -> Range:
         key: x, y, z or yaw.
         value: A number or ``from..to``, each with or without its unit.
         text: The region, for messages.
+
+    Raises:
+        SettingsError: It is neither, upside down or out of range.
     """
     unit, most = ("deg", 360.0) if key == "yaw" else ("m", FARTHEST)
     allowed = f"a number or from..to, each from -{most:g} to {most:g} {unit}"

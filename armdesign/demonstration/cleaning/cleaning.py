@@ -126,6 +126,9 @@ def scale_positions(recording: Recording, factor: float) -> Result:
     Args:
         recording: Any recording.
         factor: The factor.
+
+    Raises:
+        SettingsError: The factor is not a positive finite number.
     """
     if not (math.isfinite(factor) and factor > 0):
         raise SettingsError(f"scale is {factor}", value=factor, allowed="a number above 0")
@@ -175,6 +178,10 @@ def cut_out(recording: Recording, stretches: Sequence[Stretch]) -> tuple[Recordi
     Args:
         recording: Any recording, its last point the hand; gaps within a stretch do not matter.
         stretches: Pairs of times in the recording [s].
+
+    Raises:
+        SettingsError: A stretch has no frames, overlaps another or reaches an end of the recording.
+        RecordingError: The arm has moved from one end of a stretch to the other; the message says by how much.
     """
     cuts = plan_cuts(recording, stretches)
     if not cuts:

@@ -332,6 +332,9 @@ def publish(run: Path, folder: Path) -> None:
     Args:
         run: The run folder.
         folder: Where to; its earlier result is removed.
+
+    Raises:
+        RunFolderError: A file cannot be read or written.
     """
     clear_result(folder)
     places = [*inner_folders(run, DEMONSTRATIONS), *inner_folders(run, HOLDOUTS), run]

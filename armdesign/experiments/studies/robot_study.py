@@ -78,7 +78,11 @@ def plan(request: StudyRequest, tasks: Tasks) -> list[Unit]:
 
 
 def check_search(search: SearchSettings, *, foreign: bool) -> None:
-    """Refuse settings under which the searches would not spend the same, from the same first generation."""
+    """Refuse settings under which the searches would not spend the same, from the same first generation.
+
+    Raises:
+        SettingsError: Fewer evaluations than an iteration of opytimizer's takes, or what only our own would heed.
+    """
     if foreign:
         fix = "Raise --iterations: a search has particles times iterations evaluations"
         check_budget(search.particles * search.iterations, search.particles, fix)

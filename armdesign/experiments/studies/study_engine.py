@@ -108,7 +108,11 @@ def run_study(
 
 
 def records_of(runs: RunTable) -> list[Record]:
-    """The results of all units, in the order of the plan."""
+    """The results of all units, in the order of the plan.
+
+    Raises:
+        RunFolderError: A result is damaged.
+    """
     records = []
     for name, unit in runs.units.items():
         place, row = runs.folder / name, runs.rows[name]
@@ -120,7 +124,11 @@ def records_of(runs: RunTable) -> list[Record]:
 
 
 def content_of(place: Path, unit: Unit) -> Mapping[str, Any]:
-    """What a finished unit has found."""
+    """What a finished unit has found.
+
+    Raises:
+        RunFolderError: It is damaged.
+    """
     if unit.work is not None:
         record = recorded(place)
         return {} if record is None else dict(record["found"])
@@ -142,7 +150,11 @@ def marked(tables: Sequence[Table], records: Sequence[Record]) -> list[Table]:
 
 
 def write_tables(folder: Path, tables: Sequence[Table], picture: bytes) -> tuple[str, ...]:
-    """Write the tables and the figure; returns the names of the files."""
+    """Write the tables and the figure; returns the names of the files.
+
+    Raises:
+        RunFolderError: A file cannot be written.
+    """
     files = {TABLES: "\n".join(table.markdown() for table in tables)}
     files |= {"table.csv" if i == 0 else f"table_{table.name}.csv": table.csv() for i, table in enumerate(tables)}
     for name, text in files.items():
@@ -155,6 +167,9 @@ def write_about(folder: Path, request: StudyRequest, records: Sequence[Record], 
     """Write `about.json`: the machine, the versions, the requests by their commands, and how long it took.
 
     Every call adds an entry to its sessions; the times of the single runs are those of their own processes.
+
+    Raises:
+        RunFolderError: It cannot be written.
     """
     session = {
         "command": ["armdesign", *sys.argv[1:]],

@@ -47,7 +47,11 @@ def settle_study(folder: Path, request: StudyRequest, tasks: Tasks) -> None:
 
 
 def read_request(folder: Path) -> StudyRequest:
-    """The request of the study in a folder."""
+    """The request of the study in a folder.
+
+    Raises:
+        RunFolderError: The folder holds no study, or it is damaged.
+    """
     try:
         content = json.loads((folder / STUDY).read_text(encoding="utf-8"))
         names = StudyRequest.__dataclass_fields__
@@ -85,7 +89,11 @@ def read_study_folder(folder: Path, name: str | None = None) -> tuple[StudyReque
 
 
 def check_study(folder: Path, request: StudyRequest, tasks: Tasks) -> None:
-    """Refuse what would leave the folder with runs of different kinds, or with runs that are not asked for."""
+    """Refuse what would leave the folder with runs of different kinds, or with runs that are not asked for.
+
+    Raises:
+        SettingsError: Another study, other settings, another task, or a run that is there is not asked for.
+    """
     earlier, known = read_study_folder(folder)
     if earlier.study != request.study:
         raise SettingsError(f"{folder} holds the study '{earlier.study}'", value=request.study, fix=NEW_FOLDER)
@@ -116,7 +124,11 @@ def changed(earlier: StudyRequest, request: StudyRequest) -> list[str]:
 
 
 def refuse_fewer(folder: Path, earlier: StudyRequest, request: StudyRequest) -> None:
-    """Refuse lists that leave out what is there."""
+    """Refuse lists that leave out what is there.
+
+    Raises:
+        SettingsError: Something there is not asked for.
+    """
     lists = {"tasks": (earlier.tasks, request.tasks), "dof": (earlier.dof, request.dof)}
     lists["repetitions"] = (tuple(range(1, earlier.reps + 1)), tuple(range(1, request.reps + 1)))
     lists |= {

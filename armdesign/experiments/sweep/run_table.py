@@ -127,6 +127,9 @@ def result_entries(place: Path, *, optional: bool) -> Row:
     Args:
         place: The run folder.
         optional: Whether the result may be absent, as that of a search that was interrupted before it found anything.
+
+    Raises:
+        RunFolderError: It is damaged.
     """
     path = place / RESULT
     if optional and not path.exists():

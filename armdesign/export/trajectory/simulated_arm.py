@@ -70,7 +70,11 @@ class Servo:
 
 
 def load_mujoco() -> Any:  # noqa: ANN401 (a module)
-    """MuJoCo."""
+    """MuJoCo.
+
+    Raises:
+        MissingExtraError: It is not installed.
+    """
     try:
         import mujoco  # noqa: PLC0415, an extra
     except ImportError as error:

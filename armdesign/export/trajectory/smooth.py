@@ -198,7 +198,11 @@ def bounded_minimum(system: scipy.sparse.csc_array, right: Array, low: float, hi
 
 
 def _checked_limits(limits: ArrayLike, dof: int) -> Array:
-    """Joint limits as an array, shape (n, 2)."""
+    """Joint limits as an array, shape (n, 2).
+
+    Raises:
+        DesignError: There are not two for each joint, or a lower one is not below the upper.
+    """
     bounds = np.asarray(limits, dtype=float)
     if bounds.shape != (dof, 2) or not (bounds[:, 0] < bounds[:, 1]).all():
         raise DesignError(
