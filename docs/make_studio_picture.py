@@ -1,8 +1,7 @@
 """Make the picture of the studio in its documentation from a run folder.
 
-``python docs/make_studio_picture.py RUN PICTURE.png``, with Playwright and Chromium. Make the run in the studio, or by
-``armdesign search examples/box_lift.c3d --dof 5 --place "x=0.3..0.8 y=-0.75..-0.45 z=0.8" --obstacles
-examples/box_lift_cell.toml --tolerance 20mm --out RUN``.
+``python docs/make_studio_picture.py RUN PICTURE.png``, with Playwright and Chromium. Make the run in the studio from
+``examples/box_lift.c3d``, with nothing changed on the page.
 """
 
 from __future__ import annotations
@@ -29,6 +28,7 @@ def main() -> None:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
         page = browser.new_page(viewport={"width": 1280, "height": 800})
+        page.set_default_timeout(120_000)  # software draws the scene
         page.goto(guard.address)
         page.get_by_text("Largest error of the hand").first.wait_for(timeout=60_000)
         page.get_by_role("tab", name="Search", exact=True).click()

@@ -14,6 +14,7 @@ from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch
 from armdesign.experiments.compare.comparison import compare
 from armdesign.experiments.compare.ready_made import open_ready_made, ready_made_arms
 from armdesign.runs.alternatives import write_alternatives
+from armdesign.runs.folder import RESULT
 from armdesign.runs.listing import numbered_results
 from armdesign.runs.reading import read_problem, read_result
 from armdesign.search.design_problem import DesignProblem
@@ -134,7 +135,7 @@ class ArmsPanel:
         page.set_html(self.note, f"<h4>{escape(headline(arms[0]))}</h4>First by {self.sort.value}.")
         page.set_html(self.table, arms_table(arms, [colours[arm.name] for arm in arms]))
         page.show_arms(*((arm, colours[arm.name]) for arm in seen))
-        if self.run is not None:
+        if self.run is not None and (self.run / RESULT).is_file():
             robots = [arm.name for arm in self.arms if arm.result is None] or [self.robot.value.split()[0]]
             lines = [shown(["alternatives", self.run]), shown(["compare", self.run, *robots])]
             page.set_html(self.command, command_html(*lines))

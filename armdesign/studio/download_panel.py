@@ -21,6 +21,7 @@ from armdesign.export.export_files import export
 from armdesign.export.formats import FORMATS
 from armdesign.export.trajectory.exporting import FILES
 from armdesign.feasibility.words import pace
+from armdesign.runs.folder import RESULT
 from armdesign.search.result import Result
 from armdesign.studio.arms import verdict_lines
 from armdesign.studio.commands import shown
@@ -75,6 +76,35 @@ def families() -> tuple[str, ...]:
     return tuple(f"{name} ({find_catalogue(name).maker})" for name in shipped())
 
 
+def best_build(result: Result, options: BuildOptions) -> Build:
+    """An arm built with brackets that are sold, or with printed ones where only that does the task, or does it better.
+
+    Args:
+        result: The arm.
+        options: What it is built of.
+
+    Raises:
+        CatalogueError: Neither can be.
+    """
+    found: list[Build] = []
+    for printed in (False, True):
+        try:
+            made = build(result, replace(options, printed=printed))
+        except CatalogueError:
+            if printed and not found:
+                raise
+            continue
+        if made.result.verdict.passed:
+            return made
+        found.append(made)
+    return min(found, key=lambda made: made.result.verdict.hand_error.max)
+
+
+def left_no_room(made: Build) -> bool:
+    """Whether its parts do not go together; not known of printed brackets, of kits they do."""
+    return made.kit is None and not made.options.printed and made.fits < 2
+
+
 def built_html(made: Build, bill: str) -> str:
     """What an arm of parts does, and the parts.
 
@@ -86,8 +116,8 @@ def built_html(made: Build, bill: str) -> str:
     passed, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
     lines = [lines[0], f"It moves at {pace(made.speed)}.", f"What moves weighs {result.body.moving_mass:.1f} kg."]
     if made.options.printed:
-        lines.append("Its brackets are printed: with those that are sold, no such arm does the task.")
-    if made.kit is None and made.fits < 2:
+        lines.append("Its brackets are printed: with those that are sold it does the task worse, or not at all.")
+    if left_no_room(made):
         lines.append("Its parts do not fit together: the search has left less room than they take.")
     mark = "good" if passed else "bad"
     said = "".join(f"<li{'' if k else f' class={mark}'}>{escape(line)}</li>" for k, line in enumerate(lines))
@@ -156,14 +186,13 @@ class DownloadPanel:
             folder.visible = True
         self.page.set_html(self.built, "")
         self.again.visible = False
-        self.page.set_html(
-            self.note, f"<h4>{escape(result.name)}</h4>All of it lies in <b>{escape(str(run))}</b>, too."
-        )
+        where = f"All of it lies in <b>{escape(str(run))}</b>, too." if (run / RESULT).is_file() else "The best so far."
+        self.page.set_html(self.note, f"<h4>{escape(result.name)}</h4>{where}")
         self.show_command()
 
     def show_command(self) -> None:
         """Show the downloads as one would type them."""
-        if self.run is None:
+        if self.run is None or not (self.run / RESULT).is_file():
             return
         lines = [
             shown(["report", self.run]),
@@ -198,19 +227,15 @@ class DownloadPanel:
     def part_files(self, result: Result) -> dict[str, bytes]:
         """Bill of materials and cut list, which are shown on the page, too."""
         self.again.visible = False
-        options = BuildOptions(self.family.value.split()[0], speed="auto")
         try:
-            try:
-                made = build(result, options)
-            except CatalogueError:  # with brackets as they are sold no such arm does the task
-                made = build(result, replace(options, printed=True))
+            made = best_build(result, BuildOptions(self.family.value.split()[0], speed="auto"))
         except ArmDesignError as error:
             self.page.set_html(self.built, f'<b class="bad">{escape(str(error))}</b>')
             raise
         lists = part_lists(made)
         self.page.set_html(self.built, built_html(made, lists[BILL]))
         self.room = room_of_parts(made.result.problem.settings.body)
-        self.again.visible = bool(made.fault)
+        self.again.visible = not made.result.verdict.passed or left_no_room(made)
         return {name: text.encode() for name, text in lists.items()}
 
     def search_again(self) -> None:

@@ -136,15 +136,15 @@ class SearchPanel:
 
     def end(self) -> None:
         """End the search with the best arm so far."""
-        self.stopping = True
         if self.run is None or not commands.stop(self.run):
             raise SettingsError("nobody is searching in this run", value=str(self.run), fix="Start a search")
+        self.stopping = True
 
     def go_on(self) -> None:
         """Go on with a search that has not ended."""
         if self.run is not None:
-            self.process, self.stopping = commands.begin(self.run), False
-            self.seen = ("", None)
+            self.process = commands.begin(self.run)
+            self.watch(self.run)
 
     def list_runs(self) -> None:
         """List the runs that are there, newest first."""
@@ -239,7 +239,7 @@ class SearchPanel:
             self.page.look()
         points = self.curve.setdefault(run.folder, [])
         points.append((float(run.iterations or 0), 1e3 * result.evaluation.fitness))
-        ended = state in ("finished", "interrupted", "evaluated")
+        ended = state != "running"
         lines = [f"<h4>{STATES.get(state, state)}</h4>"]
         if ended:
             passed, words = verdict_lines(result.verdict, result.problem.settings, result.base_pose)

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from PIL import Image
+from playwright.sync_api import expect
 
 from armdesign.runs.folder import RESULT
 
@@ -37,9 +38,12 @@ def begin_search(page):
     focus(page, "as few as do it")
     page.keyboard.press("Enter")
     page.get_by_role("option", name="4", exact=True).wait_for()
-    while page.locator("[role=option][data-combobox-selected]").inner_text() != "4":
+    for _ in range(9):
         page.keyboard.press("ArrowDown")
+        if page.locator("[role=option][data-combobox-selected]").inner_text() == "4":
+            break
     page.keyboard.press("Enter")
+    expect(page.get_by_label("Joints", exact=True)).to_have_value("4")
     focus(page, "Search the arm")
     page.keyboard.press("Enter")
     page.get_by_role("heading", name="Searching").wait_for(timeout=240_000)

@@ -1,14 +1,16 @@
 """What the page is made of, without a browser: takes, arms, plots, the cell, the guard."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from armdesign.building.build import BuildOptions
 from armdesign.cell.obstacle_file import read_obstacles
 from armdesign.demonstration import Recording, resolve
 from armdesign.demonstration.recording import About
-from armdesign.errors import RecordingError, SettingsError
+from armdesign.errors import CatalogueError, RecordingError, SettingsError
 from armdesign.experiments.compare.base_pose import BaseSearch
 from armdesign.experiments.compare.comparison import compare
 from armdesign.kinematics.dh import DHTable
@@ -17,10 +19,10 @@ from armdesign.search.prepare import prepare
 from armdesign.search.result import Result
 from armdesign.settings.place import sites
 from armdesign.settings.sections import Cell, Settings
-from armdesign.studio import server
+from armdesign.studio import download_panel, server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, ordered, ready_made_arm, verdict_lines
 from armdesign.studio.arms_panel import by_reach, needed_reach
-from armdesign.studio.download_panel import packed
+from armdesign.studio.download_panel import best_build, packed
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
 from armdesign.studio.redesign_panel import gradient_words, plain_name, scale_of
 from armdesign.studio.room_panel import Solid, cell_text, longest_link, reach_from_floor, region
@@ -230,3 +232,29 @@ def test_an_arm_on_the_floor_may_be_long_enough_to_get_to_what_the_hand_does():
     path = np.tile([0.4, 0.0, 0.5], (3, 1))
     path[1, 2], path[2] = 1.4, np.nan
     assert reach_from_floor(Recording(np.arange(3.0), {"hand": path})) == pytest.approx(1.9)
+
+
+@pytest.mark.parametrize(
+    ("sold", "printed", "chosen"),
+    [((True, 0.01), (True, 0.001), 0.01), ((False, 0.03), (True, 0.003), 0.003), ((False, 0.03), (False, 0.06), 0.03),
+     (None, (False, 0.06), 0.06), ((False, 0.03), None, 0.03)],
+)  # fmt: skip
+def test_brackets_are_printed_only_where_that_helps(monkeypatch, sold, printed, chosen):
+    def build(_, options):
+        made = printed if options.printed else sold
+        if made is None:
+            raise CatalogueError("no such arm")
+        verdict = SimpleNamespace(passed=made[0], hand_error=SimpleNamespace(max=made[1]))
+        return SimpleNamespace(result=SimpleNamespace(verdict=verdict))
+
+    monkeypatch.setattr(download_panel, "build", build)
+    assert best_build(None, BuildOptions("dynamixel-p")).result.verdict.hand_error.max == chosen
+
+
+def test_where_nothing_can_be_built_it_is_said(monkeypatch):
+    def build(*_):
+        raise CatalogueError("no such arm")
+
+    monkeypatch.setattr(download_panel, "build", build)
+    with pytest.raises(CatalogueError):
+        best_build(None, BuildOptions("dynamixel-p"))
