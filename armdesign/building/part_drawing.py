@@ -220,6 +220,7 @@ def draw_angle(labels: Labels, part: Part, factor: float) -> None:
     foot = np.zeros(2)
     if part.note in ("wedge", "standing"):
         foot[1] = factor * min(float(s.polygon[:, 1].min()) for s in part.solids if not isinstance(s, Rod))
+    foot[1] += factor * part.sizes.get("tube above middle", 0.0) / np.sin(angle) if angle > 1e-6 else 0.0
     box = labels.sheet.extent
     reach = float(np.linalg.norm([max(abs(box[0]), abs(box[2])), max(abs(box[1]), abs(box[3]))])) + 4.0
     for turn in (first, last):
