@@ -54,7 +54,7 @@ def client(tmp_path_factory):
             yield connected
 
 
-@pytest.fixture(params=["elsewhere", "1 process", "2 processes", "dask"])
+@pytest.fixture(params=["elsewhere", "2 processes", "dask"])
 def start_workers(request):
     if request.param == "elsewhere":
         return lambda units: Here(2, share_disk=False)
@@ -63,7 +63,7 @@ def start_workers(request):
         from armdesign.search.backends.dask_workers import DaskWorkers  # noqa: PLC0415
 
         return lambda units: DaskWorkers(client, unit_worker)
-    return lambda units: WorkerProcesses(int(request.param[0]), unit_worker)
+    return lambda units: WorkerProcesses(2, unit_worker)
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def test_who_carries_out_the_units_does_not_show_in_the_folder(asked, whole, fil
     assert files_of(tmp_path) == files_of(whole)
 
 
-@pytest.mark.parametrize("start_workers", ["1 process", "2 processes", "dask"], indirect=True)
+@pytest.mark.parametrize("start_workers", ["2 processes", "dask"], indirect=True)
 def test_first_ctrl_c_keeps_the_states_of_the_runs_under_way(ask, tmp_path, start_workers):
     asked, heard = ask(seeds=(0, 1), algorithms=("pso",), changes=LONG), threading.Event()
 
