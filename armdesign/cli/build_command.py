@@ -71,6 +71,8 @@ def build(
     written = write_result(place, made.result)
     page = {} if made.assembly is None else {ASSEMBLY: assembly_page(made)}
     written += write_files(place, {**part_lists(made), **page, RECORD: build_record(made)})
+    if made.fault:
+        say(f"Not an arm to build as it is: {made.fault}.{f' {made.remedy}.' if made.remedy else ''}")
     if not quiet:
         show_build(made)
         typer.echo(written_text([place / name for name in written]))
@@ -79,9 +81,7 @@ def build(
 
 
 def show_build(made: Build) -> None:
-    """Print what is wrong with a build, its actuators with what they use of their limits, and the verdict."""
-    if made.fault:
-        say(f"Not an arm to build as it is: {made.fault}.{f' {made.remedy}.' if made.remedy else ''}")
+    """Print the actuators with what they use of their limits, and the verdict on the arm."""
     rows = []
     for j, (a, used) in enumerate(zip(made.choice.actuators, made.choice.shortfalls, strict=True), start=1):
         shares = (f"{100.0 * share:.0f}" for share in (used.rms, used.peak, used.speed))

@@ -229,6 +229,6 @@ def test_build_snaps_to_the_kit_and_is_exported(kit_build, tmp_path):
 def test_other_builds_have_no_hrdf(kit_build, tmp_path):
     run = str(kit_build.parent / "run")
     flags = ["--catalogue", "rmd", "--payload", "0.3", "--no-snap", "--out", str(tmp_path / "rmd"), "--quiet"]
-    assert CliRunner().invoke(app, ["build", run, *flags]).exit_code == 0
+    assert CliRunner().invoke(app, ["build", run, *flags]).exit_code in (0, 3)  # whether or not its parts fit
     outcome = CliRunner().invoke(app, ["export", str(tmp_path / "rmd"), "--format", "hrdf", "--out", str(tmp_path)])
     assert (outcome.exit_code, "hebi" in outcome.stderr) == (2, True)
