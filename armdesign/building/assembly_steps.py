@@ -76,6 +76,7 @@ def assembly_page(build: Build) -> str:
     drawn = [(each, solids_of(each.part, room @ pose, each.link)) for each, pose in assembly.posed(result.table, q)]
     return page.get_template("assembly.html.j2").render(
         name=result.name,
+        fault=build.fault,
         steps=steps(build, drawn),
         checks=checks,
         drawn="with every joint at zero" if not checks[0].note else "at the start of its motion",
@@ -228,9 +229,13 @@ def poses_to_check(build: Build) -> list[Check]:
     result = build.result
     q = result.evaluation.path.q
     scene = ExactScene(result.body)
+    foot = np.zeros(3)
+    for each in assembly_of(build).placed:
+        if each.mark == "B":  # the plate at the base
+            foot = each.pose[:3, 3] - each.part.sizes["thickness"] / 2.0 * each.pose[:3, 2]
     poses = {"zero": np.zeros(result.table.dof), "start of the motion": q[0], "middle of the motion": q[len(q) // 2]}
     return [
-        Check(name, joint_words(pose, result.table), tool_words(result.table, pose), touching(scene, pose))
+        Check(name, joint_words(pose, result.table), tool_words(result.table, pose, foot), touching(scene, pose))
         for name, pose in poses.items()
     ]
 
@@ -241,9 +246,9 @@ def joint_words(q: Array, table: DHTable) -> list[str]:
     return [f"{number(1e3 * x)} mm" if s else f"{degrees(x)}°" for x, s in zip(q, slides, strict=True)]
 
 
-def tool_words(table: DHTable, q: Array) -> list[str]:
-    """Where the tool is in the base's axes, x, y and z in millimetres."""
-    return [number(1e3 * x) for x in table.frames(q)[-1, :3, 3]]
+def tool_words(table: DHTable, q: Array, foot: Array) -> list[str]:
+    """Where the tool is from the foot (3,) of the base, in base_link's axes, x, y and z in millimetres."""
+    return [number(1e3 * x) for x in table.frames(q)[-1, :3, 3] - foot]
 
 
 def touching(scene: ExactScene, q: Array) -> str:

@@ -17,7 +17,7 @@ from armdesign.building.kit import Kit, KitArm, kit_arm
 from armdesign.building.kit_snapping import snapped_to_kit
 from armdesign.building.parts import Assembly
 from armdesign.building.parts_clearance import APART, PartsGap, parts_gap
-from armdesign.building.snapping import room_flags, snapped
+from armdesign.building.snapping import room_flags, room_of_parts, snapped
 from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
 from armdesign.errors import CatalogueError, SettingsError
 from armdesign.feasibility.words import headline
@@ -132,8 +132,12 @@ class Build:
         """What helps where parts do not fit or meet, in a sentence; empty where they do not."""
         if self.kit is not None or self.fits == 2:
             return ""
-        flags = room_flags(self.result.problem.settings.body)
-        return f"Take thinner tubes, another family, or another arm: one searched with {flags}"
+        body = self.result.problem.settings.body
+        if self.before is not None:
+            given = self.before.problem.settings.body
+            if all(getattr(given, name) >= size for name, size in room_of_parts(body).items()):
+                return "Its search has left that room already: take thinner tubes, another family, seed, or --clearance"
+        return f"Take thinner tubes, another family, or another arm: one searched with {room_flags(body)}"
 
     @property
     def fits(self) -> int:

@@ -43,6 +43,9 @@ def drawing_files(build: Build) -> dict[str, str | bytes]:
     }
     for k, (name, places) in enumerate(made.items(), start=3):
         sheets[file_name(name)] = part_sheet(places, title, f"{k} of {of}")
+    if build.fault:
+        for sheet in sheets.values():
+            sheet.text(f"NOT TO BE MADE: {build.fault}"[:150], (27.0, 284.4), "left", 3.0, bold=True)
     return {
         "drawing/drawings.pdf": pdf_of(sheets.values()),
         **{f"drawing/{name}.svg": svg_of(sheet) for name, sheet in sheets.items()},

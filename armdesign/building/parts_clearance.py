@@ -54,7 +54,7 @@ class PartsGap(NamedTuple):
         joint = "" if self.joint is None else f", at joint {self.joint}"
         if self.value == 0.0:
             return f"on the motion {first} meets {second}{joint}"
-        return f"on the motion {first} comes within {self.value * 1e3:.1f} mm of {second}{joint}"
+        return f"on the motion {first} comes within {self.value * 1e3:.2f} mm of {second}{joint}"
 
 
 class Piece(NamedTuple):

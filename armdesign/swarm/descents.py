@@ -404,7 +404,11 @@ def active_set_steps(models: Models, weights: Array) -> tuple[Array, Mask]:
         system[:, K, K] = np.where(edge != 0.0, -SOFT, 1.0)
         right[:, :K] = np.where(down, lower, np.where(up, upper, -g))
         right[:, K] = np.where(edge > 0.0, high, np.where(edge < 0.0, low, 0.0))
-        found = np.linalg.solve(system, right[:, :, None])[:, :, 0]
+        try:
+            found = np.linalg.solve(system, right[:, :, None])[:, :, 0]
+        except np.linalg.LinAlgError:  # one is so steep across a wall that along it nothing is left of the curvature
+            rows = rows[np.linalg.cond(system) < 1.0 / np.finfo(float).eps]
+            continue
         p, t = found[:, :K], found[:, K]
         push = g + (B @ p[:, :, None])[:, :, 0] + t[:, None] * weights  # minus the multipliers of the bounds
         total = p @ weights

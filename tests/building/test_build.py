@@ -112,7 +112,9 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
         first = page.index(f"J{joint} to J{joint}-L{joint - 1}:")
         assert first < page.index(f"Link {joint - 1}<" if joint > 1 else "Base<")
     assert all(f">{each.mark}<" in page for each in assembly.placed if "flange" not in each.part.kind)
-    tool = 1e3 * built.table.frames(np.zeros(3))[-1, :3, 3]
+    plate = next(each for each in assembly.placed if each.mark == "B")
+    foot = plate.pose @ [0.0, 0.0, -plate.part.sizes["thickness"] / 2.0, 1.0]
+    tool = 1e3 * (built.table.frames(np.zeros(3))[-1, :3, 3] - foot[:3])
     assert all(f"<td>{number(x)}</td>" in page for x in tool)
     for command in (["check"], ["export", "--format", "mjcf,drawing", "--out", str(tmp_path / "x")]):
         assert CliRunner().invoke(app, [command[0], str(out), *command[1:]]).exit_code in (0, 3)

@@ -131,6 +131,19 @@ def test_a_box_beside_the_slab_is_left_to_the_projection():
     assert not settled.any()
 
 
+def test_a_model_without_curvature_along_a_wall_is_left_to_the_projection():
+    model, weights = models(np.random.default_rng(7), 20, stiff=1.0)
+    wide = model._replace(lower=model.lower - 1.0, upper=model.upper + 1.0)  # nothing is held
+    wall = np.outer(np.arange(1.0, K + 1), np.arange(1.0, K + 1))  # of rank one
+    B = np.where(np.arange(20)[:, None, None] == 3, wall, wide.B)
+    steps, settled = active_set_steps(wide._replace(B=B), weights)
+    others = np.arange(20) != 3
+    alone, found = active_set_steps(wide.part(np.flatnonzero(others)), weights)
+    assert not settled[3]
+    assert np.array_equal(settled[others], found)
+    np.testing.assert_allclose(steps[others], alone, atol=1e-12)
+
+
 def test_curvature_meets_the_last_change_and_stays_definite():
     rng = np.random.default_rng(2)
     H, _ = bowl(rng)
