@@ -20,7 +20,7 @@ from armdesign.runs.folder import settings_file
 from armdesign.runs.reading import read_slides
 from armdesign.search.evaluation import check_design
 from armdesign.search.result import Result
-from armdesign.settings.sections import Settings
+from armdesign.settings.sections import Body, Settings
 
 EXAMPLE = "a run folder, a DH table, the path of a URDF, or one of the names of 'armdesign compare --list'"
 
@@ -36,6 +36,7 @@ class DesignArm:
         limits: Joint limits, shape (n, 2) [rad].
         base: Where its base stands in the room; None where nothing says it.
         slides: Where its joint modules sit on their axes, n of them [m]; None where nothing says it.
+        body: What its links and joints are made of; None where nothing says it.
     """
 
     name: str
@@ -44,6 +45,7 @@ class DesignArm:
     limits: Array
     base: BasePose | None = None
     slides: tuple[float, ...] | None = None
+    body: Body | None = None
 
     @property
     def dof(self) -> int:
@@ -84,7 +86,8 @@ def open_arms(
     for arm in given:
         if isinstance(arm, Result):
             place = str(arm.folder or arm.name)
-            arms.append(DesignArm(arm.name, place, arm.table, arm.limits, arm.base_pose, arm.known_slides))
+            body = arm.problem.settings.body
+            arms.append(DesignArm(arm.name, place, arm.table, arm.limits, arm.base_pose, arm.known_slides, body))
         elif isinstance(arm, str | Path):
             arms.append(open_arm(str(arm), settings, links.get(str(arm))))
         else:
@@ -165,11 +168,11 @@ def open_design(path: Path, settings: Settings) -> DesignArm:
     """
     table = read_design(path)
     check_design(table)
-    own = carried_settings(path, ("design",)) or settings
+    own = carried_settings(path, ("design", "body")) or settings
     limits = joint_limits(replace(own.design, dof=table.dof, joints=table.joints))
     name = path.resolve().name if path.name != "result.json" else path.resolve().parent.name
     slides = read_slides(content_of(path), path, table.dof)
-    return DesignArm(name, str(path), table, limits, read_base_pose(path), slides)
+    return DesignArm(name, str(path), table, limits, read_base_pose(path), slides, own.body)
 
 
 def content_of(path: Path) -> dict[str, Any]:

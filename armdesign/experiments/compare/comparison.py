@@ -186,16 +186,17 @@ def least_clearance(design: DesignArm, problem: DesignProblem, scores: Scores, p
 
     Args:
         design: The design.
-        problem: The task where the design stands; its settings say what bodies are made of.
+        problem: The task where the design stands; its settings say what bodies are made of where the design does not.
         scores: What the design does on the task, one entry each.
         path: Its path.
 
     Returns:
         The least over the motion, between frames too; None of a thin arm, and where the start is not reached.
     """
-    if problem.settings.body.kind == "thin" or not scores.valid[0]:
+    body = design.body or problem.settings.body
+    if body.kind == "thin" or not scores.valid[0]:
         return None
-    seen = problem.with_settings({"design": {"dof": design.dof, "joints": design.table.joints}})
+    seen = problem.with_settings({"design": {"dof": design.dof, "joints": design.table.joints}, "body": vars(body)})
     r, f, E = (float(each[0]) for each in (scores.fitness, scores.path_fitness, scores.area))
     scored = PathEvaluation(r, f, E, path)
     arm = Result(seen, combined_evaluation(design.table, [scored]), known_slides=design.slides)

@@ -37,11 +37,12 @@ def refused(*args):
 
 @pytest.fixture(scope="module")
 def scored(tmp_path_factory):
-    """The run folders of two arms on the packaging task, of 3 and 4 joints."""
+    """The run folders of two arms on the packaging task, of 3 and 4 joints and with bodies of their own."""
     place = tmp_path_factory.mktemp("runs")
-    for name, table in {"n3": THREE, "n4": FOUR}.items():
+    for name, table, across in (("n3", THREE, 0.08), ("n4", FOUR, 0.06)):
         (place / f"{name}.csv").write_text(table)
-        arguments = ["evaluate", place / f"{name}.csv", PACKAGING, "--out", place / name, "--quiet"]
+        arguments = ["evaluate", place / f"{name}.csv", PACKAGING, "--out", place / name, "--quiet",
+                     "--joint-diameter", across]  # fmt: skip
         outcome = CliRunner().invoke(app, [str(argument) for argument in arguments])
         assert outcome.exit_code == 0, outcome.output
     return place
