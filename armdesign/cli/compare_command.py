@@ -76,9 +76,10 @@ def compare(
 ) -> None:
     """Compare designs and ready-made arms on the same task.
 
-    All arms are scored by one fitness. The base of a design is at the demonstrator's shoulder; that of a ready-made arm
-    is searched in a box around the shoulder, with its turn about the vertical. The skeleton of a ready-made arm is the
-    polyline through its joint origins to the tool. The settings are those of --config, else those of the first run,
+    All arms are scored by one fitness. The base of a design is where its run has it, by default at the demonstrator's
+    shoulder; that of a ready-made arm is searched where the settings let a base stand, by default in a box around the
+    shoulder, with its turn about the vertical. The skeleton of a ready-made arm is the polyline through its joint
+    origins to the tool. The settings are those of --config, else those of the first run,
     else the published ones.
     """
     if catalogue:

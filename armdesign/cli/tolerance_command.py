@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from math import degrees, radians
 from pathlib import Path
 from typing import Annotated
@@ -58,8 +58,6 @@ def tolerance(
 
     Many arms are drawn, with and without calibration; beside it the budget in first order, which dimension costs what.
     """
-    result = finished_arm(run)
-    links = part_deviations(result) if length is None and twist is None else ()
     given = {"length": (length or "0.5mm", "mm"), "twist": (twist or "0.2deg", "deg"), "zero": (zero, "deg")}
     values = {
         name: number_of(f"--{name}", text.removesuffix("uniform").strip(), f"a number, such as 0.5{unit}", unit)
@@ -68,10 +66,11 @@ def tolerance(
     chosen = Tolerances(
         1e-3 * values["length"], radians(values["twist"]), radians(values["zero"]), samples,
         uniform or tuple(name for name, (text, _) in given.items() if text.endswith("uniform")), seed,
-        links,
     )  # fmt: skip
+    result = finished_arm(run)
+    links = part_deviations(result) if length is None and twist is None else ()
     with compiling(quiet=as_json):
-        report = tolerance_of(result, chosen)
+        report = tolerance_of(result, replace(chosen, links=links))
     if as_json:
         typer.echo(json.dumps(asdict(report), indent=2))
         return

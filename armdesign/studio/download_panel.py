@@ -25,7 +25,7 @@ from armdesign.runs.folder import RESULT
 from armdesign.search.result import Result
 from armdesign.studio.arms import verdict_lines
 from armdesign.studio.commands import shown
-from armdesign.studio.page import Page, command_html
+from armdesign.studio.page import Page, command_html, link
 from armdesign.views.report import report_html
 
 WAITING = "Search an arm first; here are its parts list, report and files."
@@ -94,15 +94,10 @@ def best_build(result: Result, options: BuildOptions) -> Build:
             if printed and not found:
                 raise
             continue
-        if made.result.verdict.passed:
+        if not made.fault:
             return made
         found.append(made)
-    return min(found, key=lambda made: made.result.verdict.hand_error.max)
-
-
-def left_no_room(made: Build) -> bool:
-    """Whether its parts do not go together; not known of printed brackets, of kits they do."""
-    return made.kit is None and not made.options.printed and made.fits < 2
+    return min(found, key=lambda made: (-made.fits, made.result.verdict.hand_error.max))
 
 
 def built_html(made: Build, bill: str) -> str:
@@ -113,14 +108,14 @@ def built_html(made: Build, bill: str) -> str:
         bill: Its bill of materials, as CSV.
     """
     result = made.result
-    passed, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
+    _, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
     lines = [lines[0], f"It moves at {pace(made.speed)}.", f"What moves weighs {result.body.moving_mass:.1f} kg."]
     if made.options.printed:
         lines.append("Its brackets are printed: with those that are sold it does the task worse, or not at all.")
-    if left_no_room(made):
-        lines.append("Its parts do not fit together: the search has left less room than they take.")
-    mark = "good" if passed else "bad"
+    mark = "bad" if result.verdict.tolerance_met is False else "good"
     said = "".join(f"<li{'' if k else f' class={mark}'}>{escape(line)}</li>" for k, line in enumerate(lines))
+    if made.fault:
+        said = f"<li class=bad><b>Do not order it as it is: {escape(made.fault)}.</b></li>{said}"
     rows = [row for row in csv.reader(StringIO(bill)) if row][1:-1]
     cells = "".join(f"<tr><th>{escape(row[0])}</th><td>{escape(row[1])} {escape(row[2])}</td></tr>" for row in rows)
     return f"<b>As it is built</b><ul>{said}</ul><table>{cells}</table>"
@@ -235,7 +230,7 @@ class DownloadPanel:
         lists = part_lists(made)
         self.page.set_html(self.built, built_html(made, lists[BILL]))
         self.room = room_of_parts(made.result.problem.settings.body)
-        self.again.visible = not made.result.verdict.passed or left_no_room(made)
+        self.again.visible = bool(made.fault)
         return {name: text.encode() for name, text in lists.items()}
 
     def search_again(self) -> None:
@@ -246,3 +241,6 @@ class DownloadPanel:
         """
         self.page.settings = self.page.settings.replace({"body": self.room})
         self.page.panels["Search"].begin()
+        see = link("Search", "see how far it is")
+        words = f"Searching again, with room for these motors: {see}. The arm before stays under Earlier runs."
+        self.page.set_html(self.note, words)

@@ -59,7 +59,7 @@ CASES = [
     ("studio missing.c3d", "missing.c3d", "does not exist"),
     # parts
     ("catalogue show nobody", "'nobody'", "dynamixel-x", "rmd"),
-    ("catalogue check prose.csv", "prose.csv", "not valid TOML"),
+    ("catalogue check prose.csv", "prose.csv lacks key", "MGDB"),
     ("build runs/none --catalogue rmd", "runs/none"),
     ("build runs/none --catalogue rmd --speed fast", "--speed", "fast"),
     ("build runs/none --catalogue rmd --deflection much", "--deflection", "1mm"),

@@ -244,8 +244,9 @@ def test_brackets_are_printed_only_where_that_helps(monkeypatch, sold, printed, 
         made = printed if options.printed else sold
         if made is None:
             raise CatalogueError("no such arm")
-        verdict = SimpleNamespace(passed=made[0], hand_error=SimpleNamespace(max=made[1]))
-        return SimpleNamespace(result=SimpleNamespace(verdict=verdict))
+        verdict = SimpleNamespace(hand_error=SimpleNamespace(max=made[1]))
+        fault = "" if made[0] else "parts meet"
+        return SimpleNamespace(result=SimpleNamespace(verdict=verdict), fault=fault, fits=2)
 
     monkeypatch.setattr(download_panel, "build", build)
     assert best_build(None, BuildOptions("dynamixel-p")).result.verdict.hand_error.max == chosen
