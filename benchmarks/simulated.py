@@ -9,13 +9,12 @@ from typing import Any
 
 from plan import PACKAGING, Plan
 from tables import Table
-from workers import warm_up
+from workers import timed_search
 
 from armdesign.search.backends.backend import InProcess
 from armdesign.search.backends.parallel import ParallelBackend, evaluator
 from armdesign.search.backends.workers import Closing, Event, Job, JobContext
 from armdesign.search.design_problem import DesignProblem
-from armdesign.search.search import Search
 
 
 class SimulatedWorkers(Closing):
@@ -83,28 +82,15 @@ def tables(plan: Plan) -> Iterator[Table]:
     for dof, search in ((3, {"iterations": iterations}), (4, {"iterations": iterations}), (4, {"budget": budget})):
         problem = PACKAGING.problem(dof, search=search)
         with InProcess(problem) as backend:
-            one = searched(problem, backend)
+            one = timed_search(problem, backend, time.process_time)
         name = "default" if "budget" in search else "RA-PSO"
         for count in (2, 4, 8):
             workers = SimulatedWorkers(count, problem)
-            backend = ParallelBackend(workers)
-            warm_up(problem, backend)
-            before = workers.now()
-            searched(problem, backend)
-            rows.append({"search": name, "n": dof, "W": count, "one s": one, "W s": workers.now() - before,
-                         "x one": one / (workers.now() - before)})  # fmt: skip
+            seconds = timed_search(problem, ParallelBackend(workers), workers.now)
+            rows.append({"search": name, "n": dof, "W": count, "one s": one, "W s": seconds, "x one": one / seconds})
     yield Table(
         "workers-simulated",
         "Packaging on W workers, simulated: the search's own schedule, each job with the CPU time it takes here",
         rows,
         ["The aims are 1.85 times one worker with two, 3.5 with four. Start-up is not counted."],
     )
-
-
-def searched(problem: DesignProblem, backend: InProcess | ParallelBackend) -> float:
-    """CPU seconds of a search in this process; everything has run once before."""
-    warm_up(problem, backend)
-    run, began = Search(problem, backend), time.process_time()
-    while run.ended_by() is None:
-        run.advance()
-    return time.process_time() - began

@@ -46,6 +46,14 @@ class ExactObstacle(NamedTuple):
     geometry: Any
     poses: Array
 
+    def pose_at(self, t: int) -> Array:
+        """Where it is in the room in a frame of the motion, shape (4, 4).
+
+        Args:
+            t: Number of the frame.
+        """
+        return self.poses if self.poses.ndim == 2 else self.poses[t]
+
 
 def carries_base(obstacle: ExactObstacle, pose: Array) -> bool:
     """Whether the base stands on an obstacle: is near its surface, and farther away above it.
@@ -282,7 +290,7 @@ class ExactScene:
 
     def _in_base(self, obstacle: ExactObstacle, t: int) -> Array:
         """Pose of an obstacle at a frame in the base frame, shape (4, 4)."""
-        pose: Array = self._into_base @ (obstacle.poses[t] if obstacle.poses.ndim == 3 else obstacle.poses)
+        pose: Array = self._into_base @ obstacle.pose_at(t)
         return pose
 
     def _obstacle_steps(self, obstacle: ExactObstacle, frames: int) -> Array:

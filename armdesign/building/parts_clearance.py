@@ -119,7 +119,7 @@ def parts_gap(assembly: Assembly, result: Result) -> PartsGap | None:
     best: PartsGap | None = None
     for shown, scored in zip(result.problem.demonstrations, result.evaluation.demonstrations, strict=True):
         around = exact_obstacles(shown.obstacles)
-        carriers = [carries_base(each, into_base @ first_pose(each)) for each in around]
+        carriers = [carries_base(each, into_base @ each.pose_at(0)) for each in around]
         above = [i for i, piece in enumerate(pieces) if piece.part.mark != "B"]
         above = above if result.placed and not any(carriers) else []
         for t in range(0, len(scored.path.q), max(1, len(scored.path.q) // FRAMES)):
@@ -137,7 +137,7 @@ def parts_gap(assembly: Assembly, result: Result) -> PartsGap | None:
                 joint = links[1] if links[1] - links[0] == 1 else None
                 found.append(PartsGap(gap, (pieces[i].part.mark, pieces[j].part.mark), q, joint))
             for carries, each in zip(carriers, around, strict=True):
-                there = into_base @ (each.poses if each.poses.ndim == 2 else each.poses[t])
+                there = into_base @ each.pose_at(t)
                 found += [PartsGap(gap, (pieces[i].part.mark, each.name), q)
                           for i, gap in to_obstacle(each, there, pieces, world, limit)
                           if pieces[i].part.link or not carries]  # fmt: skip
@@ -146,11 +146,6 @@ def parts_gap(assembly: Assembly, result: Result) -> PartsGap | None:
             if best is not None and best.value == 0.0:
                 return best
     return best
-
-
-def first_pose(obstacle: ExactObstacle) -> Array:
-    """Where an obstacle is in the first frame, shape (4, 4)."""
-    return obstacle.poses if obstacle.poses.ndim == 2 else obstacle.poses[0]
 
 
 def to_obstacle(

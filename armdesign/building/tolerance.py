@@ -319,7 +319,7 @@ def gaps(result: Result, spots: Sequence[Spot], rows: Array) -> Array:
     """
     table, options = result.table, result.problem.settings.body
     obstacles = [
-        [each._replace(poses=each.poses if each.poses.ndim == 2 else each.poses[spot.frame])
+        [each._replace(poses=each.pose_at(spot.frame))
          for each in exact_obstacles(result.problem.demonstrations[spot.shown].obstacles)]
         for spot in spots
     ]  # fmt: skip

@@ -106,7 +106,11 @@ def open_demonstrations(
 
 
 def every_recording(named: Sequence[Path]) -> list[Path]:
-    """The recordings that are named, those in a folder and those of a pattern (``takes/*.bvh``) in their order."""
+    """The recordings that are named, those in a folder and those of a pattern (``takes/*.bvh``) in their order.
+
+    Raises:
+        SettingsError: A pattern or a folder holds none.
+    """
     found: list[Path] = []
     for path in named:
         if os.path.isdir(path) and not is_bag_folder(path):  # False for names too long, too
