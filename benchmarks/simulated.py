@@ -94,6 +94,6 @@ def tables(plan: Plan) -> Iterator[Table]:
         rows,
         [
             "The aims are 1.85 times one worker with two, 3.5 with four. Start-up is not counted. Batches of less than",
-            "0.25 s go to as many workers as pay by the wall clock, on which jobs follow each other here: n = 3 is low.",
+            "0.25 s go to as many workers as pay by the wall clock, on which jobs follow one another: n = 3 is low.",
         ],
     )
