@@ -12,7 +12,6 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.bodies.exact import ExactScene
 from armdesign.building.arm_drawing import degrees
-from armdesign.building.assembly import FLOOR, TOOL
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.catalogue import Actuator
 from armdesign.building.labels import Labels
@@ -20,6 +19,7 @@ from armdesign.building.part_lists import screw_length, shortened
 from armdesign.building.parts import Placed, Screws
 from armdesign.building.projection import Solid, draw_solids, slanted, solids_of
 from armdesign.building.sheet import Sheet, number, svg_of
+from armdesign.building.shop import FLOOR, TOOL
 from armdesign.kinematics.base_pose import MOUNTINGS
 from armdesign.kinematics.dh import DHTable
 

@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from armdesign.bodies.loads import base_gravity
-from armdesign.building.assembly import Shop, assemble, envelope, shop_of
+from armdesign.building.assembly import assemble
 from armdesign.building.catalogue import Actuator, find_catalogue, shipped
 from armdesign.building.choice import Choice, Duty, Load, choose, duty_of, weakest
 from armdesign.building.kit import Kit, KitArm, kit_arm
 from armdesign.building.kit_snapping import snapped_to_kit
 from armdesign.building.parts import Assembly
 from armdesign.building.parts_clearance import APART, PartsGap, parts_gap
+from armdesign.building.shop import Shop, envelope, shop_of
 from armdesign.building.snapping import room_flags, room_of_parts, snapped
 from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
 from armdesign.errors import CatalogueError, SettingsError

@@ -6,12 +6,13 @@ import json
 from dataclasses import asdict
 from typing import Any
 
-from armdesign.building.assembly import assemble, shop_of
+from armdesign.building.assembly import assemble
 from armdesign.building.build import BOUGHT, Build, BuildOptions
 from armdesign.building.catalogue import Actuator
 from armdesign.building.choice import Choice, Shortfall
 from armdesign.building.kit import Kit, Piece
 from armdesign.building.parts_clearance import parts_gap
+from armdesign.building.shop import shop_of
 from armdesign.building.tubes import Tube
 from armdesign.errors import CatalogueError, RunFolderError
 from armdesign.files import read_json

@@ -9,28 +9,16 @@ import numpy as np
 import pytest
 
 from armdesign.bodies.arm_body import arm_body
-from armdesign.building.assembly import (
-    ALUMINIUM,
-    FLOOR,
-    GAP,
-    PRINTED,
-    TOOL,
-    Face,
-    Shop,
-    assemble,
-    bracket,
-    corner,
-    envelope,
-    flange,
-    generic_circle,
-    tube,
-)
+from armdesign.building.assembly import assemble
+from armdesign.building.brackets import bracket, corner
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import dimension_rows, marked
 from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod
 from armdesign.building.parts_clearance import parts_gap
+from armdesign.building.shop import ALUMINIUM, FLOOR, GAP, PRINTED, TOOL, Face, Shop, envelope, generic_circle
 from armdesign.building.tolerance import Tolerances
+from armdesign.building.tube_joints import flange, tube
 from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Sphere
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.dh import DHTable

@@ -1,0 +1,300 @@
+"""Brackets and corners: what leads from a face to a plane that a tube's flange, or a spacer, is bolted on.
+
+**Brackets** lead from a face to a plane square to a tube that leaves at the angle theta from the face's normal, within
+``TURNS``: a **wedge** is a block on the face whose upper side is tilted, its tube points at the face's middle; an
+**angle** is two plates, the second beside the housing, its tube points at m_j; a **side** bracket is one whose second
+plate and tube stay on its own side of m_j, so that the joint's other bracket passes it at any angle; on a base's plate
+there may be a **standing** one, whose second plate stands on the edge of the first.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from armdesign._types import Array
+from armdesign.building.parts import SCREWS, Part, Placed, Prism, Rod, Screws
+from armdesign.building.shop import GAP, WEDGE, Face, Seat, Shop, frame, unit
+from armdesign.errors import CatalogueError
+
+TURNS = {
+    "wedge": (0.0, np.radians(65.0)), "angle": (np.radians(40.0), np.radians(150.0)),
+    "side": (np.radians(40.0), np.radians(115.0)), "standing": (np.radians(40.0), np.radians(110.0)),
+}  # fmt: skip
+"""Kinds of bracket, and the angles between tube and face's normal that they make."""
+
+
+class Knot(NamedTuple):
+    """A point of a link's way: a face with the bracket on it, a corner, or the tool.
+
+    Attributes:
+        point: m_j, a corner, or the tool, shape (3,) [m].
+        face: Of an end with an actuator or a plate.
+    """
+
+    point: Array
+    face: Face | None = None
+
+
+class TurnError(CatalogueError):
+    """A bracket of some kind does not turn so far; another kind may."""
+
+
+def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple[Placed, Seat, Screws]:
+    """A bracket, the seat it gives, and the screws that hold it on its face.
+
+    Its frame: the origin at m_j, y along the face's normal, x where the tube leans to.
+
+    Args:
+        face: What it is bolted on.
+        kind: Of bracket.
+        along: Where its tube goes, shape (3,).
+        link: Its link.
+        shop: What it is made for.
+    """
+    theta = float(np.arccos(np.clip(along @ face.normal, -1.0, 1.0)))
+    low, high = TURNS[kind]
+    if not low <= theta <= high:
+        raise TurnError(
+            f"the tube of link {link} would leave {face.mark} at {np.degrees(theta):.0f} deg from its face's normal, "
+            "and no bracket that fits turns so far", value=float(np.degrees(theta)),
+            allowed=f"{np.degrees(low):.0f} to {np.degrees(high):.0f} deg",
+            fix="Take thinner tubes or smaller actuators, or search with a larger --clearance",
+        )  # fmt: skip
+    mark = f"{face.mark}-L{link}"
+    lean = along - (along @ face.normal) * face.normal
+    turned = frame(face.normal, lean if np.linalg.norm(lean) > 1e-6 else np.array([1.0, 0.0, 0.0]))
+    pose = np.eye(4)
+    pose[:3, 0], pose[:3, 1] = turned[:3, 0], face.normal
+    pose[:3, 2] = np.cross(pose[:3, 0], pose[:3, 1])
+    pose[:3, 3] = face.middle
+    made = {"wedge": wedge, "angle": angle, "side": angle, "standing": standing}[kind](face, theta, shop)
+    sizes = made.part.sizes
+    u, e = np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
+    across = np.cos(sizes["turn of the tube's circle"]) * e + np.sin(sizes["turn of the tube's circle"]) * np.cross(
+        u, e
+    )
+    turn = pose[:3, :3]
+    seat = Seat(mark, pose[:3, :3] @ made.seat + pose[:3, 3], turn @ u, turn @ across)
+    thread = face.circle.thread
+    screws = Screws(thread, made.under + 1.5e-3 * float(thread[1:]), face.circle.count, (face.mark, mark))
+    return Placed(made.part, mark, link, pose), seat, screws
+
+
+def anchor(knot: Knot, kind: str, along: Array, shop: Shop) -> Array:
+    """The point that a bracket's tube points at, shape (3,) [m].
+
+    Args:
+        knot: Where the bracket is.
+        kind: Of bracket.
+        along: Where the tube goes, shape (3,).
+        shop: What it is made for.
+    """
+    face = knot.face
+    if face is None or kind == "angle":
+        return knot.point
+    if kind == "side":
+        theta = float(np.clip(np.arccos(np.clip(along @ face.normal, -1.0, 1.0)), *TURNS["side"]))
+        aside: Array = face.middle + side_shift(face, theta, shop) / np.sin(theta) * face.normal
+        return aside
+    least = np.cos(np.radians(75.0 if kind == "wedge" else 120.0))
+    theta = float(np.arccos(np.clip(along @ face.normal, least, 1.0)))
+    if kind == "wedge":
+        x, y = 0.0, wedge_size(face, theta, shop)[2]
+    else:
+        x, y, _ = standing_size(face, theta, shop)
+    lean = along - (along @ face.normal) * face.normal
+    point: Array = face.middle + (face.height + y) * face.normal + x * lean / max(float(np.linalg.norm(lean)), 1e-9)
+    return point
+
+
+class Made(NamedTuple):
+    """A bracket in its own frame.
+
+    Attributes:
+        part: The bracket.
+        seat: Middle of the plane for the tube's flange, shape (3,) [m].
+        under: What is between the heads of the face's screws and the face [m].
+    """
+
+    part: Part
+    seat: Array
+    under: float
+
+
+def tapped_holes(middle: Array, u: Array, e: Array, turn: float, depth: float, shop: Shop) -> list[Rod]:
+    """The tapped holes for a flange in a plane through ``middle``, square to ``u``, the first ``turn`` from ``e``."""
+    f, radius = np.cross(u, e), SCREWS[shop.circle.thread][1] / 2.0
+    places = shop.circle.places(turn)
+    return [Rod(middle + x * e + y * f, middle + x * e + y * f - depth * u, radius) for x, y in places]
+
+
+def wedge_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float]:
+    """Half the length of a wedge along the tilt, half its width, and its height under the tube's middle [m]."""
+    long = max(face.circle.edge, shop.half * np.cos(theta))
+    return long, max(face.circle.edge, shop.half), WEDGE + long * np.tan(theta)
+
+
+def wedge(face: Face, theta: float, shop: Shop) -> Made:
+    """A block on a face, its upper side square to a tube that leaves at theta [rad].
+
+    The face's screws go down through it, their heads sunk below the upper side, ``WEDGE`` - 6 mm above the face.
+    """
+    long, wide, middle = wedge_size(face, theta, shop)
+    h, rise = face.height, long * np.tan(theta)
+    corners = np.array([[-long, h], [long, h], [long, h + middle - rise], [-long, h + middle + rise]])
+    u, e = np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
+    seat = np.array([0.0, h + middle, 0.0])
+    clear, _, head = SCREWS[face.circle.thread]
+    under = WEDGE - 6e-3
+    owns = np.radians(np.arange(0.0, 360.0 / face.circle.count, 7.5))
+    turns = np.radians(np.arange(0.0, 90.0, 7.5))
+    taps_at = [tapped_holes(seat, u, e, turn, shop.tapped, shop) for turn in turns]
+    drilled = np.array([[np.linspace(tap.start, tap.end, 5) for tap in taps] for taps in taps_at])[..., [0, 2]]
+    bolts = np.array([face.circle.places(own) for own in owns])
+    apart = np.linalg.norm(bolts[:, None, :, None, None] - drilled[None, :, None], axis=-1).min(axis=(2, 3, 4))
+    best = np.unravel_index(int(np.argmax(np.round(apart, 9))), apart.shape)
+    own, taps, turn = owns[best[0]], taps_at[best[1]], turns[best[1]]
+    sunk = []
+    for x, z in face.circle.places(own):
+        top, floor = np.array([x, h + middle - x * np.tan(theta), z]), np.array([x, h + under, z])
+        sunk += [Rod(np.array([x, h, z]), floor, clear / 2.0),
+                 Rod(floor, top, head / 2.0 + 0.25e-3, oblique=theta > 1e-6)]  # fmt: skip
+    sizes = {
+        "angle": theta, "length": 2.0 * long, "width": 2.0 * wide, "low side": middle - rise,
+        "high side": middle + rise, "counterbore": 2.0 * sunk[1].radius, "under heads": under, "face above middle": h,
+        "turn of the face's circle": float(own), "turn of the tube's circle": float(turn), "tapped depth": shop.tapped,
+    }  # fmt: skip
+    part = shop.part("bracket", [Prism(corners, 2.0 * wide)], [*sunk, *taps], sizes=sizes,
+                     circles={"face": face.circle, "tube (tapped)": shop.circle}, note="wedge")  # fmt: skip
+    return Made(part, seat, under)
+
+
+def angle_plane(face: Face, theta: float, shop: Shop) -> float:
+    """From the middle of the body behind a face to the inner side of an angle's second plate [m]."""
+    s, c, h = np.sin(theta), np.cos(theta), face.height
+    beside = face.radius + GAP
+    inner = beside * s + (h * c if c > 0.0 else (h + GAP) * -c)
+    if not face.aside and shop.half * s - inner * c > h:  # it reaches beyond the other face, where the other bracket is
+        back, wide = face.circle.edge, max(face.circle.edge, shop.half)
+        beside = max(beside, float(np.hypot(back, wide)) + GAP)
+        inner = max(inner, beside * s + shop.half * abs(c))
+    return float(inner)
+
+
+def side_shift(face: Face, theta: float, shop: Shop) -> float:
+    """How far up its second plate a side bracket's tube is, from the height of m_j, so that all is above m_j [m]."""
+    s, c = np.sin(theta), np.cos(theta)
+    inner = angle_plane(face, theta, shop)
+    outer = inner + shop.plate + shop.flange
+    lowest = min(inner * c, outer * c) - shop.half * s
+    return float(max(0.0, (GAP / 2.0 - lowest) / s))
+
+
+def angle(face: Face, theta: float, shop: Shop) -> Made:
+    """Two plates, one on a face, one beside the body behind it, square to a tube that leaves at theta [rad].
+
+    Where the face has to keep aside, the second plate is all above the body's middle.
+    """
+    s, c, h, t = np.sin(theta), np.cos(theta), face.height, shop.plate
+    back, wide = face.circle.edge, max(face.circle.edge, shop.half)
+    inner, up = angle_plane(face, theta, shop), side_shift(face, theta, shop) if face.aside else 0.0
+    u, e = np.array([s, c, 0.0]), np.array([c, -s, 0.0])
+
+    def end(y: float) -> Array:
+        """Where the inner side of the second plate is at a height."""
+        return np.array([(inner - y * c) / s, y, 0.0])
+
+    top = max(shop.half + up, float(-end(h + t) @ e), float(-end(h) @ e))
+    bottom = max(shop.half - up, float(end(h) @ e))
+    low, high = inner * u + bottom * e, inner * u - top * e
+    leg = np.stack([low, low + t * u, high + t * u, high])[:, :2]
+    pad = np.stack([np.array([-back, h, 0.0]), end(h), end(h + t), np.array([-back, h + t, 0.0])])[:, :2]
+    clear = SCREWS[face.circle.thread][0]
+    own = np.pi / face.circle.count
+    holes = [Rod(np.array([x, h, z]), np.array([x, h + t, z]), clear / 2.0) for x, z in face.circle.places(own)]
+    turn, seat = np.pi / 4.0, (inner + t) * u - up * e
+    holes += tapped_holes(seat, u, e, turn, t, shop)
+    sizes = {
+        "angle": theta, "plate": t, "width": 2.0 * wide, "face above middle": h, "back": back,
+        "tube's plate from middle": inner + t, "tube above middle": up, "plate below tube": bottom + up,
+        "plate above tube": top - up, "turn of the face's circle": float(own), "turn of the tube's circle": float(turn),
+    }  # fmt: skip
+    part = shop.part("bracket", [Prism(pad, 2.0 * wide), Prism(leg, 2.0 * wide)], holes, sizes=sizes,
+                     circles={"face": face.circle, "tube (tapped)": shop.circle}, note="angle")  # fmt: skip
+    return Made(part, seat, t)
+
+
+def standing_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float]:
+    """Where a standing bracket's tube's middle is from the face's, along and above it, and its thickness [m]."""
+    thick = max(shop.plate, WEDGE)
+    along = max(face.circle.edge, shop.half) - shop.half * np.cos(theta)
+    return float(along), float(thick + shop.half * np.sin(theta)), thick
+
+
+def standing(face: Face, theta: float, shop: Shop) -> Made:
+    """Two plates, one on a base's plate, one standing on its edge, square to a tube that leaves at theta [rad]."""
+    x, y, t = standing_size(face, theta, shop)
+    back, s, c, h = max(face.circle.edge, shop.half), np.sin(theta), np.cos(theta), face.height
+    u, e = np.array([s, c, 0.0]), np.array([c, -s, 0.0])
+    seat = np.array([x, h + y, 0.0])
+    top = seat - shop.half * e
+    leg = np.array([[back, h + t], top[:2], (top - t * u)[:2], [back - t / s, h + t]])
+    pad = np.array([[-back, h], [back, h], [back, h + t], [-back, h + t]])
+    clear = SCREWS[face.circle.thread][0]
+    own = np.pi / face.circle.count
+    holes = [Rod(np.array([px, h, pz]), np.array([px, h + t, pz]), clear / 2.0) for px, pz in face.circle.places(own)]
+    holes += tapped_holes(seat, u, e, np.pi / 4.0, t, shop)
+    sizes = {
+        "angle": theta, "plate": t, "width": 2.0 * back, "tube above face": y, "turn of the face's circle": float(own),
+        "turn of the tube's circle": np.pi / 4.0,
+    }  # fmt: skip
+    part = shop.part("bracket", [Prism(pad, 2.0 * back), Prism(leg, 2.0 * back)], holes, sizes=sizes,
+                     circles={"face": face.circle, "tube (tapped)": shop.circle}, note="standing")  # fmt: skip
+    return Made(part, seat, t)
+
+
+def corner(
+    mark: str, point: Array, ways: tuple[Array, Array], link: int, shop: Shop
+) -> tuple[Placed, tuple[Seat, Seat]]:
+    """A block between two tubes, and its seats.
+
+    Its frame: the origin where the tubes' axes meet, x half way between the tubes, y in their plane.
+
+    Args:
+        mark: Its mark.
+        point: Where the axes meet, shape (3,) [m].
+        ways: Towards the first tube and towards the second, shape (3,) each.
+        link: Its link.
+        shop: What it is made for.
+    """
+    back, onward = ways
+    opening = float(np.arccos(np.clip(back @ onward, -1.0, 1.0)))
+    c, s = np.cos(opening / 2.0), np.sin(opening / 2.0)
+    away = max(shop.half * c / s, shop.tapped + 1e-3)
+    pose = np.eye(4)
+    middle = back + onward
+    pose[:3, 2] = unit(np.cross(onward, back))
+    pose[:3, 0] = unit(middle)
+    pose[:3, 1] = np.cross(pose[:3, 2], pose[:3, 0])
+    pose[:3, 3] = point
+    normals = (np.array([c, s, 0.0]), np.array([c, -s, 0.0]))
+    edges = (np.array([-s, c, 0.0]), np.array([s, c, 0.0]))
+    # as thick at its edges as the holes are deep, and 2 mm more
+    ends = np.stack([(away - inward) * u + sign * shop.half * e for u, e in zip(normals, edges, strict=True)
+                     for sign in (1, -1) for inward in (0.0, shop.tapped + 2e-3)])  # fmt: skip
+    outline = ends[ConvexHull(ends[:, :2]).vertices, :2]
+    turns = (0.0, np.pi / 4.0)  # so that the holes of the two sides miss each other
+    holes = [h for u, e, turn in zip(normals, edges, turns, strict=True)
+             for h in tapped_holes(away * u, u, e, turn, shop.tapped, shop)]  # fmt: skip
+    sizes = {"angle": opening, "tube's side from corner": away, "side": 2.0 * shop.half, "tapped depth": shop.tapped}
+    part = shop.part("corner", [Prism(outline, 2.0 * shop.half)], holes, sizes=sizes,
+                     circles={"tubes (tapped)": shop.circle})  # fmt: skip
+    turn = pose[:3, :3]
+    seats = [
+        Seat(mark, turn @ (away * u) + point, turn @ u, turn @ (np.cos(a) * e + np.sin(a) * np.cross(u, e)))
+        for u, e, a in zip(normals, edges, turns, strict=True)
+    ]
+    return Placed(part, mark, link, pose), (seats[0], seats[1])

@@ -1,0 +1,207 @@
+"""What an arm's parts are made for: tubes and materials, the faces they are bolted on, and frames to put them in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.building.catalogue import Actuator
+from armdesign.building.parts import SCREWS, BoltCircle, Part, Prism, Rod
+from armdesign.building.tubes import Tube
+from armdesign.settings.sections import Body
+
+GAP = 3e-3
+"""Between a bracket and a housing that turns beside it [m]."""
+SHORTEST_SPACER, SHORTEST_TUBE, WEDGE = 10e-3, 24e-3, 10e-3
+"""Least lengths of spacers and tubes, and least thickness of wedges: what their screws take [m]."""
+ALUMINIUM, PRINTED = ("aluminium", 2700.0), ("PETG, printed solid", 1270.0)
+"""What parts are made of, and its density [kg/m^3]."""
+FLOOR, TOOL = "floor", "tool"
+"""In place of a mark: what the base's plate is screwed to, and what the tool plate holds."""
+TOOL_CIRCLES = (BoltCircle(0.0315, 4, "M5"), BoltCircle(0.05, 4, "M6"), BoltCircle(0.08, 6, "M8"))
+"""Of ISO 9409-1, for the tool."""
+
+
+@dataclass(frozen=True)
+class Shop:
+    """What brackets and flanges are made for.
+
+    Attributes:
+        diameter: Of the tubes [m].
+        wall: Of the tubes [m].
+        tube: Material and density of the tubes.
+        made: Material and density of all else.
+    """
+
+    diameter: float
+    wall: float
+    tube: tuple[str, float]
+    made: tuple[str, float]
+
+    @property
+    def plate(self) -> float:
+        """Thickness of brackets' plates, a quarter of the tube in aluminium, more where printed [m]."""
+        share = 0.25 if self.made == ALUMINIUM else 0.4
+        return float(max(5e-3, np.ceil(share * self.diameter * 1e3 - 1e-9) * 1e-3))
+
+    @property
+    def flange(self) -> float:
+        """Thickness of flanges [m]."""
+        return 5e-3 if self.diameter <= 25e-3 else 6e-3
+
+    @property
+    def circle(self) -> BoltCircle:
+        """Of the flanges on tubes: their screws' heads are beside the tube."""
+        thread = "M3" if self.diameter <= 25e-3 else "M4"
+        return BoltCircle(self.diameter + SCREWS[thread][2] + 2e-3, 4, thread)
+
+    @property
+    def half(self) -> float:
+        """Half of the side of what a flange sits on [m]."""
+        return self.circle.edge
+
+    @property
+    def tapped(self) -> float:
+        """Depth of tapped holes, twice the thread's diameter [m]."""
+        return 2e-3 * float(self.circle.thread[1:])
+
+    @property
+    def bite(self) -> float:
+        """How far screws go into tapped holes at least, one and a half times their diameter [m]."""
+        return 1.5e-3 * float(self.circle.thread[1:])
+
+    @property
+    def pin(self) -> str:
+        """Thread of the screws across tubes and spigots."""
+        return "M4" if self.diameter > 25e-3 else "M3"
+
+    @property
+    def tool_circle(self) -> BoltCircle:
+        """The smallest of ``TOOL_CIRCLES`` outside the tube."""
+        fitting = (c for c in TOOL_CIRCLES if c.diameter > self.diameter + SCREWS[c.thread][1] + 2e-3)
+        return next(fitting, BoltCircle(self.diameter + 20e-3, 6, "M8"))
+
+    def part(self, kind: str, solids: Sequence[Prism | Rod], holes: Sequence[Rod], **rest: object) -> Part:
+        """A part that is made; its name is given when all are known.
+
+        Args:
+            kind: See ``Part``.
+            solids: What it consists of.
+            holes: What is taken out.
+            **rest: Its other attributes.
+        """
+        material, density = self.tube if kind == "tube" else self.made
+        return Part(kind, kind, tuple(solids), tuple(holes), material, density, **rest)  # type: ignore[arg-type]
+
+
+def shop_of(body: Body, tube: Tube | None, *, printed: bool) -> Shop:
+    """What brackets are made for on an arm.
+
+    Args:
+        body: The arm's.
+        tube: Its tubes out of stock; None for those that the body assumes.
+        printed: Whether they are printed.
+    """
+    made = (f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm", body.tube_density)
+    if tube is not None:
+        made = (tube.name, tube.density)
+    return Shop(body.tube_diameter, body.tube_wall, made, PRINTED if printed else ALUMINIUM)
+
+
+class Face(NamedTuple):
+    """What a bracket can be bolted on, in a link's frame.
+
+    Attributes:
+        mark: Of what has the face.
+        middle: Of the body behind it, m_j, shape (3,) [m].
+        normal: Its own, shape (3,).
+        height: Of the face above the middle [m].
+        radius: Of the body behind it [m].
+        circle: Its holes.
+        aside: Whether brackets on it keep to their side of the middle.
+    """
+
+    mark: str
+    middle: Array
+    normal: Array
+    height: float
+    radius: float
+    circle: BoltCircle
+    aside: bool = False
+
+
+class Seat(NamedTuple):
+    """A plane that a flange is bolted on, in a link's frame.
+
+    Attributes:
+        mark: Of the part that has it.
+        point: Its middle, shape (3,) [m].
+        along: Its normal, along the tube, shape (3,).
+        across: From the middle to the first of its holes, a unit vector, shape (3,).
+    """
+
+    mark: str
+    point: Array
+    along: Array
+    across: Array
+
+
+def generic_circle(diameter: float) -> BoltCircle:
+    """The circle that is assumed on an actuator whose own is not known, half as large as its housing.
+
+    Args:
+        diameter: Of the housing [m].
+    """
+    threads = ((0.03, "M2"), (0.045, "M2.5"), (0.07, "M3"), (0.11, "M4"))
+    thread = next((name for most, name in threads if diameter < most), "M5")
+    return BoltCircle(float(np.round(diameter / 2.0, 3)), 4 if diameter < 0.11 else 6, thread, generic=True)
+
+
+def circle_of(actuator: Actuator, end: str) -> BoltCircle:
+    """The bolt circle at an end of an actuator, one of ``CIRCLES``; assumed where it is not known."""
+    known = actuator.circles.get(end)
+    return generic_circle(actuator.diameter) if known is None else BoltCircle(*known)
+
+
+def envelope(actuator: Actuator, shop: Shop) -> tuple[float, float]:
+    """Diameter and length of an actuator with its brackets and half of the shortest spacer [m].
+
+    Args:
+        actuator: The actuator.
+        shop: What its brackets are made for.
+    """
+    more = shop.plate + 5e-3
+    return actuator.diameter + 2.0 * (GAP + more), actuator.length + 2.0 * more
+
+
+def unit(vector: Array) -> Array:
+    """A vector of length 1."""
+    unit: Array = vector / np.linalg.norm(vector)
+    return unit
+
+
+def drilled(x: float, y: float, low: float, high: float, diameter: float) -> Rod:
+    """A hole along z."""
+    return Rod(np.array([x, y, low]), np.array([x, y, high]), diameter / 2.0)
+
+
+def frame(z: Array, near: Array, point: Array | None = None) -> Array:
+    """A frame with a given z and its x as near to a direction as can be, shape (4, 4).
+
+    Args:
+        z: Its z, a unit vector, shape (3,).
+        near: The direction, shape (3,).
+        point: Its origin, shape (3,) [m]; None for that of the frame it is in.
+    """
+    x = near - (near @ z) * z
+    if np.linalg.norm(x) < 1e-6:
+        x = np.array([0.0, 1.0, 0.0]) - z[1] * z
+    found = np.eye(4)
+    found[:3, 0], found[:3, 2] = unit(x), z
+    found[:3, 1] = np.cross(z, found[:3, 0])
+    found[:3, 3] = 0.0 if point is None else point
+    return found

@@ -1,0 +1,288 @@
+"""What goes between two planes: a tube with a flange in each end, or a spacer where there is no room for one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from armdesign._types import Array
+from armdesign.building.parts import SCREWS, Part, Placed, Prism, Rod, Screws
+from armdesign.building.shop import GAP, SHORTEST_SPACER, SHORTEST_TUBE, TOOL, Seat, Shop, drilled, frame
+from armdesign.errors import CatalogueError
+
+TOOL_NOTE = "screwed on from the tool's side, before the tool"
+SPACER_NOTE = "screwed from inside the bracket that is drilled through, before that goes on its actuator"
+TOOL_FLANGE = 6e-3
+"""Thickness of a tool's own flange, for the length of its screws [m]."""
+
+
+class Joint(NamedTuple):
+    """Two seats that face each other, and what goes between them.
+
+    Attributes:
+        mark: Mark of the tube or spacer.
+        first: The seat at the base's side.
+        second: The other; the tool where its mark is ``TOOL``.
+        link: Their link.
+    """
+
+    mark: str
+    first: Seat
+    second: Seat
+    link: int
+
+    @property
+    def span(self) -> float:
+        """From seat to seat [m]."""
+        return float((self.second.point - self.first.point) @ self.first.along)
+
+    @property
+    def turn(self) -> float:
+        """From the first seat's first hole to the second's, about the tube [rad]."""
+        a, b, u = self.first.across, self.second.across, self.first.along
+        return float(np.arctan2(np.cross(a, b) @ u, a @ b))
+
+    def cap(self, shop: Shop) -> float:
+        """Thickness of what is on the tube's outer end [m]."""
+        return max(shop.flange, 8e-3) if self.second.mark == TOOL else shop.flange
+
+    def roomy(self) -> None:
+        """Refuse what leaves no room for a spacer."""
+        if self.span < SHORTEST_SPACER:
+            raise CatalogueError(
+                f"between {self.first.mark} and {self.second.mark} there are {self.span * 1e3:.1f} mm, too little for "
+                "what joins them", value=self.span, allowed=f"at least {SHORTEST_SPACER * 1e3:g} mm",
+                fix="Take thinner tubes, smaller actuators, or search with a larger --clearance",
+            )  # fmt: skip
+
+
+def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
+    """A tube between two seats, with its flanges, and the screws of these.
+
+    Args:
+        joint: The seats.
+        shop: What the parts are made for.
+    """
+    first, second, mark, u = joint.first, joint.second, joint.mark, joint.first.along
+    hand = second.mark == TOOL
+    length = joint.span - shop.flange - joint.cap(shop)
+    deep = min(shop.diameter, float(np.floor(length * 500.0 - 1.0) * 1e-3))
+    ends = (
+        (flange(deep, shop), frame(u, first.across, first.point), first),
+        (tool_plate(deep, shop) if hand else flange(deep, shop), frame(-u, second.across, second.point), second),
+    )
+    turn = float((round(joint.turn, 9) + np.pi / 2.0) % np.pi - np.pi / 2.0)  # the holes go through both walls
+    pose = frame(u, first.across, first.point + shop.flange * u)
+    placed = [Placed(tube(length, deep / 2.0, turn, shop), mark, joint.link, pose)]
+    screws = []
+    for letter, (part, place, seat) in zip("ab", ends, strict=True):
+        pinned, own = shop.pin, f"{mark}-{letter}"
+        screws.append(Screws(pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, own), nut=True))
+        held = Screws(shop.circle.thread, shop.flange + shop.bite, shop.circle.count, (own, seat.mark))
+        screws.append(tool_screws(own, joint.cap(shop), shop) if seat.mark == TOOL else held)
+        placed.insert(2 * (letter == "b"), Placed(part, own, joint.link, place))
+    return placed, screws
+
+
+def tool_screws(mark: str, deep: float, shop: Shop) -> Screws:
+    """What holds the tool.
+
+    Args:
+        mark: Of what holds it.
+        deep: Depth of its tapped holes [m].
+        shop: What it is made for.
+    """
+    circle = shop.tool_circle
+    bites = min(deep, 1e-3 * float(circle.thread[1:]))
+    return Screws(circle.thread, TOOL_FLANGE + bites, circle.count, (mark, TOOL), most=TOOL_FLANGE + deep)
+
+
+def tube(length: float, from_end: float, turn: float, shop: Shop) -> Part:
+    """A tube along z from 0, with a hole across either end, the first along x, the second turned by an angle.
+
+    Its bore is a hole like the others.
+
+    Args:
+        length: [m].
+        from_end: Of the holes [m].
+        turn: Of the second from the first, about the axis [rad].
+        shop: What it is of.
+    """
+    radius, bore = shop.diameter / 2.0, shop.diameter / 2.0 - shop.wall
+    ends = np.zeros(3), np.array([0.0, 0.0, length])
+    holes = [Rod(*ends, bore)]
+    for z, angle_ in ((from_end, 0.0), (length - from_end, turn)):
+        way = np.array([np.cos(angle_), np.sin(angle_), 0.0])
+        middle = np.array([0.0, 0.0, z])
+        holes += [Rod(middle + side * bore * way, middle + side * radius * way, SCREWS[shop.pin][0] / 2.0, oblique=True)
+                  for side in (1.0, -1.0)]  # fmt: skip
+    sizes = {"diameter": shop.diameter, "wall": shop.wall, "length": length, "hole from end": from_end,
+             "hole": SCREWS[shop.pin][0], "turn of second hole": turn}  # fmt: skip
+    return shop.part("tube", [Rod(*ends, radius)], holes, sizes=sizes)
+
+
+def _spigot(deep: float, thickness: float, shop: Shop) -> tuple[list[Rod], list[Rod], dict[str, float]]:
+    """What goes into a tube, from a disc of a thickness on along z, and the bore and hole across it."""
+    radius = shop.diameter / 2.0 - shop.wall - 0.05e-3
+    bore = max(radius - 4e-3, radius / 2.0)
+    solid = Rod(np.array([0.0, 0.0, thickness]), np.array([0.0, 0.0, thickness + deep]), radius)
+    middle, x = np.array([0.0, 0.0, thickness + deep / 2.0]), np.array([1.0, 0.0, 0.0])
+    holes = [Rod(np.zeros(3), solid.end, bore)]
+    holes += [Rod(middle + side * bore * x, middle + side * radius * x, SCREWS[shop.pin][0] / 2.0, oblique=True)
+              for side in (1.0, -1.0)]  # fmt: skip
+    sizes = {"spigot": 2.0 * radius, "spigot length": deep, "bore": 2.0 * bore, "hole": SCREWS[shop.pin][0],
+             "hole from disc": deep / 2.0}  # fmt: skip
+    return [solid], holes, sizes
+
+
+def flange(deep: float, shop: Shop) -> Part:
+    """A disc from z = 0 on with a spigot that goes into a tube.
+
+    Args:
+        deep: Length of the spigot [m].
+        shop: What it is made for.
+    """
+    t = shop.flange
+    solids, holes, sizes = _spigot(deep, t, shop)
+    clear = SCREWS[shop.circle.thread][0]
+    holes += [drilled(x, y, 0.0, t, clear) for x, y in shop.circle.places()]
+    sizes = {"diameter": 2.0 * shop.half, "thickness": t, **sizes}
+    return shop.part("tube flange", [Rod(np.zeros(3), np.array([0.0, 0.0, t]), shop.half), *solids], holes, sizes=sizes,
+                     circles={"bracket": shop.circle})  # fmt: skip
+
+
+def tool_plate(deep: float, shop: Shop) -> Part:
+    """A disc from z = 0, which is at the tool, on, tapped for it, with a spigot that goes into a tube.
+
+    Args:
+        deep: Length of the spigot [m].
+        shop: What it is made for.
+    """
+    t, circle = max(shop.flange, 8e-3), shop.tool_circle
+    solids, holes, sizes = _spigot(deep, t, shop)
+    holes += [drilled(x, y, 0.0, t, SCREWS[circle.thread][1]) for x, y in circle.places(np.pi / 4.0)]
+    sizes = {"diameter": 2.0 * circle.edge, "thickness": t, **sizes}
+    disc = Rod(np.zeros(3), np.array([0.0, 0.0, t]), circle.edge)
+    return shop.part("tool plate", [disc, *solids], holes, sizes=sizes,
+                     circles={"tool (tapped through, ISO 9409-1)": circle})  # fmt: skip
+
+
+def spacer(joint: Joint, nodes: Sequence[Placed | None], shop: Shop) -> tuple[list[Placed], list[Screws]]:
+    """A round between two seats, and the bracket that is drilled through for its screws, which end in the other seat.
+
+    Args:
+        joint: The seats.
+        nodes: The parts that have them.
+        shop: What the parts are made for.
+
+    Raises:
+        CatalogueError: There is not room enough, or neither bracket leaves room for the heads.
+    """
+    joint.roomy()
+    span, circle, d = joint.span, shop.circle, 1e-3 * float(shop.circle.thread[1:])
+    for node, own, other, held in zip(nodes, (joint.first, joint.second), (joint.second, joint.first),
+                                      nodes[::-1], strict=True):  # fmt: skip
+        long = shop.plate + span + shop.bite
+        through = None if node is None else drilled_through(node, own, other.across, long, shop)
+        if through is None or held is None:
+            continue
+        pose = frame(joint.first.along, other.across, joint.first.point)
+        holes = [drilled(x, y, 0.0, span, SCREWS[circle.thread][0]) for x, y in circle.places()]
+        part = shop.part("spacer", [Rod(np.zeros(3), np.array([0.0, 0.0, span]), shop.half)], holes,
+                         sizes={"diameter": 2.0 * shop.half, "length": span}, circles={"through": circle},
+                         note=SPACER_NOTE)  # fmt: skip
+        deep = (2.0 * d if blind(held) else shop.plate + GAP) - 0.5e-3
+        under = through.part.sizes["under heads"] + span
+        screws = Screws(circle.thread, under + shop.bite, circle.count, (own.mark, other.mark),
+                        most=under + deep, spacer=joint.mark)  # fmt: skip
+        return [Placed(part, joint.mark, joint.link, pose), through], [screws]
+    raise CatalogueError(
+        f"between {joint.first.mark} and {joint.second.mark} there are {span * 1e3:.1f} mm, too little for a tube, and "
+        "behind neither is room for the screws of a spacer", value=span,
+        allowed=f"at least {(2.0 * shop.flange + SHORTEST_TUBE) * 1e3:g} mm",
+        fix="Take thinner tubes, smaller actuators, or search with a larger --clearance",
+    )  # fmt: skip
+
+
+def blind(node: Placed) -> bool:
+    """Whether the tapped holes of a part end within it."""
+    return node.part.note not in ("angle", "standing")
+
+
+def drilled_through(node: Placed, seat: Seat, across: Array, long: float, shop: Shop) -> Placed | None:
+    """A bracket whose second plate is drilled through instead of tapped, its heads sunk; None where that cannot be.
+
+    Args:
+        node: The bracket.
+        seat: Its seat.
+        across: From the seat's middle to the first hole, a unit vector, shape (3,).
+        long: Length of the screws, which need as much room behind the plate [m].
+        shop: What it is made for.
+    """
+    if blind(node):
+        return None
+    part, turn, circle = node.part, node.pose[:3, :3].T, shop.circle
+    u, f = turn @ seat.along, turn @ across
+    e, middle, pad = np.array([u[1], -u[0], 0.0]), turn @ (seat.point - node.pose[:3, 3]), part.solids[0]
+    clear, _, head = SCREWS[circle.thread]
+    thick, wide, holes = part.sizes["plate"], head / 2.0 + 0.25e-3, list(part.holes[: -circle.count])
+    under = thick - 1e-3 * float(circle.thread[1:]) - 0.3e-3
+    for x, y in circle.places():
+        start = middle + x * f + y * np.cross(u, f)
+        floor, back = start - under * u, start - thick * u
+        heights = np.array([back[1], back[1] - long * u[1]])
+        if isinstance(pad, Prism) and not (
+            (heights + wide * abs(e[1]) < pad.polygon[:, 1].min()).all()
+            or (heights - wide * abs(e[1]) > pad.polygon[:, 1].max()).all()
+        ):
+            return None
+        holes += [Rod(start, floor, clear / 2.0), Rod(floor, back, wide)]
+    sizes = dict(part.sizes) | {
+        "turn of the tube's circle": float(np.arctan2(f @ np.cross(u, e), f @ e)), "counterbore": 2.0 * wide,
+        "under heads": under,
+    }  # fmt: skip
+    circles = {"face": part.circles["face"], "tube (through)": circle}
+    return replace(node, part=replace(part, holes=tuple(holes), sizes=sizes, circles=circles))
+
+
+def tool_spacer(joint: Joint, node: Placed | None, shop: Shop) -> tuple[list[Placed], list[Screws]]:
+    """A round at the tool, tapped for it, screwed to its seat from the tool's side, its heads sunk.
+
+    Args:
+        joint: The seat and the tool.
+        node: The part that has the seat.
+        shop: What it is made for.
+
+    Raises:
+        CatalogueError: There is not room enough.
+    """
+    joint.roomy()
+    span, circle, tool, d = joint.span, shop.circle, shop.tool_circle, 1e-3 * float(shop.circle.thread[1:])
+    clear, _, head = SCREWS[circle.thread]
+    tap, wide, under = SCREWS[tool.thread][1], head / 2.0 + 0.25e-3, span - d - 0.3e-3
+    turns = np.radians(np.arange(0.0, 360.0 / tool.count, 7.5))
+    apart = [np.linalg.norm(tool.places(t)[:, None] - circle.places(), axis=2).min() for t in turns]
+    turn = float(turns[int(np.argmax(np.round(apart, 9)))])
+    if max(apart) < wide + tap / 2.0 + 1e-3:
+        raise CatalogueError(
+            f"the screws of a spacer at the tool of link {joint.link} meet those of the tool", value=span,
+            allowed=f"at least {(shop.flange + joint.cap(shop) + SHORTEST_TUBE) * 1e3:g} mm, for a tube",
+            fix="Take thinner tubes, smaller actuators, or search with a larger --clearance",
+        )  # fmt: skip
+    deep = 2e-3 * float(tool.thread[1:])
+    deep = span if span < deep + 3e-3 else deep
+    radius, top = max(shop.half, tool.edge), np.array([0.0, 0.0, span])
+    holes = [hole for x, y in circle.places() for hole in (drilled(x, y, 0.0, under, clear),
+                                                           drilled(x, y, under, span, 2.0 * wide))]  # fmt: skip
+    holes += [drilled(x, y, span - deep, span, tap) for x, y in tool.places(turn)]
+    sizes = {"diameter": 2.0 * radius, "length": span, "counterbore": 2.0 * wide, "under heads": under,
+             "tapped depth": deep, "turn of second circle": turn}  # fmt: skip
+    part = shop.part("spacer", [Rod(np.zeros(3), top, radius)], holes, sizes=sizes,
+                     circles={"through": circle, "tool (tapped, ISO 9409-1)": tool}, note=TOOL_NOTE)  # fmt: skip
+    room = (2.0 * d if node is None or blind(node) else shop.plate + GAP) - 0.5e-3
+    held = Screws(circle.thread, under + shop.bite, circle.count, (joint.mark, joint.first.mark), most=under + room)
+    pose = frame(joint.first.along, joint.first.across, joint.first.point)
+    return [Placed(part, joint.mark, joint.link, pose)], [held, tool_screws(joint.mark, deep, shop)]
