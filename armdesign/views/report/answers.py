@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from armdesign.building.record import RECORD
 from armdesign.cell.obstacles import Plane
 from armdesign.errors import counted
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
@@ -206,7 +207,12 @@ def next_steps(run: Result, others: Sequence[OtherArm]) -> list[NextStep]:
         found.append(NextStep(text, f"armdesign check {place} --tolerance 10mm"))
     if verdict.passed:
         found.append(NextStep("See it move, with the person beside it.", f"armdesign preview {place}"))
-        found.append(NextStep("Pick motors and tubes, with a list of parts.", f"armdesign build {place}"))
+        if run.folder is not None and (run.folder / RECORD).is_file():
+            text = "Have the drawings and solids of its parts; the lists of what to order and to cut are below."
+            found.append(NextStep(text, f"armdesign export {place} --format drawing,step"))
+            found.append(NextStep("See how exactly its parts have to be made.", f"armdesign tolerance {place}"))
+        else:
+            found.append(NextStep("Pick motors and tubes, with a list of parts.", f"armdesign build {place}"))
         found.append(NextStep("Hand it to a simulator or a planner.", f"armdesign export {place} --package my_arm"))
         text = "Hold it against robots that can be bought; the report then shows both."
         found.append(NextStep(text, f"armdesign compare {place} ur5 panda --json {shlex.quote(folder + '/' + OTHERS)}"))

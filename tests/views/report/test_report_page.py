@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from armdesign.building.record import RECORD
 from armdesign.cli import app
 from armdesign.export.options import LimitOptions, RobotOptions
 from armdesign.feasibility.violations import figure
@@ -218,6 +219,23 @@ def test_commands_of_the_first_screen_are_commands(both):
         assert program == "armdesign"
         help_text = CliRunner().invoke(app, [command, "--help"]).output
         assert all(f"{word} " in help_text for word in words if word.startswith("--"))
+
+
+def test_a_build_is_not_told_to_pick_motors_but_to_have_its_parts_made(both, tmp_path):
+    advice = {True: "", False: ""}
+    for built in advice:
+        folder = tmp_path / ("built" if built else "designed")
+        folder.mkdir()
+        if built:
+            (folder / RECORD).write_text("{}")
+        steps = next_steps(dataclasses.replace(both[0], folder=folder), [])
+        assert len(steps) <= 4
+        advice[built] = "\n".join(step.code for step in steps)
+    assert "armdesign build" in advice[False]
+    assert "armdesign tolerance" not in advice[False]
+    assert "armdesign build" not in advice[True]
+    assert "--format drawing,step" in advice[True]
+    assert "armdesign tolerance" in advice[True]
 
 
 def test_the_lag_of_the_drives_and_every_word_is_said(both, take_apart):
