@@ -117,8 +117,10 @@ def dimension_rows(part: Part) -> Iterator[tuple[str, str, str]]:
         off = deviation(name, value)
         if name.startswith(ANGLES):
             yield name, f"{degrees(value)}°", f"±{degrees(off)}°"
-        elif name == "spigot":  # it has to go into the tube
-            yield name, f"{number(1e3 * value, 2)} mm", "0 / -0.1 mm"
+        elif name == "spigot":  # tubes' bores are off by more than it may be
+            yield name, f"{number(1e3 * value, 2)} mm", "bore −0.05 / −0.1"
+        elif name == "hole":
+            yield name, f"{number(1e3 * value, 2)} mm", "+0.1 / 0 mm"
         else:
             yield name, f"{number(1e3 * value, 2)} mm", f"±{number(1e3 * off)} mm"
 

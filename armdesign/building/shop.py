@@ -80,6 +80,11 @@ class Shop:
         return "M4" if self.diameter > 25e-3 else "M3"
 
     @property
+    def pin_hole(self) -> float:
+        """Diameter of their holes, as large as the screws: one with play would let the tube turn [m]."""
+        return 1e-3 * float(self.pin[1:])
+
+    @property
     def tool_circle(self) -> BoltCircle:
         """The smallest of ``TOOL_CIRCLES`` outside the tube."""
         fitting = (c for c in TOOL_CIRCLES if c.diameter > self.diameter + SCREWS[c.thread][1] + 2e-3)

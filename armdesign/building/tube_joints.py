@@ -15,6 +15,9 @@ from armdesign.errors import CatalogueError
 
 TOOL_NOTE = "screwed on from the tool's side, before the tool"
 SPACER_NOTE = "screwed from inside the bracket that is drilled through, before that goes on its actuator"
+FIT = 0.1e-3
+"""By how much a spigot's diameter is less than its tube's bore at most [m]; half of it is the least."""
+TOGETHER = "hole across: with tube and spigot put together, drilled once through both, so that the screw has no play"
 TOOL_FLANGE = 6e-3
 """Thickness of a tool's own flange, for the length of its screws [m]."""
 
@@ -39,11 +42,11 @@ class Joint(NamedTuple):
         """From seat to seat [m]."""
         return float((self.second.point - self.first.point) @ self.first.along)
 
-    @property
-    def turn(self) -> float:
-        """From the first seat's first hole to the second's, about the tube [rad]."""
-        a, b, u = self.first.across, self.second.across, self.first.along
-        return float(np.arctan2(np.cross(a, b) @ u, a @ b))
+    def pins(self, shop: Shop) -> tuple[Array, Array]:
+        """Where the screws across the tube point at either end, shape (3,) each: half way between two of a flange."""
+        c, s, u = np.cos(np.pi / shop.circle.count), np.sin(np.pi / shop.circle.count), self.first.along
+        first, second = (c * seat.across + s * np.cross(u, seat.across) for seat in (self.first, self.second))
+        return first, self.second.across if self.second.mark == TOOL else second
 
     def cap(self, shop: Shop) -> float:
         """Thickness of what is on the tube's outer end [m]."""
@@ -67,15 +70,16 @@ def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
         shop: What the parts are made for.
     """
     first, second, mark, u = joint.first, joint.second, joint.mark, joint.first.along
-    hand = second.mark == TOOL
+    hand, (a, b) = second.mark == TOOL, joint.pins(shop)
     length = joint.span - shop.flange - joint.cap(shop)
     deep = min(shop.diameter, float(np.floor(length * 500.0 - 1.0) * 1e-3))
     ends = (
-        (flange(deep, shop), frame(u, first.across, first.point), first),
-        (tool_plate(deep, shop) if hand else flange(deep, shop), frame(-u, second.across, second.point), second),
+        (flange(deep, shop), frame(u, a, first.point), first),
+        (tool_plate(deep, shop) if hand else flange(deep, shop), frame(-u, b, second.point), second),
     )
-    turn = float((round(joint.turn, 9) + np.pi / 2.0) % np.pi - np.pi / 2.0)  # the holes go through both walls
-    pose = frame(u, first.across, first.point + shop.flange * u)
+    turn = round(float(np.arctan2(np.cross(a, b) @ u, a @ b)), 9)
+    turn = float((turn + np.pi / 2.0) % np.pi - np.pi / 2.0)  # the holes go through both walls
+    pose = frame(u, a, first.point + shop.flange * u)
     placed = [Placed(tube(length, deep / 2.0, turn, shop), mark, joint.link, pose)]
     screws = []
     for letter, (part, place, seat) in zip("ab", ends, strict=True):
@@ -117,29 +121,29 @@ def tube(length: float, from_end: float, turn: float, shop: Shop) -> Part:
     for z, angle_ in ((from_end, 0.0), (length - from_end, turn)):
         way = np.array([np.cos(angle_), np.sin(angle_), 0.0])
         middle = np.array([0.0, 0.0, z])
-        holes += [Rod(middle + side * bore * way, middle + side * radius * way, SCREWS[shop.pin][0] / 2.0, oblique=True)
+        holes += [Rod(middle + side * bore * way, middle + side * radius * way, shop.pin_hole / 2.0, oblique=True)
                   for side in (1.0, -1.0)]  # fmt: skip
     sizes = {"diameter": shop.diameter, "wall": shop.wall, "length": length, "hole from end": from_end,
-             "hole": SCREWS[shop.pin][0], "turn of second hole": turn}  # fmt: skip
-    return shop.part("tube", [Rod(*ends, radius)], holes, sizes=sizes)
+             "hole": shop.pin_hole, "turn of second hole": turn}  # fmt: skip
+    return shop.part("tube", [Rod(*ends, radius)], holes, sizes=sizes, note=TOGETHER)
 
 
 def _spigot(deep: float, thickness: float, shop: Shop) -> tuple[list[Rod], list[Rod], dict[str, float]]:
     """What goes into a tube, from a disc of a thickness on along z, and the bore and hole across it."""
-    radius = shop.diameter / 2.0 - shop.wall - 0.05e-3
+    radius = shop.diameter / 2.0 - shop.wall - FIT / 2.0
     bore = max(radius - 4e-3, radius / 2.0)
     solid = Rod(np.array([0.0, 0.0, thickness]), np.array([0.0, 0.0, thickness + deep]), radius)
     middle, x = np.array([0.0, 0.0, thickness + deep / 2.0]), np.array([1.0, 0.0, 0.0])
     holes = [Rod(np.zeros(3), solid.end, bore)]
-    holes += [Rod(middle + side * bore * x, middle + side * radius * x, SCREWS[shop.pin][0] / 2.0, oblique=True)
+    holes += [Rod(middle + side * bore * x, middle + side * radius * x, shop.pin_hole / 2.0, oblique=True)
               for side in (1.0, -1.0)]  # fmt: skip
-    sizes = {"spigot": 2.0 * radius, "spigot length": deep, "bore": 2.0 * bore, "hole": SCREWS[shop.pin][0],
+    sizes = {"spigot": 2.0 * radius, "spigot length": deep, "bore": 2.0 * bore, "hole": shop.pin_hole,
              "hole from disc": deep / 2.0}  # fmt: skip
     return [solid], holes, sizes
 
 
 def flange(deep: float, shop: Shop) -> Part:
-    """A disc from z = 0 on with a spigot that goes into a tube.
+    """A disc from z = 0 on with a spigot that goes into a tube, the hole across it between those of the disc.
 
     Args:
         deep: Length of the spigot [m].
@@ -148,10 +152,10 @@ def flange(deep: float, shop: Shop) -> Part:
     t = shop.flange
     solids, holes, sizes = _spigot(deep, t, shop)
     clear = SCREWS[shop.circle.thread][0]
-    holes += [drilled(x, y, 0.0, t, clear) for x, y in shop.circle.places()]
+    holes += [drilled(x, y, 0.0, t, clear) for x, y in shop.circle.places(np.pi / shop.circle.count)]
     sizes = {"diameter": 2.0 * shop.half, "thickness": t, **sizes}
     return shop.part("tube flange", [Rod(np.zeros(3), np.array([0.0, 0.0, t]), shop.half), *solids], holes, sizes=sizes,
-                     circles={"bracket": shop.circle})  # fmt: skip
+                     circles={"bracket": shop.circle}, note=TOGETHER)  # fmt: skip
 
 
 def tool_plate(deep: float, shop: Shop) -> Part:
@@ -167,7 +171,7 @@ def tool_plate(deep: float, shop: Shop) -> Part:
     sizes = {"diameter": 2.0 * circle.edge, "thickness": t, **sizes}
     disc = Rod(np.zeros(3), np.array([0.0, 0.0, t]), circle.edge)
     return shop.part("tool plate", [disc, *solids], holes, sizes=sizes,
-                     circles={"tool (tapped through, ISO 9409-1)": circle})  # fmt: skip
+                     circles={"tool (tapped through, ISO 9409-1)": circle}, note=TOGETHER)  # fmt: skip
 
 
 def spacer(joint: Joint, nodes: Sequence[Placed | None], shop: Shop) -> tuple[list[Placed], list[Screws]]:

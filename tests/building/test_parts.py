@@ -2,13 +2,16 @@
 
 import dataclasses
 import xml.etree.ElementTree as ET
+from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
 
+import coal
 import numpy as np
 import pytest
 
 from armdesign.bodies.arm_body import arm_body
+from armdesign.bodies.cylinder import along
 from armdesign.building.assembly import assemble
 from armdesign.building.brackets import bracket, corner
 from armdesign.building.catalogue import find_catalogue
@@ -18,7 +21,7 @@ from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism
 from armdesign.building.parts_clearance import parts_gap
 from armdesign.building.shop import ALUMINIUM, FLOOR, GAP, PRINTED, TOOL, Face, Shop, envelope, generic_circle
 from armdesign.building.tolerance import Tolerances
-from armdesign.building.tube_joints import flange, tube
+from armdesign.building.tube_joints import flange, tool_plate, tube
 from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Sphere
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.dh import DHTable
@@ -69,12 +72,12 @@ def test_forms_have_the_moments_of_points_in_them():
 
 def test_masses_by_hand():
     length = 0.2
-    holes = 4 * np.pi * (4.5e-3 / 2) ** 2 * 2e-3
+    holes = 4 * np.pi * (4e-3 / 2) ** 2 * 2e-3
     by_hand = 2700 * (np.pi / 4 * (0.03**2 - 0.026**2) * length - holes)
     assert tube(length, 0.015, 0.3, SHOP).mass == pytest.approx(by_hand, rel=1e-12)
     # a disc of 49 mm, 6 mm thick, with four holes for M4, and a hollow spigot of 25.9 mm with a wall of 4 mm, pinned
     disc = np.pi / 4 * (0.049**2 - 0.0179**2) * 6e-3 - 4 * np.pi / 4 * 4.5e-3**2 * 6e-3
-    spigot = np.pi / 4 * (0.0259**2 - 0.0179**2) * 0.03 - 2 * np.pi / 4 * 4.5e-3**2 * 4e-3
+    spigot = np.pi / 4 * (0.0259**2 - 0.0179**2) * 0.03 - 2 * np.pi / 4 * 4e-3**2 * 4e-3
     assert flange(0.03, SHOP).mass == pytest.approx(2700 * (disc + spigot), rel=1e-9)
     made, _, _ = bracket(face_of(), "angle", np.array([1.0, 0, 0]), 1, SHOP)
     t, wide = 8e-3, 0.049  # beside a housing of 60 x 50 mm, 3 mm away from it
@@ -115,6 +118,42 @@ def test_holes_are_in_the_material_and_apart(kind, shop):
             assert (starts - seat.point) @ seat.along == pytest.approx(np.zeros(4), abs=1e-12)
             first = seat.point + shop.circle.diameter / 2 * seat.across
             assert np.linalg.norm(starts - first, axis=1).min() == pytest.approx(0.0, abs=1e-12)
+
+
+def screws_in(part, shop):
+    """The screws in a part in its own frame, each as cylinders: shank and head, or what the head is sunk in."""
+    sizes = {round(1e6 * clear): (float(thread[1:]) * 1e-3, head) for thread, (clear, _, head) in SCREWS.items()}
+    sizes |= {round(1e6 * tap): (float(thread[1:]) * 1e-3, 0.0) for thread, (_, tap, _) in SCREWS.items()}
+    sizes[round(1e6 * shop.pin_hole)] = (shop.pin_hole, SCREWS[shop.pin][2])
+    for hole in part.holes:
+        thread, head = sizes.get(round(2e6 * hole.radius), (0.0, 0.0))
+        if not thread or any(np.linalg.norm(h.end - hole.start) < 1e-9 for h in part.holes):
+            continue
+        way = (hole.end - hole.start) / np.linalg.norm(hole.end - hole.start)
+        across = part.kind in ("tube flange", "tool plate") and hole.oblique
+        outside = hole.end + (shop.wall + 0.05e-3 if across else 0.0) * way
+        sunk = [(h.start, h.end, h.radius) for h in part.holes if np.linalg.norm(h.start - hole.end) < 1e-9]
+        on_top = [(outside, outside + thread * way, head / 2.0)] if head and part.kind != "spacer" else []
+        yield [(hole.start, outside, thread / 2.0), *(sunk or on_top)]
+
+
+def between(first, second):
+    """Distance of two cylinders (start, end, radius)."""
+    forms = [coal.Cylinder(r, float(np.linalg.norm(end - start))) for start, end, r in (first, second)]
+    poses = [along(start, end) for start, end, _ in (first, second)]
+    ways = [coal.Transform3s(pose[:3, :3], pose[:3, 3]) for pose in poses]
+    return coal.distance(forms[0], ways[0], forms[1], ways[1], coal.DistanceRequest(), coal.DistanceResult())
+
+
+@pytest.mark.parametrize("diameter", [0.012, 0.016, 0.02, 0.025, 0.03, 0.04, 0.06])
+def test_no_screw_of_a_part_meets_another(diameter, assembly):
+    shop = dataclasses.replace(SHOP, diameter=diameter)
+    parts = [make(deep, shop) for make in (flange, tool_plate) for deep in (0.011, 0.02)]
+    parts += [each.part for each in assembly.placed if not each.part.bought] if diameter == SHOP.diameter else []
+    for part in parts:
+        for one, other in combinations(list(screws_in(part, shop)), 2):
+            gap = min(between(a, b) for a in one for b in other)
+            assert gap > 0.5e-3, (part.name, part.note, gap)
 
 
 def corners_of(part):
@@ -158,8 +197,8 @@ def test_what_is_joined_touches_and_its_screws_meet(assembly):
     assert met >= 4 * len(tubes)
     for each in tubes:  # pinned at both ends: the holes of tube and flange are on one line
         for letter in "ab":
-            spigot = [h for h in axes(f"{each.mark}-{letter}") if h[2] == 4.5e-3 / 2][:2]
-            own = [h for h in axes(each.mark) if h[2] == 4.5e-3 / 2]
+            spigot = [h for h in axes(f"{each.mark}-{letter}") if h[2] == 4e-3 / 2][:2]
+            own = [h for h in axes(each.mark) if h[2] == 4e-3 / 2]
             middle = (spigot[0][0] + spigot[1][0]) / 2
             way = (spigot[0][1] - middle) / np.linalg.norm(spigot[0][1] - middle)
             away = [np.linalg.norm(np.cross(h[1] - middle, way)) for h in own]
@@ -286,6 +325,7 @@ def test_what_parts_may_be_off_adds_up_along_a_link(assembly):
     assert sigmas[:, 0] == pytest.approx([twist / 2 for _, twist in found])
     rows = {name: off for part, _ in assembly.counted().values() if not part.bought
             for name, _, off in dimension_rows(part)}  # fmt: skip
+    assert (rows["spigot"], rows["hole"]) == ("bore −0.05 / −0.1", "+0.1 / 0 mm")
     assert (rows["angle"], rows["turn of second hole"]) == ("±0.2°", "±0.2°")  # as drawn
     assert rows["tube's plate from middle"] == "±0.3 mm"
 
