@@ -20,6 +20,7 @@ from armdesign.building.parts import Placed, Screws
 from armdesign.building.projection import Solid, draw_solids, slanted, solids_of
 from armdesign.building.sheet import Sheet, number, svg_of
 from armdesign.building.shop import FLOOR, TOOL
+from armdesign.feasibility.words import base_words
 from armdesign.kinematics.base_pose import MOUNTINGS
 from armdesign.kinematics.dh import DHTable
 
@@ -76,10 +77,46 @@ def assembly_page(build: Build) -> str:
     drawn = [(each, solids_of(each.part, room @ pose, each.link)) for each, pose in assembly.posed(result.table, q)]
     return page.get_template("assembly.html.j2").render(
         name=result.name,
-        fault=build.fault,
+        warning=build.warning,
+        needed=made_first(build),
         steps=steps(build, drawn),
         checks=checks,
         drawn="with every joint at zero" if not checks[0].note else "at the start of its motion",
+    )
+
+
+def made_first(build: Build) -> list[str]:
+    """What has to be there before the first step, besides what is bought: kinds of parts with material and marks."""
+    return [
+        f"{len(places)} × {name} ({part.material}): {', '.join(each.mark for each in places)}"
+        for name, (part, places) in assembly_of(build).counted().items() if not part.bought
+    ]  # fmt: skip
+
+
+def surface(build: Build) -> str:
+    """What the base's plate is screwed to: floor, wall or ceiling."""
+    if build.result.placed:
+        return build.result.base_pose.mounted
+    return {"below": "floor", "above": "ceiling"}.get(str(build.result.plate_side), "wall")
+
+
+def foot(build: Build) -> Array:
+    """Middle of the face that the base's plate is screwed down with, from base_link's origin, shape (3,) [m]."""
+    for each in assembly_of(build).placed:
+        if each.mark == "B":
+            under: Array = each.pose[:3, 3] - each.part.sizes["thickness"] / 2.0 * each.pose[:3, 2]
+            return under
+    return np.zeros(3)
+
+
+def base_place(build: Build) -> str:
+    """Where the base's plate goes, in a sentence."""
+    if build.result.placed:
+        return base_words(build.result.base_pose)
+    x, y, z, away = (number(1e3 * float(each)) for each in (*foot(build), np.linalg.norm(foot(build))))
+    return (
+        f"Its mounting face, on the {surface(build)}, has its middle {away} mm {build.result.plate_side} the point "
+        f"that the demonstrator's arm begins at: x {x}, y {y}, z {z} mm from it."
     )
 
 
@@ -116,10 +153,11 @@ def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Ste
                           for mark in sorted(marks - {f"J{joint}"})]  # fmt: skip
             else:
                 title = "Base" if link == 0 else f"Link {link}" + (" with the tool" if link == table.dof else "")
-                words = [*part_words(new), *link_words(link, table)]
+                words = [*([base_place(build)] if "B" in marks else []), *part_words(new), *link_words(link, table)]
             joined = [s for s in screws if set(s.joins) & marks and set(s.joins) <= marks | done]
             # beside a screw across no key reaches a flange's
-            words += screw_words(sorted(joined, key=lambda s: (s.nut, s.joins[1] in late and not s.spacer)))
+            joined = sorted(joined, key=lambda s: (s.nut, s.joins[1] in late and not s.spacer))
+            words += screw_words(joined, surface(build))
             found.append(Step(title, words, pictured(there, new, whole)))
             there += [solid for _, shown in new for solid in shown]
             done |= marks
@@ -142,14 +180,28 @@ def part_words(new: Sequence[tuple[Placed, list[Solid]]]) -> list[str]:
     return words
 
 
-def screw_words(joined: Sequence[Screws]) -> list[str]:
-    """Screws by what they join, in words."""
-    return [
-        f"{each.joins[0]} to {each.joins[1]}{f', through spacer {each.spacer}' if each.spacer else ''}: {each.count} × "
-        f"{each.thread} x {screw_length(each)}{shortened(each)}, at least {number(1e3 * each.length)} mm under the "
-        f"head{', with a locking nut' if each.nut else ''}."
-        for each in joined
-    ]
+def screw_words(joined: Sequence[Screws], base_on: str = FLOOR) -> list[str]:
+    """Screws by what they join, in words, with how long they have to be and may be.
+
+    Args:
+        joined: The screws.
+        base_on: What the base's plate is screwed to.
+    """
+    words = []
+    for each in joined:
+        first, second = (base_on if mark == FLOOR else mark for mark in each.joins)
+        through = f", through spacer {each.spacer}" if each.spacer else ""
+        most = f", at most {number(1e3 * each.most)} mm" if np.isfinite(each.most) else ""
+        ends = ", with a locking nut" if each.nut else ""
+        if second == base_on:
+            ends = f"; longer by what the {base_on} takes"
+        elif "J" in (first[0], second[0]) and not each.spacer and "-" not in first:
+            ends = f"; how deep the holes of {first} are, its maker's drawing says"
+        words.append(
+            f"{first} to {second}{through}: {each.count} × {each.thread} x {screw_length(each)}{shortened(each)}, at "
+            f"least {number(1e3 * each.length)} mm{most} under the head{ends}."
+        )
+    return words
 
 
 def actuator_words(actuator: Actuator, joint: int, table: DHTable) -> list[str]:
@@ -229,13 +281,9 @@ def poses_to_check(build: Build) -> list[Check]:
     result = build.result
     q = result.evaluation.path.q
     scene = ExactScene(result.body)
-    foot = np.zeros(3)
-    for each in assembly_of(build).placed:
-        if each.mark == "B":  # the plate at the base
-            foot = each.pose[:3, 3] - each.part.sizes["thickness"] / 2.0 * each.pose[:3, 2]
     poses = {"zero": np.zeros(result.table.dof), "start of the motion": q[0], "middle of the motion": q[len(q) // 2]}
     return [
-        Check(name, joint_words(pose, result.table), tool_words(result.table, pose, foot), touching(scene, pose))
+        Check(name, joint_words(pose, result.table), tool_words(result.table, pose, foot(build)), touching(scene, pose))
         for name, pose in poses.items()
     ]
 

@@ -12,13 +12,14 @@ import numpy as np
 from armdesign.bodies.loads import base_gravity
 from armdesign.building.assembly import assemble
 from armdesign.building.catalogue import Actuator, find_catalogue, shipped
-from armdesign.building.choice import Choice, Duty, Load, choose, duty_of, weakest
+from armdesign.building.choice import Choice, Duty, Load, choose, choose_alike, duty_of, weakest
 from armdesign.building.kit import Kit, KitArm, kit_arm
 from armdesign.building.kit_snapping import snapped_to_kit
 from armdesign.building.parts import Assembly
 from armdesign.building.parts_clearance import APART, PartsGap, parts_gap
 from armdesign.building.shop import Shop, envelope, shop_of
 from armdesign.building.snapping import room_flags, room_of_parts, snapped
+from armdesign.building.supply import Supply, supply_of
 from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
 from armdesign.errors import CatalogueError, SettingsError
 from armdesign.feasibility.words import headline
@@ -100,7 +101,7 @@ class Build:
         before: The same before lengths and twists were snapped; None where they were not.
         assembly: All its parts as solids; None where they do not fit.
         misfit: What does not fit then, in a sentence.
-        gap: Where its parts come nearest to each other and to obstacles on the motion; None where nowhere near.
+        measured: The gap of its parts, where it has been measured already.
         kit: The links and brackets of the family, where it is built of them; None where of tubes.
     """
 
@@ -114,8 +115,25 @@ class Build:
     before: Result | None = None
     assembly: Assembly | None = None
     misfit: str = ""
-    gap: PartsGap | None = None
+    measured: tuple[PartsGap | None] | None = None
     kit: Kit | None = None
+
+    @cached_property
+    def gap(self) -> PartsGap | None:
+        """Where its parts come nearest to each other and to obstacles on the motion; None where nowhere near."""
+        if self.measured is not None or self.assembly is None:
+            return self.measured[0] if self.measured else None
+        return parts_gap(self.assembly, self.result)
+
+    @cached_property
+    def supply(self) -> Supply:
+        """What its actuators need besides."""
+        return supply_of(self.choice.actuators)
+
+    @property
+    def warning(self) -> str:
+        """The fault as all that is written or said of it begins; empty where there is none."""
+        return f"NOT TO BE MADE: {self.fault}" if self.fault else ""
 
     @property
     def fault(self) -> str:
@@ -282,7 +300,7 @@ def chosen_parts(result: Result, options: BuildOptions, heights: tuple[float, ..
     found = replace(found, actuators=tuple(own[a.name] for a in found.actuators))
     return Build(
         final, found, tube, sag, speed, options, catalogue.currency, assembly=last.assembly, misfit=last.misfit,
-        gap=last.gap, kit=kit,
+        measured=(last.gap,), kit=kit,
     )  # fmt: skip
 
 
@@ -469,12 +487,12 @@ def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, 
     wanted = 1.0 if isinstance(options.speed, str) else options.speed
     plain = duty(wanted)
     for heights in (load.heights, ()) if load.heights else ((),):
-        found = choose(replace(plain, heights=heights), costs)
+        found = choose_alike(replace(plain, heights=heights), costs)
         if found is not None:
             return wanted, found
     slower = largest(lambda speed: choose(duty(speed), costs) is not None, wanted)
     if slower is not None and options.speed == "auto":
-        choice = choose(duty(slower), costs)
+        choice = choose_alike(duty(slower), costs)
         if choice is not None:
             return slower, choice
     even = slower is None and options.speed == "auto"

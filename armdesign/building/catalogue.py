@@ -56,6 +56,8 @@ FIGURES: Mapping[str, str] = {
     "ratio": "",
     "angle_range": "deg",
     "voltage": "V",
+    "max_voltage": "V",
+    "peak_current": "A",
     "price": "",
     "output_circle": "length",
     "output_screws": "",
@@ -63,7 +65,7 @@ FIGURES: Mapping[str, str] = {
     "housing_screws": "",
 }
 """Numbers that an actuator may have, and what they measure; the first ones by the family's units."""
-OPTIONAL = ("currency", "rated_share", "kit")
+OPTIONAL = ("currency", "rated_share", "kit", "order")
 WORDS = ("name", "axis", "interface", "sheet", "note", "output_thread", "housing_thread")
 CIRCLES = ("output", "housing")
 """Ends of an actuator with a bolt circle: '_circle' is its diameter, '_screws' how many, '_thread' such as M3."""
@@ -109,6 +111,8 @@ class Actuator:
         ratio: Of the gear; None where it is not published.
         angle_range: How far it turns in all [rad]; None where without end.
         voltage: What the figures hold at [V]; None where it is not published.
+        max_voltage: The highest that it may be fed with [V]; None where only that of the figures.
+        peak_current: What it takes at its peak torque [A]; None where it is not published.
         price: In the family's currency; None where it is not known.
         interface: How it is talked to.
         sheet: Address of its data sheet.
@@ -116,6 +120,7 @@ class Actuator:
             thread; without those that are not published.
         output_offset: From the face it is mounted with to that of its output, along the axis [m]; None where it is not
             published.
+        order: What is added to its name in an order, by the bus; without those that nothing is added for.
     """
 
     family: str
@@ -131,11 +136,25 @@ class Actuator:
     ratio: float | None = None
     angle_range: float | None = None
     voltage: float | None = None
+    max_voltage: float | None = None
+    peak_current: float | None = None
     price: float | None = None
     interface: str = ""
     sheet: str = ""
     circles: Mapping[str, tuple[float, int, str]] = field(default_factory=dict)
     output_offset: float | None = None
+    order: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def buses(self) -> tuple[str, ...]:
+        """What it can be talked to by: its interfaces one by one."""
+        return tuple(self.interface.split(" or ")) if self.interface else ()
+
+    @property
+    def most_voltage(self) -> float:
+        """The highest voltage that it may be fed with [V]; infinite where none is published."""
+        highest = self.voltage if self.max_voltage is None else self.max_voltage
+        return math.inf if highest is None else highest
 
     @property
     def height(self) -> float:
@@ -237,14 +256,14 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
     sources = tuple(Source(e["document"], e["date"], tuple(e["figures"])) for e in content["source"])
     sourced = {figure for source in sources for figure in source.figures}
     share, actuators = content.get("rated_share"), []
-    faults += [f"{path.name}: figure '{name}' has no source" for name in ("rated_share", "kit")
+    faults += [f"{path.name}: figure '{name}' has no source" for name in ("rated_share", "kit", "order")
                if name in content and name not in sourced]  # fmt: skip
     for k, entry in enumerate(content["actuator"], start=1):
         name = entry.get("name", f"number {k}")
         wrong = [*entry_faults(entry, share), *(f"figure '{f}' has no source" for f in entry if f in FIGURES
                                                 and f not in sourced)]  # fmt: skip
         if not wrong:
-            actuator = made(entry, content["family"], scales, share)
+            actuator = made(entry, content["family"], scales, share, content.get("order", {}))
             wrong = list(implausible(actuator, content["units"]))
             actuators.append(actuator)
         faults += [f"{path.name}: actuator '{name}': {fault}" for fault in wrong]
@@ -295,6 +314,9 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
     share = content.get("rated_share", 1.0)
     if not is_number(share) or not 0.0 < share <= 1.0:
         yield f"'rated_share' is {share!r}; allowed: above 0, at most 1"
+    order: Any = content.get("order", {})
+    if not isinstance(order, dict) or not all(isinstance(text, str) for text in order.values()):
+        yield f"'order' is {order!r}, not texts by the interface, such as {{ TTL = '-T' }}"
     if not isinstance(content.get("currency", ""), str):
         yield f"'currency' is {content['currency']!r}, not a text"
     units: Any = content.get("units")
@@ -309,7 +331,7 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
             yield "a [[source]] needs 'document', 'date' and 'figures', a list of names"
             continue
         for name in fields["figures"]:
-            if name not in (*FIGURES, *WORDS, "rated_share", "kit"):
+            if name not in (*FIGURES, *WORDS, "rated_share", "kit", "order"):
                 yield f"a [[source]] names the unknown figure '{name}'"
     for entry in content["actuator"] if isinstance(content.get("actuator"), list) else ():
         if not isinstance(entry, dict):
@@ -355,7 +377,9 @@ def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]
         yield f"'axis' is {entry.get('axis')!r}; allowed: {', '.join(BOX)}, the one along which the output turns"
 
 
-def made(entry: Mapping[str, Any], family: str, scales: Mapping[str, float], share: float | None) -> Actuator:
+def made(
+    entry: Mapping[str, Any], family: str, scales: Mapping[str, float], share: float | None, order: Mapping[str, str]
+) -> Actuator:  # fmt: skip
     """An actuator of a checked table.
 
     Args:
@@ -363,6 +387,7 @@ def made(entry: Mapping[str, Any], family: str, scales: Mapping[str, float], sha
         family: The family it belongs to.
         scales: Sizes of the family's units.
         share: The family's rated share of peak torques.
+        order: What the family adds to names in an order, by the bus.
     """
     si = {name: float(entry[name]) * scales.get(kind, 1.0) for name, kind in FIGURES.items() if name in entry}
     peak = si.get("peak_torque", si.get("rated_torque", 0.0))
@@ -384,6 +409,8 @@ def made(entry: Mapping[str, Any], family: str, scales: Mapping[str, float], sha
         ratio=si.get("ratio"),
         angle_range=None if turn is None else math.radians(turn),
         voltage=si.get("voltage"),
+        max_voltage=si.get("max_voltage"),
+        peak_current=si.get("peak_current"),
         price=si.get("price"),
         interface=entry.get("interface", ""),
         sheet=entry.get("sheet", ""),
@@ -392,6 +419,7 @@ def made(entry: Mapping[str, Any], family: str, scales: Mapping[str, float], sha
             for end in CIRCLES if f"{end}_circle" in entry
         },
         output_offset=si.get("output_offset"),
+        order=dict(order),
     )  # fmt: skip
 
 
@@ -404,6 +432,8 @@ def implausible(actuator: Actuator, units: Mapping[str, str]) -> Iterator[str]:
     """
     if actuator.rated_torque > actuator.peak_torque:
         yield f"its rated torque of {actuator.rated_torque:.4g} N m is above its peak of {actuator.peak_torque:.4g} N m"
+    if actuator.voltage is not None and actuator.voltage > actuator.most_voltage:
+        yield f"its max_voltage of {actuator.most_voltage:g} V is below the {actuator.voltage:g} V of its figures"
     if actuator.rated_speed is not None and actuator.rated_speed > actuator.no_load_speed:
         yield f"its rated speed of {actuator.rated_speed:.4g} rad/s is above that without load"
     volume = math.pi * actuator.diameter**2 / 4.0 * actuator.length

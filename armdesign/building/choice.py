@@ -32,6 +32,7 @@ from armdesign.bodies.arm_body import ArmBody
 from armdesign.bodies.cylinder import Cylinder
 from armdesign.bodies.loads import base_gravity, dynamic_model, joint_torques
 from armdesign.building.catalogue import Actuator
+from armdesign.building.supply import alike
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.motion import SmoothMotion
@@ -116,6 +117,10 @@ class Duty:
     def dof(self) -> int:
         """Number of joints n."""
         return int(self.speed.shape[1])
+
+    def among(self, sizes: Sequence[int]) -> Duty:
+        """The same with some of the sizes alone, by their places."""
+        return replace(self, sizes=tuple(self.sizes[s] for s in sizes), share=self.share[:, list(sizes)])
 
     @cached_property
     def range_behind(self) -> tuple[Array, Array]:
@@ -264,6 +269,20 @@ def choose(duty: Duty, costs: Sequence[float]) -> Choice | None:
     torque = duty.torque(chosen)
     used = tuple(duty.shortfall(j, s, torque[:, j]) for j, s in enumerate(chosen))
     return Choice(tuple(duty.sizes[s] for s in chosen), float(cost), used, nodes)  # type: ignore[arg-type]
+
+
+def choose_alike(duty: Duty, costs: Sequence[float]) -> Choice | None:
+    """The choice of least cost that one supply and one bus serve; where there is none, that of any; None for none.
+
+    Args:
+        duty: What the joints do.
+        costs: Of every size, K of them.
+    """
+    each = (choose(duty.among(places), [costs[s] for s in places]) for places in alike(duty.sizes))
+    found = [choice for choice in each if choice is not None]
+    if not found:
+        return choose(duty, costs)
+    return replace(min(found, key=lambda choice: choice.cost), nodes=sum(choice.nodes for choice in found))
 
 
 def weakest(duty: Duty) -> tuple[int, Shortfall, Actuator]:

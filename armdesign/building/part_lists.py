@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,8 +14,34 @@ from armdesign.files import csv_table
 
 BILL = "parts.csv"
 CUTS = "cuts.csv"
+GROUPS = ("bought", "cut", "made", "printed", "screws", "not chosen")
+"""How one comes by what a bill of materials lists, in its order."""
 LENGTHS = (4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 70, 80, 90, 100, 110, 120, 150, 200)
 """Of screws, under the head (ISO 4762) [mm]."""
+
+
+class Row(NamedTuple):
+    """A line of the bill of materials.
+
+    Attributes:
+        part: What it is called.
+        quantity: How much of it.
+        unit: Of the quantity.
+        group: How one comes by it, one of ``GROUPS``.
+        material: What it is made of, where it is made or cut.
+        source: Where it is from.
+        mass: Of one unit [kg].
+        price: Of one unit; None where it is not known.
+    """
+
+    part: str
+    quantity: float
+    unit: str
+    group: str
+    material: str = ""
+    source: str = ""
+    mass: float = 0.0
+    price: float | None = None
 
 
 def part_lists(build: Build) -> dict[str, str]:
@@ -23,52 +50,66 @@ def part_lists(build: Build) -> dict[str, str]:
 
 
 def bill_of_materials(build: Build) -> str:
-    """Part, quantity, source, mass and price of each, and their sums; prices that are not known are left empty.
+    """All that an arm takes, by how one comes by it, with its sums; prices that are not known are left empty.
 
     Actuators and what is made are counted by the piece, tubes by the metre without what the saw takes, screws by their
-    standard length. Where parts do not fit together, actuators and tubes alone are listed.
+    standard length. Where parts do not fit together, actuators and tubes alone are listed. The first line of a build
+    that is not to be made says so, with a quantity of 0.
     """
-    rows: list[tuple[str, float, str, str, float, float | None]] = []
-    actuators = {a.name: a for a in build.choice.actuators}
-    for name, count in Counter(a.name for a in build.choice.actuators).items():
-        a = actuators[name]
-        rows.append((name, count, "piece", a.sheet or a.family, a.mass, a.price))
-    if build.kit is not None and build.pieces is not None:
-        rows += kit_rows(build.pieces, build.kit, build.options.catalogue)
-    lengths = [float(row[2]) for row in cuts(build)]
-    body = build.result.body.options
-    tube = f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm" if build.tube is None else build.tube.name
-    if lengths and build.kit is None:
-        area = np.pi * body.tube_wall * (body.tube_diameter - body.tube_wall)
-        price = None if build.tube is None else build.tube.price
-        source = build.options.stock or "assumed"
-        rows.append((tube, round(sum(lengths) / 1e3, 4), "m", source, float(area * body.tube_density), price))
-    if build.assembly is not None:
-        for name, (part, places) in build.assembly.counted().items():
-            if not part.bought and part.kind != "tube":
-                rows.append((f"{name}, {part.material}", len(places), "piece", "to be made", part.mass, None))
-        screws: Counter[tuple[str, int, str]] = Counter()
-        for each in build.assembly.screws:
-            screws[each.thread, screw_length(each), shortened(each)] += each.count
-        for (thread, length, cut), count in sorted(screws.items()):
-            rows.append((f"screw {thread} x {length}{cut}", count, "piece", "ISO 4762", 0.0, None))
-        nuts = Counter({each.thread: 0 for each in build.assembly.screws if each.nut})
-        for each in build.assembly.screws:
-            nuts[each.thread] += each.count * each.nut
-        for thread, count in sorted((+nuts).items()):
-            rows.append((f"locking nut {thread}", count, "piece", "ISO 10511", 0.0, None))
-    mass = sum(quantity * each for _, quantity, _, _, each, _ in rows)
-    known = [quantity * price for _, quantity, _, _, _, price in rows if price is not None]
-    text: list[tuple[object, ...]] = [
-        (part, quantity, unit, source, f"{each:.4g}", "" if price is None else f"{price:.2f}",
-         f"{quantity * each:.4g}", "" if price is None else f"{quantity * price:.2f}")
-        for part, quantity, unit, source, each, price in rows
+    rows = sorted([*bought_rows(build), *made_rows(build)], key=lambda row: GROUPS.index(row.group))
+    rows += [Row(f"not chosen: {name}", count, "piece", "not chosen") for name, count in build.supply.open_items]
+    mass = sum(row.quantity * row.mass for row in rows)
+    known = [row.quantity * row.price for row in rows if row.price is not None]
+    text: list[tuple[object, ...]] = [(build.warning, 0, *[""] * 8)] if build.warning else []
+    text += [
+        (*row[:6], f"{row.mass:.4g}", "" if row.price is None else f"{row.price:.2f}",
+         f"{row.quantity * row.mass:.4g}", "" if row.price is None else f"{row.quantity * row.price:.2f}")
+        for row in rows
     ]  # fmt: skip
-    text.append(("sum", "", "", "", "", "", f"{mass:.4g}", f"{sum(known):.2f}" if known else ""))
+    text.append(("sum", *[""] * 7, f"{mass:.4g}", f"{sum(known):.2f}" if known else ""))
     money = f" [{build.currency}]" if build.currency else ""
-    heads = ("part", "quantity", "unit", "source", "mass of one [kg]", f"price of one{money}", "mass [kg]",
-             f"price{money}")  # fmt: skip
+    heads = ("part", "quantity", "unit", "group", "material", "source", "mass of one [kg]", f"price of one{money}",
+             "mass [kg]", f"price{money}")  # fmt: skip
     return csv_table(heads, text)
+
+
+def bought_rows(build: Build) -> list[Row]:
+    """Actuators by the names that they are ordered by, links and brackets of a kit, and tubes."""
+    rows, bus = [], build.supply.buses[0] if build.supply.buses else ""
+    for name, count in Counter(a.name for a in build.choice.actuators).items():
+        a = next(each for each in build.choice.actuators if each.name == name)
+        ordered = name + a.order.get(bus if bus in a.buses else next(iter(a.buses), ""), "")
+        rows.append(Row(ordered, count, "piece", "bought", "", a.sheet or a.family, a.mass, a.price))
+    if build.kit is not None and build.pieces is not None:
+        return rows + kit_rows(build.pieces, build.kit, build.options.catalogue)
+    lengths = [float(row[2]) for row in cuts(build)]
+    body, tube = build.result.body.options, build.tube
+    if lengths:
+        name = f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm" if tube is None else tube.name
+        mass = float(np.pi * body.tube_wall * (body.tube_diameter - body.tube_wall) * body.tube_density)
+        rows.append(Row(name, round(sum(lengths) / 1e3, 4), "m", "cut", "" if tube is None else name,
+                        build.options.stock or "assumed", mass, None if tube is None else tube.price))  # fmt: skip
+    return rows
+
+
+def made_rows(build: Build) -> list[Row]:
+    """What is made, and the screws and nuts that join all; nothing where parts do not fit together."""
+    if build.assembly is None:
+        return []
+    group = "printed" if build.options.printed else "made"
+    rows = [
+        Row(name, len(places), "piece", group, part.material, "its drawing", part.mass)
+        for name, (part, places) in build.assembly.counted().items() if not part.bought and part.kind != "tube"
+    ]  # fmt: skip
+    screws: Counter[tuple[str, int, str]] = Counter()
+    nuts: Counter[str] = Counter()
+    for each in build.assembly.screws:
+        screws[each.thread, screw_length(each), shortened(each)] += each.count
+        nuts[each.thread] += each.count * each.nut
+    rows += [Row(f"screw {thread} x {length}{cut}", count, "piece", "screws", "", "ISO 4762")
+             for (thread, length, cut), count in sorted(screws.items())]  # fmt: skip
+    return rows + [Row(f"locking nut {thread}", count, "piece", "screws", "", "ISO 10511")
+                   for thread, count in sorted((+nuts).items())]  # fmt: skip
 
 
 def screw_length(screws: Screws) -> int:
@@ -83,7 +124,7 @@ def shortened(screws: Screws) -> str:
     return f", shortened to {np.floor(1e3 * screws.most):.0f} mm"
 
 
-def kit_rows(arm: KitArm, kit: Kit, family: str) -> list[tuple[str, float, str, str, float, float | None]]:
+def kit_rows(arm: KitArm, kit: Kit, family: str) -> list[Row]:
     """Rows of the bill for a kit's links and brackets, in order from the base on, and for what is made in their place.
 
     Args:
@@ -91,30 +132,34 @@ def kit_rows(arm: KitArm, kit: Kit, family: str) -> list[tuple[str, float, str, 
         kit: The kit.
         family: Whose they are.
     """
-    rows: list[tuple[str, float, str, str, float, float | None]] = []
+    rows = []
     for k, each in enumerate(arm.placed, start=1):
-        place, turned = f"joint {k} to {k + 1}", f"{np.degrees(each.alpha):.2f} deg"
+        place, turned, mass = f"joint {k} to {k + 1}", f"{np.degrees(each.alpha):.2f} deg", each.mass(kit)
         if each.piece is None:
-            rows.append((f"part {place}, {turned}", 1, "piece", "to be made", each.mass(kit), None))
+            rows.append(Row(f"part {place}, {turned}", 1, "piece", "made", "", "to be made", mass))
         elif each.piece.extends:
             inline = {"a": "", "u": ", inline input", "w": ", inline output"}[each.piece.extends]
             name = f"link {each.piece.type}{inline}, extension {each.extension * 1e3:.1f} mm, {turned}, {place}"
-            rows.append((name, 1, "piece", family, each.mass(kit), None))
+            rows.append(Row(name, 1, "piece", "bought", "", family, mass))
         else:
             side = "Right" if each.alpha > 0.0 else "Left"
             name = f"bracket {each.piece.type}{side}{each.piece.variant}, {place}"
-            rows.append((name, 1, "piece", family, each.mass(kit), None))
+            rows.append(Row(name, 1, "piece", "bought", "", family, mass))
         if abs(each.spacer) > EXACT:
-            rows.append((f"spacer {each.spacer * 1e3:.1f} mm, {place}", 1, "piece", "to be made", 0.0, None))
+            rows.append(Row(f"spacer {each.spacer * 1e3:.1f} mm, {place}", 1, "piece", "made", "", "to be made"))
     return rows
 
 
 def cut_list(build: Build) -> str:
-    """Every tube by its mark, with its length, its clocking and the angles of the brackets at its ends."""
+    """Every tube by its mark, with its length, its clocking and the angles of the brackets at its ends.
+
+    The first line of a build that is not to be made says so, with a length of 0.
+    """
     heads = ("mark", "tube", "length [mm]", "outer diameter [mm]", "pin holes from the ends [mm]",
              "outer pin hole turned [deg]", "inner end to", "its angle [deg]", "outer end to",
              "its angle [deg]")  # fmt: skip
-    return csv_table(heads, cuts(build))
+    warning = [(build.warning, "", "0", *[""] * 7)] if build.warning else []
+    return csv_table(heads, [*warning, *cuts(build)])
 
 
 def cuts(build: Build) -> list[tuple[str, ...]]:

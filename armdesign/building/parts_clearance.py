@@ -23,6 +23,8 @@ NEAR = 0.02
 """Gaps larger than this are not measured [m]."""
 APART = 1e-3
 """What parts keep between them, since they are made to some tenths and the motion goes on between frames [m]."""
+ROUNDING = 1e-7
+"""What a distance by coal may be off [m]."""
 FACE = "mounting face"
 """What an arm without a modelled place stands on, z = 0 of its base."""
 
@@ -44,8 +46,8 @@ class PartsGap(NamedTuple):
 
     @property
     def met(self) -> bool:
-        """Whether they come nearer than ``APART``."""
-        return self.value < APART
+        """Whether they come nearer than ``APART``, by more than rounding: brackets are often just so far apart."""
+        return self.value < APART - ROUNDING
 
     @property
     def words(self) -> str:

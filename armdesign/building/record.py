@@ -11,7 +11,6 @@ from armdesign.building.build import BOUGHT, Build, BuildOptions
 from armdesign.building.catalogue import Actuator
 from armdesign.building.choice import Choice, Shortfall
 from armdesign.building.kit import Kit, Piece
-from armdesign.building.parts_clearance import parts_gap
 from armdesign.building.shop import shop_of
 from armdesign.building.tubes import Tube
 from armdesign.errors import CatalogueError, RunFolderError
@@ -77,4 +76,4 @@ def recorded_build(result: Result) -> Build:
         assembly = assemble(result.body, actuators, shop, apart)
     except CatalogueError as error:
         return Build(result, choice, tube, *rest, misfit=str(error))
-    return Build(result, choice, tube, *rest, assembly=assembly, gap=parts_gap(assembly, result))
+    return Build(result, choice, tube, *rest, assembly=assembly)

@@ -72,7 +72,7 @@ def build(
     page = {} if made.assembly is None else {ASSEMBLY: assembly_page(made)}
     written += write_files(place, {**part_lists(made), **page, RECORD: build_record(made)})
     if made.fault:
-        say(f"Not an arm to build as it is: {made.fault}.{f' {made.remedy}.' if made.remedy else ''}")
+        say(f"{made.warning}.{f' {made.remedy}.' if made.remedy else ''}")
     if not quiet:
         show_build(made)
         typer.echo(written_text([place / name for name in written]))
@@ -89,11 +89,14 @@ def show_build(made: Build) -> None:
         rows.append((f"joint {j}", a.name, *shares, f"{a.mass:.3g}", price))
     show_table(("", "actuator", "rated [%]", "peak [%]", "speed [%]", "mass [kg]", "price"), rows, left=(0, 1))
     least = "lighter" if made.options.least == "mass" else "cheaper"
+    alone = max(len(made.supply.voltages), len(made.supply.buses)) < 2
+    of = "one supply and bus" if alone else "several supplies or buses, and none of one,"
     show_text(
-        f"No {least} choice meets the margin of {made.options.margin:g}: proven in {made.choice.nodes} steps."
+        f"No {least} choice of {of} meets the margin of {made.options.margin:g}: proven in {made.choice.nodes} steps."
         if made.choice.nodes else
         f"Each choice moves the modules so that another is better; this is the {least.replace('er', 'est')} that bears."
     )  # fmt: skip
+    show_text(made.supply.words)
     if made.tube is not None and made.sag is not None:
         show_text(f"Tubes: {made.tube.name}; the tool sags {made.sag * 1e3:.2f} mm under the payload at most.")
     if made.before is not None:

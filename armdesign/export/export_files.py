@@ -110,7 +110,7 @@ def export(
             files |= BUILD_FORMATS[kind](build)
         files |= mesh_files(build) if ask.meshes else {}
         check_places(place, list(files), overwrite=overwrite)
-        notes += [f"Not an arm to build as it is: {build.fault}"] if build.fault else []
+        notes += [build.warning] if build.warning else []
         notes += [] if ask.printer is None else printing_notes(build, ask.printer)
     if kinds or package is not None:
         robot = finished_robot(result, options, timing)

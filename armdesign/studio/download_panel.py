@@ -115,7 +115,7 @@ def built_html(made: Build, bill: str) -> str:
     mark = "bad" if result.verdict.tolerance_met is False else "good"
     said = "".join(f"<li{'' if k else f' class={mark}'}>{escape(line)}</li>" for k, line in enumerate(lines))
     if made.fault:
-        said = f"<li class=bad><b>Do not order it as it is: {escape(made.fault)}.</b></li>{said}"
+        said = f"<li class=bad><b>{escape(made.warning)}.</b></li>{said}"
     rows = [row for row in csv.reader(StringIO(bill)) if row][1:-1]
     cells = "".join(f"<tr><th>{escape(row[0])}</th><td>{escape(row[1])} {escape(row[2])}</td></tr>" for row in rows)
     return f"<b>As it is built</b><ul>{said}</ul><table>{cells}</table>"

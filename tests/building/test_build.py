@@ -13,15 +13,17 @@ from typer.testing import CliRunner
 
 import armdesign
 from armdesign.building import tubes
+from armdesign.building.assembly_steps import base_place, screw_words, surface
 from armdesign.building.build import BuildOptions, build
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import part_sheet
-from armdesign.building.part_lists import BILL
+from armdesign.building.part_lists import BILL, GROUPS, part_lists
 from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import Assembly, file_name
 from armdesign.building.parts_clearance import PartsGap
-from armdesign.building.record import recorded_build
+from armdesign.building.record import RECORD, build_record, recorded_build
 from armdesign.building.sheet import number
+from armdesign.building.shop import FLOOR, TOOL
 from armdesign.cli import app
 from armdesign.cli.tolerance_command import part_deviations
 from armdesign.errors import CatalogueError, SettingsError
@@ -84,7 +86,7 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
     assert built.fitness == pytest.approx(design.fitness, abs=1e-9)
     assert again.fitness == pytest.approx(built.fitness, abs=1e-9)
     by_name = {a.name: a for a in find_catalogue("rmd").actuators}
-    parts = list(csv.DictReader((out / "parts.csv").open()))
+    parts = unwarned(out / "parts.csv", "part", "quantity", fault)
     pieces = [by_name[row["part"]] for row in parts if row["part"] in by_name for _ in range(int(row["quantity"]))]
     modules = built.problem.settings.body.modules
     assert sorted(m[2] for m in modules) == sorted(a.mass for a in pieces)
@@ -100,14 +102,23 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
     assert sorted(float(x.get("effort")) for x in limits) == sorted(a.peak_torque for a in pieces)
     assert part_deviations(built) == link_deviations(assembly, built.table.dof)
     assert part_deviations(design) == ()
-    cuts = list(csv.DictReader((out / "cuts.csv").open()))
+    cuts = unwarned(out / "cuts.csv", "mark", "length [mm]", fault)
     tubes = {each.mark: each.part.sizes["length"] for each in assembly.placed if each.part.kind == "tube"}
     assert {row["mark"]: float(row["length [mm]"]) for row in cuts} == pytest.approx(
         {mark: 1e3 * length for mark, length in tubes.items()}, abs=0.006
     )
-    assert [row[0] for row in bought(built, BILL)[1:]] == [row["part"] for row in parts]
+    assert [row[0] for row in bought(built, BILL)[-len(parts) :]] == [row["part"] for row in parts]
+    listed = {row["part"]: (row["group"], int(row["quantity"])) for row in parts if row["material"] == "aluminium"}
+    counted = {name: ("made", len(each)) for name, (part, each) in assembly.counted().items()
+               if not part.bought and part.kind != "tube"}  # fmt: skip
+    assert listed == counted
+    groups = [row["group"] for row in parts[:-1]]
+    assert groups == sorted(groups, key=GROUPS.index)
+    assert set(groups) == {"bought", "cut", "made", "screws", "not chosen"}
+    assert any(row["part"].startswith("not chosen: power supply") for row in parts)
     assert bought(design, BILL) == []
     page = (out / "assembly.html").read_text()
+    assert all(f"× {name} (" in page for name in counted)
     for joint in range(1, built.table.dof + 1):  # on the bench: later a flange may cover the screws
         first = page.index(f"J{joint} to J{joint}-L{joint - 1}:")
         assert first < page.index(f"Link {joint - 1}<" if joint > 1 else "Base<")
@@ -135,14 +146,60 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
         assert all(f"{holes.count} × {holes.thread}" in texts for holes in part.circles.values())
 
 
+def unwarned(path, first, number, fault):
+    """The rows of a list; of a build that is not to be made without its first, which says so and counts nothing."""
+    rows = list(csv.DictReader(path.open()))
+    if fault:
+        assert (rows[0][first], float(rows[0][number])) == (f"NOT TO BE MADE: {fault}", 0.0)
+    return rows[1:] if fault else rows
+
+
+def test_lists_of_what_is_not_to_be_made_say_so_first(made, tmp_path):
+    for wrong in (replace(made, assembly=None, misfit="why"),
+                  replace(made, measured=(PartsGap(0.0, ("J2-L1", "J2-L2"), np.zeros(3), 2),))):  # fmt: skip
+        for name, text in part_lists(wrong).items():
+            (tmp_path / name).write_text(text)
+        unwarned(tmp_path / "parts.csv", "part", "quantity", wrong.fault)
+        assert len(unwarned(tmp_path / "cuts.csv", "mark", "length [mm]", wrong.fault)) > 1
+        assert wrong.warning == f"NOT TO BE MADE: {wrong.fault}"
+
+
+def test_gaps_of_a_recorded_build_are_measured_when_asked_for(made, tmp_path, monkeypatch):
+    place = tmp_path / "arm"
+    write_result(place, made.result)
+    (place / RECORD).write_text(build_record(made))
+    calls = []
+    monkeypatch.setattr("armdesign.building.build.parts_gap", lambda *given: calls.append(given))
+    again = recorded_build(read_result(place))
+    assert (again.assembly is not None, calls) == (True, [])
+    assert (again.gap, again.fits, len(calls)) == (None, 2, 1)
+    assert again.choice.actuators == made.choice.actuators
+
+
+def test_what_the_base_is_screwed_to_is_named(made):
+    screws = next(each for each in made.assembly.screws if each.joins == ("B", FLOOR))
+    words = " ".join(screw_words([screws], "ceiling"))
+    assert words.startswith("B to ceiling: 4 × M6 x ")
+    hung = {"below": "floor", "above": "ceiling", None: "wall"}
+    assert surface(made) == hung.get(made.result.plate_side, "wall")
+    assert all(word in base_place(made) for word in (surface(made), f"mm {made.result.plate_side} the point"))
+    deep = replace(screws, joins=("L1-T1", TOOL), most=0.0145)
+    assert "at most 14.5 mm under the head" in screw_words([deep])[0]
+    own = replace(screws, joins=("J2", "J2-L1"))
+    assert "holes of J2" in screw_words([own])[0]
+
+
 def test_what_is_wrong_with_a_build_is_said(made):
     made = replace(made, assembly=Assembly((), ()))
-    apart = replace(made, gap=PartsGap(0.004, ("J2-L1", "J2-L2"), np.zeros(3), 2))
+    apart = replace(made, measured=(PartsGap(0.004, ("J2-L1", "J2-L2"), np.zeros(3), 2),))
     assert (apart.fault, apart.fits) == ("", 2) == (apart.remedy, 2)
-    met = replace(made, gap=PartsGap(0.0, ("J2-L1", "J2-L2"), np.zeros(3), 2))
+    met = replace(made, measured=(PartsGap(0.0, ("J2-L1", "J2-L2"), np.zeros(3), 2),))
     assert all(word in met.fault for word in ("J2-L1 meets J2-L2", "joint 2"))
     assert "--joint-diameter" in met.remedy
     assert "do not fit" in replace(made, assembly=None, misfit="why").fault
+    just = PartsGap(0.0009999999999999937, ("J1-L0", "J1-L1"), np.zeros(3), 1)  # 1 mm by design, less rounding
+    assert not just.met
+    assert just._replace(value=0.9999e-3).met
     strict = made.result.problem.with_settings({"needs": {"hand_tolerance": 1e-6}})
     missed = replace(apart, result=Result(strict, made.result.evaluation, name="strict"))
     assert "hand misses" in missed.fault

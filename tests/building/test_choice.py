@@ -9,8 +9,9 @@ import pytest
 
 from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.loads import joint_torques
-from armdesign.building.catalogue import Actuator
-from armdesign.building.choice import Load, choose, duty_of, weakest
+from armdesign.building.catalogue import Actuator, find_catalogue
+from armdesign.building.choice import Load, choose, choose_alike, duty_of, weakest
+from armdesign.building.supply import supply_of
 from armdesign.building.tubes import Tube, deflection, find_stock
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.base_pose import BasePose
@@ -69,6 +70,48 @@ def test_choice_is_that_of_brute_force(seed):
     assert found.cost == pytest.approx(min(feasible))
     assert all(used.met for used in found.shortfalls)
     assert found.nodes <= 5 + 25 + 125
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_one_supply_and_one_bus_where_the_sizes_allow(seed):
+    rng = np.random.default_rng(seed)
+    arm, sizes = arm_body(TABLE, Body(), [0.25, 0.05, -0.02]), sizes_of(rng, 5)
+    sizes = tuple(replace(a, voltage=v, max_voltage=h, interface=bus) for a, v, h, bus in zip(
+        sizes, (12.0, 12.0, 24.0, 11.1, 24.0), (14.8, 12.0, 24.0, 12.0, 24.0),
+        ("RS-485", "TTL", "RS-485", "RS-485 or TTL", "RS-485 or TTL"), strict=True))  # fmt: skip
+    duty = duty_of(arm, [motion_of(rng)], sizes, BasePose(), Load(0.4 * rng.random(), 1.2))
+    costs, single, any_ = [a.mass for a in sizes], [], []
+    for chosen in product(range(5), repeat=3):
+        torque = duty.torque(chosen)
+        if all(duty.shortfall(j, s, torque[:, j]).met for j, s in enumerate(chosen)):
+            used = [sizes[s] for s in chosen]
+            shared = set.intersection(*(set(a.buses) for a in used))
+            one = shared and max(a.voltage for a in used) <= min(a.max_voltage for a in used)
+            (single if one else any_).append(sum(costs[s] for s in chosen))
+    found = choose_alike(duty, costs)
+    assert (found is None) == (not single and not any_)
+    if found is not None:
+        assert found.cost == pytest.approx(min(single or any_))
+        needs = supply_of(found.actuators)
+        assert (len(needs.voltages) == len(needs.buses) == 1) == bool(single)
+
+
+def test_supply_of_dynamixels():
+    sizes = {a.name: a for a in find_catalogue("dynamixel-x").actuators}
+    small, middle, high = (sizes[name] for name in ("XL430-W250", "XM430-W350", "XH430-V350"))
+    needs = supply_of([middle, small, small])
+    assert (needs.voltages, needs.buses) == ((12.0,), ("TTL",))
+    assert needs.current == pytest.approx(2.3 + 2 * 1.3)
+    assert [name for name, _ in needs.open_items if "supply" in name] == [
+        "power supply 12 V, 4.9 A at all peak torques"
+    ]
+    assert supply_of([middle, high]).voltages == (12.0, 24.0)
+    assert supply_of([high, middle]).buses == ("RS-485",)
+    assert supply_of([high, small]).buses == ("RS-485", "TTL")
+    unknown = replace(small, voltage=None, max_voltage=None, interface="", peak_current=None)
+    assert supply_of([unknown]).voltages == supply_of([unknown]).buses == ()
+    assert "not published" in supply_of([unknown]).words
+    assert (middle.order["TTL"], high.order["RS-485"]) == ("-T", "-R")
 
 
 def test_torque_by_hand():
