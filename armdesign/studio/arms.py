@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from armdesign._types import Array
+from armdesign.building.build import Build
 from armdesign.errors import counted
 from armdesign.experiments.compare.comparison import ArmScore
 from armdesign.experiments.compare.serial_arm import SerialArm
@@ -167,9 +168,28 @@ def verdict_lines(verdict: Verdict, settings: Settings, base: BasePose) -> tuple
         lines.append(base_words(base))
     gaps = [gap for gap in (verdict.self_clearance, verdict.obstacle_clearance) if gap is not None]
     lines += [f"{sentence(gap_words(gap))}." for gap in gaps if gap.value >= settings.body.clearance]
-    lines.append(f"Runs at {pace(verdict.speed_fraction)}.")
     passed = verdict.passed if verdict.tolerance_met is not None or not verdict.feasible else None
     return passed, lines
+
+
+def job_words(arm: Arm, made: Build | None) -> tuple[str, str]:
+    """What an arm does, in a line, and its colour: good only where its parts fit and are as fast as the line says.
+
+    Args:
+        arm: The arm.
+        made: What was built last.
+    """
+    error, result = float(arm.error.max()), arm.result
+    if result is None:
+        return f"Largest error of the hand: {millimetres(error)}", ""
+    if made is not None and made.result is result:
+        if made.fault:
+            return f"Not to be built as it is: {made.fault}", "bad"
+        return f"Does the job to {millimetres(error)} at {pace(made.speed)}, and its parts fit", "good"
+    within = result.problem.settings.needs.hand_tolerance
+    if within is not None and error > within:
+        return f"Misses the hand by up to {millimetres(error)}; {1e3 * within:g} mm are allowed", "bad"
+    return f"Does the job to {millimetres(error)}; its parts are not chosen yet", ""
 
 
 def headline(arm: Arm) -> str:

@@ -1,8 +1,9 @@
-"""What the studio does, as one would type it: settings as flags, and searches as processes of their own."""
+"""What the studio does, as one would type it, and searches as processes of their own."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 import shlex
 import signal
@@ -10,7 +11,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from armdesign.errors import RunFolderError
 from armdesign.experiments.auto_dof.dof_records import holds_auto, run_name
@@ -24,67 +25,10 @@ from armdesign.runs.resumable import identity
 from armdesign.search.backends.backend import InProcess
 from armdesign.search.result import Result
 from armdesign.search.search import NothingFoundError, Search
-from armdesign.settings.kinds import Interval, Kind, Several, Switch, Table, flag_name
-from armdesign.settings.sections import SECTIONS, Settings
+from armdesign.settings.sections import Settings
 
 LOG = "studio.log"
 """What a search that the studio has started says, in its run folder."""
-
-
-def flags(settings: Settings, *, without: Sequence[str] = ()) -> tuple[list[str], Settings]:
-    """Settings as flags of ``armdesign search``.
-
-    Args:
-        settings: The settings.
-        without: Names of entries that are given otherwise.
-
-    Returns:
-        The flags of what differs from the defaults, and the defaults with what differs, too, but has no flag.
-    """
-    words: list[str] = []
-    rest: dict[str, dict[str, Any]] = {}
-    for kind in SECTIONS:
-        section = getattr(settings, kind.title())
-        entries = {entry.name: entry for entry in dataclasses.fields(section)}
-        for name, value in section.changed().items():
-            entry = entries[name]
-            panel = kind.panel if entry.metadata["panel"] is None else entry.metadata["panel"]
-            if name in without:
-                continue
-            if panel and value is not None:
-                words += flag_words(entry.metadata["kind"], flag_name(entry), value)
-            else:
-                rest.setdefault(kind.title(), {})[name] = value
-    return words, Settings().replace(rest)
-
-
-def flag_words(kind: Kind, flag: str, value: Any) -> list[str]:  # noqa: ANN401 (a setting's value)
-    """The words that set an entry.
-
-    Args:
-        kind: What it takes.
-        flag: Its flag.
-        value: Its value.
-    """
-    match kind:
-        case Switch():
-            return [flag if value else f"--no-{flag[2:]}"]
-        case Table():
-            return [f"{flag}={name}={flag_value(each)}" for name, each in value.items()]
-        case Several(item=Interval()) | Several(repeated=True):
-            return [f"{flag}={flag_value(each)}" for each in value]
-        case Interval():
-            return [f"{flag}={flag_value(value)}"]
-        case Several():
-            return [f"{flag}={','.join(map(flag_value, value))}"]
-    return [f"{flag}={flag_value(value)}"]
-
-
-def flag_value(value: Any) -> str:  # noqa: ANN401 (a setting's value)
-    """A value, or the two ends of an interval."""
-    if isinstance(value, (tuple, list)):
-        return ":".join(map(flag_value, value))
-    return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
 class Command(NamedTuple):
@@ -108,9 +52,7 @@ def shown(words: Sequence[str | Path]) -> str:
 
 
 def search_command(settings: Settings, take: Path, runs: Path, *, auto: bool = False) -> Command:
-    """The search of a take under settings, into a folder that is free.
-
-    Settings that have no flag are written beside the runs, into a file that the command names.
+    """The search of a take under settings, into a folder that is free; the settings are written beside it.
 
     Args:
         settings: The settings.
@@ -122,15 +64,11 @@ def search_command(settings: Settings, take: Path, runs: Path, *, auto: bool = F
     folder, k = runs / stem, 2
     while folder.exists():
         folder, k = runs / f"{stem}-{k}", k + 1
-    words, rest = flags(settings, without=("recording", "files", "dof"))
-    config = []
-    if rest != Settings():
-        file = runs / f"{folder.name}.toml"
-        runs.mkdir(parents=True, exist_ok=True)
-        write_whole(file, rest.to_toml())
-        config = ["--config", str(file)]
+    file = runs / f"{folder.name}.toml"
+    runs.mkdir(parents=True, exist_ok=True)
+    write_whole(file, settings.replace({"task": {"recording": None}}).to_toml())
     dof = "auto" if auto else str(settings.design.dof)
-    return Command(("search", str(take), f"--dof={dof}", *config, *words, "--out", str(folder)), folder)
+    return Command(("search", str(take), f"--dof={dof}", "--config", str(file), "--out", str(folder)), folder)
 
 
 def begin(command: Command | Path) -> subprocess.Popen[bytes]:
@@ -184,15 +122,17 @@ def known_runs(runs: Path) -> list[RunStatus]:
 
 
 def status(folder: Path) -> RunStatus:
-    """How far a run is; of a search for the number of joints, the one that is at it or was last."""
+    """How far a run is; of a search for the number of joints, the one that is at it, else the best."""
     if not holds_auto(folder) or (folder / RESULT).is_file():
         return read_run(folder)
     inner = [folder / run_name(n) for n in range(1, 11)]
     at_work = [read_run(place) for place in inner if (place / checkpoint.CURRENT).is_file()]
     if not at_work:
         return dataclasses.replace(read_run(folder), state="running" if holder_of(folder) else "stopped")
-    last = at_work[-1]
-    return dataclasses.replace(last, state="running" if any(map(holder_of, (folder, last.folder))) else "stopped")
+    if any(map(holder_of, (folder, at_work[-1].folder))):
+        return dataclasses.replace(at_work[-1], state="running")
+    best = min(reversed(at_work), key=lambda run: math.inf if run.best is None else run.best)
+    return dataclasses.replace(best, state="stopped")
 
 
 def best_so_far(run: RunStatus) -> Result | None:

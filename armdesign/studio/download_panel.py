@@ -6,29 +6,30 @@ import csv
 import tempfile
 import zipfile
 from collections.abc import Callable
-from dataclasses import replace
 from html import escape
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
 
-from armdesign.building.build import Build, BuildOptions, build
-from armdesign.building.catalogue import find_catalogue, shipped
+from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
+from armdesign.building.build import Build, BuildOptions
 from armdesign.building.part_lists import BILL, part_lists
 from armdesign.building.snapping import room_of_parts
-from armdesign.errors import ArmDesignError, CatalogueError, SettingsError
+from armdesign.errors import ArmDesignError, SettingsError
 from armdesign.export.export_files import export
 from armdesign.export.formats import FORMATS
 from armdesign.export.trajectory.exporting import FILES
 from armdesign.feasibility.words import pace
 from armdesign.runs.folder import RESULT
 from armdesign.search.result import Result
-from armdesign.studio.arms import verdict_lines
+from armdesign.studio.arms import design_arm, verdict_lines
 from armdesign.studio.commands import shown
+from armdesign.studio.motors import best_build, families, family_of
 from armdesign.studio.page import Page, command_html, link
+from armdesign.studio.scene import COLOURS
 from armdesign.views.report import report_html
 
-WAITING = "Search an arm first; here are its parts list, report and files."
+WAITING = "Search an arm first; here its parts are chosen, and there are lists, report and files."
 NAMES = {
     "urdf": "URDF (most tools)", "xacro": "xacro (ROS)", "mjcf": "MJCF (MuJoCo)", "sdf": "SDF (Gazebo)",
     "srdf": "SRDF (MoveIt)", "moveit": "MoveIt settings", "controllers": "ros2_control", "dh-csv": "DH table, CSV",
@@ -71,33 +72,11 @@ def robot_downloads(result: Result, kind: str) -> dict[str, bytes]:
         return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
-def families() -> tuple[str, ...]:
-    """The families of motors with their makers."""
-    return tuple(f"{name} ({find_catalogue(name).maker})" for name in shipped())
-
-
-def best_build(result: Result, options: BuildOptions) -> Build:
-    """An arm built with brackets that are sold, or with printed ones where only that does the task, or does it better.
-
-    Args:
-        result: The arm.
-        options: What it is built of.
-
-    Raises:
-        CatalogueError: Neither can be.
-    """
-    found: list[Build] = []
-    for printed in (False, True):
-        try:
-            made = build(result, replace(options, printed=printed))
-        except CatalogueError:
-            if printed and not found:
-                raise
-            continue
-        if not made.fault:
-            return made
-        found.append(made)
-    return min(found, key=lambda made: (-made.fits, made.result.verdict.hand_error.max))
+GROUPS = {
+    "bought": "To be bought", "cut": "Tubes to be cut", "made": "To be made", "printed": "To be printed",
+    "screws": "Screws and nuts", "not chosen": "Still to be chosen",
+}  # fmt: skip
+"""How one comes by parts, by the words of the bill of materials."""
 
 
 def built_html(made: Build, bill: str) -> str:
@@ -109,16 +88,20 @@ def built_html(made: Build, bill: str) -> str:
     """
     result = made.result
     _, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
+    how = "are printed, each for its angle" if made.options.printed else "are made of aluminium, of 0 and 90 degrees"
     lines = [lines[0], f"It moves at {pace(made.speed)}.", f"What moves weighs {result.body.moving_mass:.1f} kg."]
-    if made.options.printed:
-        lines.append("Its brackets are printed: with those that are sold it does the task worse, or not at all.")
-    mark = "bad" if result.verdict.tolerance_met is False else "good"
-    said = "".join(f"<li{'' if k else f' class={mark}'}>{escape(line)}</li>" for k, line in enumerate(lines))
+    lines += [] if made.kit else [f"Its brackets {how}."]
+    said = "".join(f"<li>{escape(line)}</li>" for line in lines)
     if made.fault:
         said = f"<li class=bad><b>{escape(made.warning)}.</b></li>{said}"
-    rows = [row for row in csv.reader(StringIO(bill)) if row][1:-1]
-    cells = "".join(f"<tr><th>{escape(row[0])}</th><td>{escape(row[1])} {escape(row[2])}</td></tr>" for row in rows)
-    return f"<b>As it is built</b><ul>{said}</ul><table>{cells}</table>"
+    cells, last = "", ""
+    for row in csv.DictReader(StringIO(bill)):
+        if row["part"] == "sum" or row["quantity"] == "0":  # a warning has none
+            continue
+        group = GROUPS[row["group"]]
+        cells += f'<tr><th colspan="2">{group}</th></tr>' if group != last else ""
+        cells, last = f"{cells}<tr><td>{escape(row['part'])}</td><td>{row['quantity']} {row['unit']}</td></tr>", group
+    return f'<b>As it is built</b><ul>{said}</ul><table class="parts">{cells}</table>'
 
 
 class DownloadPanel:
@@ -130,9 +113,10 @@ class DownloadPanel:
         self.result: Result | None = None
         self.run: Path | None = None
         self.note = page.html(WAITING)
+        self.made: Build | None = None
         with gui.add_folder("What it is built of", visible=False) as parts:
             self.family = gui.add_dropdown("Motors", families())
-            self.parts = gui.add_button("Parts list and cut list")
+            self.parts = gui.add_button("Choose the parts (a minute), then download the lists", color="green")
             self.built = page.html("")
             self.again = gui.add_button("Search again with room for these motors", visible=False)
         with gui.add_folder("Report", visible=False) as reading:
@@ -143,7 +127,6 @@ class DownloadPanel:
             self.motion = gui.add_dropdown("Motion", tuple(kind for kind in FILES if kind != "ros2-bag"))
             self.trajectory = gui.add_button("Download the motion")
         self.folders = (parts, reading, tools)
-        self.room: dict[str, float] = {}  # that the parts take
         self.again.on_click(lambda _: page.work("start", self.search_again))
         self.command = page.html("")
         jobs: list[tuple[Any, str, Callable[[Result], dict[str, bytes]]]] = [
@@ -153,17 +136,13 @@ class DownloadPanel:
             (self.parts, "parts.zip", self.part_files),
         ]
         for button, name, job in jobs:
-            button.on_click(
-                lambda event, name=name, job=job: page.slow(
-                    "out", lambda: self.send(event.target, event.client, name, job)
-                )
-            )
+            button.on_click(lambda event, name=name, job=job: page.slow("out", lambda: self.send(event, name, job)))
         for handle in (self.format, self.motion, self.family):
             handle.on_update(lambda _: page.work("out", self.show_command))
 
     def forget(self) -> None:
         """There is no arm any more."""
-        self.result, self.run = None, None
+        self.result, self.run, self.made = None, None, None
         for folder in self.folders:
             folder.visible = False
         self.page.set_html(self.note, WAITING)
@@ -176,7 +155,8 @@ class DownloadPanel:
 
     def begin(self, result: Result, run: Path) -> None:
         """An arm to take home."""
-        self.result, self.run = result, run
+        self.result, self.run, self.made = result, run, None
+        self.family.value = self.page.panels["Room"].motors.value
         for folder in self.folders:
             folder.visible = True
         self.page.set_html(self.built, "")
@@ -193,16 +173,15 @@ class DownloadPanel:
             shown(["report", self.run]),
             shown(["export", self.run, "--format", self.kind, "--out", "robot"]),
             shown(["export", self.run, "--trajectory", self.motion.value, "--out", "robot"]),
-            shown(["build", self.run, "--catalogue", self.family.value.split()[0]]),
+            shown(["build", self.run, "--catalogue", family_of(self.family.value)]),
         ]
         self.page.set_html(self.command, command_html(*lines))
 
-    def send(self, button: Any, client: Any, name: str, job: Callable[[Result], dict[str, bytes]]) -> None:  # noqa: ANN401
-        """Make files and send them to who asked.
+    def send(self, event: Any, name: str, job: Callable[[Result], dict[str, bytes]]) -> None:  # noqa: ANN401 (viser's)
+        """Make files of the arm, as it is built once that is known, and send them to who asked.
 
         Args:
-            button: What was pressed; it says meanwhile that it is at work.
-            client: viser's handle of who asked.
+            event: The button, which says meanwhile that it is at work, and who has pressed it.
             name: What an archive of them is called.
             job: What makes them.
 
@@ -211,27 +190,45 @@ class DownloadPanel:
         """
         if self.result is None:
             raise SettingsError("there is no arm yet", fix="Search one first")
-        label = button.label
-        button.label, button.disabled = "Working ...", True
+        button, label = event.target, event.target.label
+        button.label, button.disabled = "Working: the download comes by itself ...", True
         try:
-            file, content = packed(job(self.result), name)
+            file, content = packed(job(self.result if self.made is None else self.made.result), name)
         finally:
             button.label, button.disabled = label, False
-        client.send_file_download(file, content, save_immediately=True)
+        event.client.send_file_download(file, content, save_immediately=True)
 
-    def part_files(self, result: Result) -> dict[str, bytes]:
-        """Bill of materials and cut list, which are shown on the page, too."""
+    def part_files(self, _: Result) -> dict[str, bytes]:
+        """Bill of materials, cut list and assembly steps; what is bought and made is shown on the page, too."""
         self.again.visible = False
+        result = self.result
         try:
-            made = best_build(result, BuildOptions(self.family.value.split()[0], speed="auto"))
+            if result is None:
+                raise SettingsError("there is no arm any more", fix="Search one first")
+            made = best_build(result, BuildOptions(family_of(self.family.value), speed="auto"))
         except ArmDesignError as error:
             self.page.set_html(self.built, f'<b class="bad">{escape(str(error))}</b>')
             raise
-        lists = part_lists(made)
-        self.page.set_html(self.built, built_html(made, lists[BILL]))
-        self.room = room_of_parts(made.result.problem.settings.body)
+        files = part_lists(made)
+        self.page.set_html(self.built, built_html(made, files[BILL]))
+        if made.assembly is not None:
+            files[ASSEMBLY] = assembly_page(made)
+        if made.fault:
+            files["DO NOT ORDER.txt"] = f"{made.warning}.\n{made.remedy}\n"
         self.again.visible = bool(made.fault)
-        return {name: text.encode() for name, text in lists.items()}
+        self.page.work("built", lambda: self.show_built(made, result))
+        return {name: text.encode() for name, text in files.items()}
+
+    def show_built(self, made: Build, result: Result) -> None:
+        """Show the arm as it is built, in the scene and in the headline, unless another is there by now.
+
+        Args:
+            made: The arm.
+            result: What it was built after.
+        """
+        if self.result is result:
+            self.made = made
+            self.page.show_arms((design_arm(made.result, f"{result.name}, as it is built"), COLOURS[0]))
 
     def search_again(self) -> None:
         """Search an arm whose joints are as large as these motors.
@@ -239,7 +236,10 @@ class DownloadPanel:
         Raises:
             ArmDesignError: The recording is gone.
         """
-        self.page.settings = self.page.settings.replace({"body": self.room})
+        if self.made is not None:
+            room = self.page.panels["Room"]
+            room.motors.value = self.family.value
+            room.room = (self.family.value, room_of_parts(self.made.result.problem.settings.body))
         self.page.panels["Search"].begin()
         see = link("Search", "see how far it is")
         words = f"Searching again, with room for these motors: {see}. The arm before stays under Earlier runs."

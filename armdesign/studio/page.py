@@ -17,7 +17,7 @@ from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError
 from armdesign.search.design_problem import DesignProblem
 from armdesign.settings import Settings
-from armdesign.studio.arms import Arm, millimetres
+from armdesign.studio.arms import Arm, job_words
 from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import Scene
 
@@ -30,6 +30,8 @@ STYLE = """<style>
 .ad i{display:inline-block;width:10px;height:10px;border-radius:5px;margin-right:5px}
 .ad summary{color:#5c6670;cursor:pointer}.ad details{margin:6px 0}
 .ad code{display:block;background:#f1f3f5;padding:5px 7px;overflow-wrap:anywhere;font-size:11.5px}
+.ad .parts td:first-child{white-space:normal;text-align:left}.ad .parts th{padding-top:9px}
+.mantine-Notifications-root{top:auto!important;bottom:12px;width:300px!important}
 .ad .good{color:#16703c}.ad .bad{color:#b00020}.ad .soft{color:#5c6670}.ad a[data-panel]{font-weight:600;color:#1864ab}
 </style>"""
 
@@ -114,6 +116,7 @@ class Page:
         self.gui.main_panel.dock_right()
         self.gui.main_panel.set_width(430)
         self.headline = self.html("")
+        self.progress = self.html("")
         self.time = self.gui.add_slider("Time [s]", 0.0, 1.0, 0.01, 0.0)
         self.play = self.gui.add_button("Play")
         self.play.on_click(lambda _: self.toggle_play())
@@ -177,15 +180,15 @@ class Page:
     def say_next(self) -> None:
         """The headline: what the arm does, or what to do next."""
         if self.arm is not None:
+            download = self.panels["Parts"]
+            words, mark = job_words(self.arm, download.made)
+            text = f'<h4 class="{mark}">{escape(words)}</h4>{escape(self.arm.name)}, furthest off at '
+            text += f"{self.arm.worst:.2f} s"
+            if download.result is not None:
+                words = "Next: choose its parts" if download.made is None else "Parts and files"
+                text += f". {link('Parts', words)}"
             result = self.arm.result
             within = None if result is None else result.problem.settings.needs.hand_tolerance
-            error = float(self.arm.error.max())
-            good, ended = within is None or error <= within, self.panels["Download"].result is not None
-            words = f"Largest error of the hand: {millimetres(error)}"
-            words += "" if within is None else f", {'within' if good else 'more than'} the {1e3 * within:g} mm allowed"
-            mark = "" if within is None or not ended else ' class="good"' if good else ' class="bad"'
-            text = f"<h4{mark}>{words}</h4>{escape(self.arm.name)}, largest at {self.arm.worst:.2f} s"
-            text += f". {link('Download', 'Next: parts list and files')}" if ended else ""
             curves = [Curve(arm.time, 1e3 * arm.error, colour, arm.name) for arm, colour in self.shown]
             level = None if within is None else 1e3 * within
             title = "Error of the hand [mm]: click to go there"
@@ -194,6 +197,8 @@ class Page:
             text = "<h4>Drop a recording of a person's arm anywhere on this page</h4>Or choose its file below."
         elif self.trouble:
             text = f'<h4 class="bad">The recording is read, but something is missing</h4>{escape(self.trouble)}'
+        elif self.panels["Search"].run is not None:
+            text = "<h4>An arm is searched for</h4>The best so far is shown here, as soon as there is one."
         else:
             text = "<h4>The recording is read</h4>Press Play: is the orange arm the person's? Then say "
             text += f"{link('Room', 'where the new arm may stand')}, or {link('Search', 'search it')} at once."

@@ -137,6 +137,11 @@ class RecordingPanel:
         self.points[k].value = name  # calls for settle
         self.target.value = self.target.options[(k + 1) % len(ROLES)]
 
+    @property
+    def followed(self) -> int:
+        """How many points of the person's arm are followed, the base aside."""
+        return max(len(self.points) - [handle.value for handle in self.points].count(NONE) - 1, 1)
+
     def chosen(self) -> dict[str, Any]:
         """Entries of the section Task as they stand on the page; what is as guessed or usual is left out."""
         page, recording = self.page, self.page.recording

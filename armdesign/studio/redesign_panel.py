@@ -26,13 +26,13 @@ STEP_LENGTH, STEP_ANGLE = 0.01, np.deg2rad(5.0)
 
 
 def plain_name(name: str) -> str:
-    """What an entry of the design is, in words: ``a_1`` is the length of link 1."""
+    """What an entry of the design is, in words: ``a_1`` is how far joint 2 is from the axis of joint 1."""
     kind, _, row = name.rpartition("_")
     if kind == "base":
-        return f"base {row} [{'deg' if row == 'yaw' else 'm'}]"
-    number = "tool" if row == "tool" else f"joint {int(row) + 1}"
-    return {"alpha": f"twist before {number} [deg]", "a": f"length before {number} [m]",
-            "d": f"offset along {number} [m]"}[kind]  # fmt: skip
+        return f"Base: {'turned by [deg]' if row == 'yaw' else f'{row} [m]'}"
+    number = "Tool" if row == "tool" else f"Joint {int(row) + 1}"
+    words = {"alpha": "axis tilted by [deg]", "a": "away from the axis before [m]", "d": "shifted along its axis [m]"}
+    return f"{number}: {words[kind]}"
 
 
 def scale_of(name: str) -> float:

@@ -9,17 +9,25 @@ from typing import Any
 
 import numpy as np
 
+from armdesign.building.build import PEDESTAL
 from armdesign.cell.obstacle_file import read_obstacles
 from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError
 from armdesign.files import write_whole
 from armdesign.settings import Settings
 from armdesign.settings.place import sites
+from armdesign.studio.motors import families, room_for
 from armdesign.studio.page import Page, link
 from armdesign.studio.takes import keep_upload
 
 FLOOR, BOX, SHOULDER = "on the floor, best place", "in a box that I drag", "at the shoulder, which moves"
+HAND, WHOLE = "the hand", "the whole arm, as far as it can"
 MOUNTINGS = ("floor", "wall", "ceiling", "any")
+HAND_SHARE, HAND_AREA = 0.95, 0.5
+"""Weight of the hand, and factor of the area, where the hand is what matters."""
+FOLLOW = "The hand alone takes fewer joints. An arm that is to look like the person's follows elbow and wrist, too."
+LOAD = "What the arm holds at its end: a small gripper weighs about 0.5 kg."
+MOTORS = "The arm is searched with room for these; N m: the most of the strongest. Others can be tried at the end."
 ADDED = "cell.toml"
 """The cell file of what was added on the page."""
 
@@ -73,6 +81,27 @@ def region(center: tuple[float, ...], size: tuple[float, ...]) -> str:
     return " ".join(f"{axis}={text}" for axis, text in zip("xyz", texts, strict=True))
 
 
+def pedestal(length: float, most: float) -> dict[str, tuple[float, float]]:
+    """Bounds by which an arm turns about the normal of its plate, with room for the first motor's brackets [deg, m].
+
+    Args:
+        length: Of a joint's housing with its brackets [m].
+        most: How far along its axis the first joint may sit [m].
+    """
+    least = min(round(Settings().body.base_height + length / 2.0 + PEDESTAL + 0.02, 3), most)
+    return {"alpha_0": (0.0, 0.0), "d_0": (least, most)}
+
+
+def hand_first(points: int) -> dict[str, Any]:
+    """Entries of the section Fitness by which the hand counts, and the rest of the person's arm hardly.
+
+    Args:
+        points: How many points of the person's arm are followed, the hand being the last.
+    """
+    others = (round((1.0 - HAND_SHARE) / max(points - 1, 1), 6),) * (points - 1)
+    return {"weights": (*others, 1.0 - sum(others)), "lambda_E": HAND_AREA}
+
+
 def reach_from_floor(recording: Recording) -> float:
     """Length of an arm on the floor that gets to all of a recording with room to bend [m].
 
@@ -94,6 +123,7 @@ class RoomPanel:
         self.files: list[Path] = []
         self.filling = False
         self.gizmo: Any = None
+        self.room: tuple[str, dict[str, float]] = ("", {})  # that a build has turned out to take, by its motors
         with gui.add_folder("Where may the arm stand?"):
             self.stand = gui.add_dropdown("The base stands", (FLOOR, BOX, SHOULDER))
             self.mounted = gui.add_dropdown("Mounted on", MOUNTINGS, visible=False)
@@ -102,7 +132,7 @@ class RoomPanel:
         with gui.add_folder("What stands in the way?"):
             kinds = gui.add_button_group("Add", ("Box", "Cylinder"))
             kinds.on_click(lambda event: page.work("add", lambda: self.add(event.target.value.lower())))
-            upload = gui.add_upload_button("Load a mesh or a cell file")
+            upload = gui.add_upload_button("Load a mesh or a file of obstacles")
             upload.on_upload(lambda event: self.uploaded(event.target.value.name, event.target.value.content))
             self.unit = gui.add_dropdown("Unit of meshes", ("m", "cm", "mm", "in"))
             self.which = gui.add_dropdown("Change", ("nothing",), visible=False)
@@ -111,16 +141,18 @@ class RoomPanel:
             self.yaw = gui.add_number("Turn [deg]", 0.0, step=5.0, visible=False)
             self.remove = gui.add_button("Remove it", visible=False)
         with gui.add_folder("What must it do?"):
+            self.follow = gui.add_dropdown("What follows the person", (HAND, WHOLE), hint=FOLLOW)
             self.tolerance = gui.add_number("Hand may be off by [mm], 0: any", 20.0, min=0.0, max=1000.0, step=1.0)
+            self.payload = gui.add_number("Gripper and load [kg]", 0.5, min=0.0, max=1000.0, step=0.1, hint=LOAD)
+            self.motors = gui.add_dropdown("Motors", families(), hint=MOTORS)
             self.longest = gui.add_number("Arm at most this long [m]", 1.2, min=0.6, max=10.0, step=0.1)
-            self.payload = gui.add_number("It carries [kg]", 0.0, min=0.0, max=1000.0, step=0.1)
             self.speed = gui.add_number("Fastest joint [deg/s], 0: any", 0.0, min=0.0, max=1e5, step=10.0)
         self.note = page.html("")
         self.remove.on_click(lambda _: page.work("remove", self.drop))
         page.watch(self, "which", self.choose, self.which)
         page.watch(self, "solid", self.reshape, self.at, self.edges, self.yaw)
-        whole = (self.stand, self.mounted, self.center, self.size, self.unit, self.tolerance)
-        page.watch(self, "take", self.changed, *whole, self.longest, self.payload, self.speed)
+        whole = (self.stand, self.mounted, self.center, self.size, self.unit, self.follow, self.tolerance)
+        page.watch(self, "take", self.changed, *whole, self.longest, self.payload, self.motors, self.speed)
 
     def fresh(self, known: Settings | None, *, captured: bool) -> None:
         """Begin with another take.
@@ -132,6 +164,7 @@ class RoomPanel:
         self.filling = True
         if known is None:
             self.stand.value = FLOOR if captured else SHOULDER
+            self.follow.value = HAND if captured else WHOLE
             if captured and self.page.recording is not None:
                 self.longest.value = max(self.longest.value, reach_from_floor(self.page.recording))
         else:
@@ -147,6 +180,7 @@ class RoomPanel:
             self.tolerance.value, self.payload.value = 1e3 * (needs.hand_tolerance or 0.0), needs.payload
             self.speed.value = 0.0 if needs.max_speed is None else max(needs.max_speed)
             self.longest.value = known.design.length[1]
+            self.follow.value = HAND if known.fitness.lambda_E == HAND_AREA else WHOLE
             self.which.options = ("nothing", *(f"file {path.name}" for path in self.files))
             self.which.visible = bool(self.files)
         self.filling = False
@@ -184,12 +218,22 @@ class RoomPanel:
             "payload": self.payload.value,
             "max_speed": (self.speed.value,) if self.speed.value else None,
         }
-        design: dict[str, Any] = {}
+        made_for, body = self.room
+        if made_for != self.motors.value:
+            body = room_for(self.motors.value, self.longest.value, self.payload.value)
+        kept = {name: ends for name, ends in settings.design.bounds.items() if name not in pedestal(0.0, 1.0)}
+        design: dict[str, Any] = {"bounds": kept}
+        fitness: dict[str, Any] = {"weights": (), "lambda_E": Settings().fitness.lambda_E}
         if self.longest.value != settings.design.length[1]:
             most = longest_link(self.longest.value)
-            design = {name: (getattr(settings.design, name)[0], most) for name in ("a", "d")}
+            design |= {name: (getattr(settings.design, name)[0], most) for name in ("a", "d")}
             design["length"] = (settings.design.length[0], self.longest.value)
-        self.page.settings = settings.replace({"cell": cell, "needs": needs, "design": design})
+        if self.stand.value != SHOULDER:
+            design["bounds"] = kept | pedestal(body["joint_length"], design.get("d", settings.design.d)[1])
+        if self.follow.value == HAND:
+            fitness = hand_first(self.page.panels["Recording"].followed)
+        changes = {"cell": cell, "needs": needs, "design": design, "body": body, "fitness": fitness}
+        self.page.settings = settings.replace(changes)
         return self.page.settings
 
     def show(self) -> None:

@@ -94,6 +94,7 @@ class Scene:
         """
         self.api, self.on_point, self.time = scene, on_point, 0.0
         self.lock = threading.RLock()
+        self.framed = (np.zeros(3), np.zeros(3))  # what the cameras were turned to, its ends [m]
         self.shot: Shot | None = None
         self.arms: tuple[Arm, ...] = ()
         self.obstacles: list[tuple[Obstacle, Any]] = []
@@ -224,15 +225,20 @@ class Scene:
             return np.zeros(3)
         return np.asarray(self.shot.chain[nearest(self.shot.recording.time, time), 0])
 
+    @property
+    def outgrown(self) -> bool:
+        """Whether the arms reach out of what the cameras were turned to."""
+        low, high = self.ends(None)
+        return bool((low < self.framed[0] - 0.05).any() or (high > self.framed[1] + 0.05).any())
+
     @one_at_a_time
-    def look_at(self, problem: DesignProblem | None, fov: float) -> tuple[Array, Array]:
-        """From where to where to look so that the take or task is seen down to where the arm stands, (3,) each [m].
+    def ends(self, problem: DesignProblem | None) -> tuple[Array, Array]:
+        """The corners of the box about all that counts, shape (3,) each [m].
 
         Args:
             problem: What is searched for; None where that is not settled.
-            fov: Width of the view [rad].
         """
-        points = np.zeros((1, 1, 3)) if problem is None else problem.in_room.task.arm + problem.shift
+        points = np.zeros((0, 1, 3)) if problem is None else problem.in_room.task.arm + problem.shift
         if self.shot is not None:
             points = self.shot.chain if self.shot.chain.shape[1] else self.shot.places
         standing = [arm for arm in self.arms if arm.result is None or arm.result.placed]
@@ -242,6 +248,17 @@ class Scene:
         low, high = (flat.min(axis=0), flat.max(axis=0)) if len(flat) else np.zeros((2, 3))
         sites = () if problem is None else problem.space.sites
         low[2] = min(low[2], *(site.box[0, 2] for site in sites), np.inf)
+        return low, high
+
+    @one_at_a_time
+    def look_at(self, problem: DesignProblem | None, fov: float) -> tuple[Array, Array]:
+        """From where to where to look so that the take or task is seen down to where the arm stands, (3,) each [m].
+
+        Args:
+            problem: What is searched for; None where that is not settled.
+            fov: Width of the view [rad].
+        """
+        self.framed = low, high = self.ends(problem)
         middle, radius = (low + high) / 2.0, max(float(np.linalg.norm(high - low)) / 2.0, 0.4)
         way = np.array([0.55, -0.77, 0.32])
         return middle + way * (1.1 * radius / np.sin(fov / 2.0)), middle

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import time
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from subprocess import Popen
@@ -10,10 +12,10 @@ from subprocess import Popen
 import numpy as np
 
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError, counted, resume_command
-from armdesign.experiments.auto_dof.dof_records import holds_auto
+from armdesign.experiments.auto_dof.dof_records import holds_auto, read_auto
 from armdesign.runs.folder import settings_file
 from armdesign.runs.listing import RunStatus
-from armdesign.search.result import Result
+from armdesign.search.result import Result, likely
 from armdesign.settings.sections import read_settings
 from armdesign.studio import commands
 from armdesign.studio.arms import design_arm, verdict_lines
@@ -26,11 +28,33 @@ MORE_FOLLOW = "Arms of more joints are tried next, by itself."
 NOT_GOOD = "Allow one joint more, or a longer arm or larger error in the panel Room."
 MOST_JOINTS = 8
 AUTO, NO_RUN = "as few as do it", "choose one"
+FEWEST, MOST_AUTO = 3, 6
+"""Joints that are tried where it is left to the search."""
+EFFORTS = {
+    "quick: some minutes": ("quick", 4000), "normal: an hour or so": ("normal", 50_000),
+    "thorough: hours": ("thorough", 50_000),
+}  # fmt: skip
+"""Effort and most candidates of a search."""
 STATES = {
     "running": "Searching", "finished": "The search has ended", "interrupted": "The search was stopped",
     "stopped": "The search waits to go on", "failed": "No arm was found", "broken": "The run is damaged",
     "evaluated": "A given arm, not a search",
 }  # fmt: skip
+
+
+def progress_words(run: RunStatus, joints: Sequence[int]) -> tuple[str, float]:
+    """How far a search is, in words and as a share of the most that it may take.
+
+    Args:
+        run: The run that is at it.
+        joints: The numbers of joints that are tried one after another; none where only one is.
+    """
+    done = min(1.0, (run.iterations or 0) / (run.planned or np.inf))
+    tried = f"{run.iterations} of {run.planned} arms tried." if run.iterations and run.planned else "starting."
+    if run.dof not in joints:
+        return f"{counted(run.dof, 'joint')}: {tried}" if run.dof else tried, done
+    share = (joints.index(run.dof) + done) / len(joints)
+    return f"joints {run.dof} of {joints[0]}..{joints[-1]} (fewer is better): {tried}", share
 
 
 class SearchPanel:
@@ -50,13 +74,13 @@ class SearchPanel:
         self.stopping = False  # a search that somebody ends has not failed
         self.seen: tuple[str, float | None] = ("", None)
         self.curve: dict[Path, list[tuple[float, float]]] = {}
+        self.since: tuple[Path | None, float, int] = (None, 0.0, 0)  # folder, when it was first seen, its arms then
         self.joints = gui.add_dropdown("Joints", (AUTO, *map(str, range(2, MOST_JOINTS + 1))))
-        self.effort = gui.add_dropdown("How thorough", ("quick", "normal", "thorough"))
+        self.effort = gui.add_dropdown("How thorough", tuple(EFFORTS))
         self.start = gui.add_button("Search the arm", color="green")
         self.halt = gui.add_button("Stop", color="red", visible=False)
         self.resume = gui.add_button("Go on with this search", visible=False)
         self.bar = gui.add_progress_bar(0.0, visible=False)
-        self.count = page.html("")
         self.state = page.html("Read a recording first, in the panel Recording; here the arm for it is searched.")
         self.more = gui.add_button("Search again with one joint more", visible=False)
         self.runs = gui.add_dropdown("Earlier runs", (NO_RUN,), visible=False)
@@ -80,7 +104,9 @@ class SearchPanel:
         if page.take is None:
             raise SettingsError("there is no recording yet", fix="Drop one on the page")
         auto = self.joints.value == AUTO
-        changes = {"search": {"effort": self.effort.value}, "design": {} if auto else {"dof": int(self.joints.value)}}
+        effort, budget = EFFORTS[self.effort.value]
+        design = {"auto_dof": (FEWEST, MOST_AUTO)} if auto else {"auto_dof": None, "dof": int(self.joints.value)}
+        changes = {"search": {"effort": effort, "budget": budget}, "design": design}
         settings = page.panels["Room"].over(page.settings).replace(changes)
         return commands.search_command(settings, page.take, page.folder / "runs", auto=auto)
 
@@ -120,6 +146,7 @@ class SearchPanel:
         self.leave()
         self.run, self.seen = folder, ("", None)
         self.page.set_html(self.state, "<h4>Starting</h4>The first time takes some minutes longer.")
+        self.page.say_next()
         self.look()
 
     def leave(self) -> None:
@@ -128,17 +155,18 @@ class SearchPanel:
         self.start.visible = True
         for handle in (self.bar, self.halt, self.resume, self.more):
             handle.visible = False
-        for name in ("Arms", "Redesign", "Download"):
+        for name in ("Arms", "Redesign", "Parts"):
             self.page.panels[name].forget()
         self.page.show_arms()
         self.page.set_html(self.state, "")
-        self.page.set_html(self.count, "")
+        self.page.set_html(self.page.progress, "")
 
     def end(self) -> None:
         """End the search with the best arm so far."""
         if self.run is None or not commands.stop(self.run):
             raise SettingsError("nobody is searching in this run", value=str(self.run), fix="Start a search")
         self.stopping = True
+        self.page.set_html(self.page.progress, "Stopping: the best arm so far is kept ...")
 
     def go_on(self) -> None:
         """Go on with a search that has not ended."""
@@ -150,13 +178,14 @@ class SearchPanel:
         """List the runs that are there, newest first."""
         place = self.page.folder / "runs"
         names = [str(run.folder.relative_to(place)) for run in commands.known_runs(place)]
-        self.runs.options = tuple(dict.fromkeys((NO_RUN if self.run is None else self.run.name, *names)))
+        self.runs.options = (NO_RUN, *names)
         self.runs.visible = bool(names)
 
     def choose_run(self) -> None:
-        """Another run was chosen."""
+        """A run was chosen, perhaps the one that was watched last; the list then says again that one can be chosen."""
         name = self.runs.value
-        if name != NO_RUN and (self.run is None or name != self.run.name):
+        if name != NO_RUN:
+            self.runs.value = NO_RUN
             self.open_run(self.page.folder / "runs" / name)
 
     def open_run(self, folder: Path) -> None:
@@ -199,11 +228,17 @@ class SearchPanel:
         self.bar.visible, self.halt.visible = running and bool(run.iterations), running
         self.start.visible = not running
         self.resume.visible = state in ("stopped", "interrupted")
-        if run.iterations and run.planned:
-            self.bar.value = 100.0 * min(1.0, run.iterations / run.planned)
-        joints = f" of {counted(run.dof, 'joint')}" if run.dof else ""
-        tried = f"{run.iterations} arms{joints} tried, {run.planned} at most." if running and run.iterations else ""
-        self.page.set_html(self.count, tried)
+        words, share = progress_words(run, read_auto(self.run).joints if holds_auto(self.run) else ())
+        self.bar.value = 100.0 * share
+        if self.since[0] != run.folder:
+            self.since = (run.folder, time.monotonic(), run.iterations or 0)
+        _, began, first = self.since
+        if run.iterations and run.iterations > first and run.planned:
+            left = (time.monotonic() - began) * (run.planned - run.iterations) / (run.iterations - first)
+            words += f" {max(left / 60.0, 1.0):.0f} min more at most for these."
+        if not self.stopping or not running:
+            words = f"<b>Searching</b>, {words} {link('Search', 'Stop, or see more')}" if running else ""
+            self.page.set_html(self.page.progress, words)
         if run.best is None and running:
             if run.iterations:
                 advice = MORE_FOLLOW if holds_auto(self.run) else NOT_FOUND
@@ -212,7 +247,7 @@ class SearchPanel:
         if (state, run.best) == self.seen:
             return
         if self.seen[0] == "running" and state == "finished":
-            self.page.notify("The search has ended", "The panel Download has parts list and files.", "green")
+            self.page.notify("The search has ended", "The panel Parts chooses its parts.", "green")
         self.seen = (state, run.best)
         self.show(run, state)
         self.list_runs()
@@ -235,7 +270,7 @@ class SearchPanel:
         self.page.problem = result.problem.in_room
         self.page.panels["Room"].show()
         self.page.show_arms((arm, COLOURS[0]))
-        if first or state != "running":
+        if first or state != "running" or self.page.scene.outgrown:
             self.page.look()
         points = self.curve.setdefault(run.folder, [])
         points.append((float(run.iterations or 0), 1e3 * result.evaluation.fitness))
@@ -243,20 +278,22 @@ class SearchPanel:
         lines = [f"<h4>{STATES.get(state, state)}</h4>"]
         if ended:
             passed, words = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
-            mark = "" if passed is None else ' class="good"' if passed else ' class="bad"'
+            mark = ' class="bad"' if passed is False else ""  # good only once its parts fit
             lines.append(
                 f"<ul>{''.join(f'<li{mark if not k else str()}>{escape(w)}</li>' for k, w in enumerate(words))}</ul>"
             )
         if result.facts is not None and ended:
-            lines.append(f"{run.iterations or result.facts.evaluations} arms tried. {escape(result.facts.found)}")
+            sure = result.facts.agreement
+            better = "" if sure is None else f" One that is better by 1 % is {likely(sure.chance)}."
+            lines.append(f"{run.iterations or result.facts.evaluations} arms tried.{better}")
         x, y = np.array(points, dtype=float).reshape(-1, 2).T
         if len(x) > 1:
             title = "Score of the best arm so far: errors and detours [mm]"
             lines.append(plot([Curve(x, y, COLOURS[0], "best so far")], title, "arms tried"))
         if ended:
-            ways = link("Download", "parts list and files"), link("Arms", "compare it"), link("Redesign", "change it")
-            lines.append(f"<p>Next: {ways[0]}, or {ways[1]} with other arms, or {ways[2]} by hand.</p>")
-            self.page.panels["Download"].begin(result, self.run)
+            ways = link("Parts", "choose its parts"), link("Arms", "compare it"), link("Redesign", "change it")
+            lines.append(f"<p>Next: <b>{ways[0]}</b>, or {ways[1]} with other arms, or {ways[2]} by hand.</p>")
+            self.page.panels["Parts"].begin(result, self.run)
             self.page.panels["Redesign"].begin(result)
             self.page.panels["Arms"].begin(result, self.run)
         self.more.visible = ended and not result.verdict.passed and result.table.dof < MOST_JOINTS

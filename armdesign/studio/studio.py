@@ -19,7 +19,7 @@ from armdesign.views.preview.server import open_browser
 
 PANELS = {
     "Recording": RecordingPanel, "Room": RoomPanel, "Search": SearchPanel, "Arms": ArmsPanel, "Redesign": RedesignPanel,
-    "Download": DownloadPanel,
+    "Parts": DownloadPanel,
 }  # fmt: skip
 """In their order on the page."""
 

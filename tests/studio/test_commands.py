@@ -1,13 +1,20 @@
-"""Settings as flags, and what is known of runs."""
+"""Searches as one would type them, and what is known of runs."""
 
 import tomllib
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
 
 from armdesign.cli import app
+from armdesign.experiments.auto_dof.dof_records import write_auto
+from armdesign.experiments.auto_dof.dof_rule import Rule
+from armdesign.runs.checkpoint import CURRENT
+from armdesign.runs.listing import RunStatus
 from armdesign.settings.sections import Settings
-from armdesign.studio.commands import flags, known_runs, search_command, shown
+from armdesign.studio import commands
+from armdesign.studio.commands import known_runs, search_command, shown
+from armdesign.studio.search_panel import NO_RUN, SearchPanel
 
 CHANGES = {
     "plain": {},
@@ -24,23 +31,41 @@ CHANGES = {
 @pytest.mark.parametrize("changes", CHANGES.values(), ids=CHANGES)
 def test_the_command_line_reads_back_the_settings(changes, tmp_path):
     settings = Settings().replace(changes)
-    words, rest = flags(settings)
-    config = tmp_path / "rest.toml"
-    config.write_text(rest.to_toml())
-    done = CliRunner().invoke(app, ["search", "--config", str(config), *words, "--write-config"])
+    command = search_command(settings, tmp_path / "take.c3d", tmp_path / "runs")
+    done = CliRunner().invoke(app, [*command.words, "--write-config"])
     assert done.exit_code == 0, done.output
-    assert Settings().replace(tomllib.loads(done.output)) == settings
+    assert Settings().replace(tomllib.loads(done.output)).replace({"task": {"recording": None}}) == settings
 
 
-def test_a_search_takes_a_free_folder_and_a_file_for_what_has_no_flag(tmp_path):
-    settings = Settings().replace({"search": {"coarse": 50}})
-    first = search_command(settings, tmp_path / "take.c3d", tmp_path / "runs")
+def test_a_search_takes_a_free_folder(tmp_path):
+    first = search_command(Settings(), tmp_path / "take.c3d", tmp_path / "runs")
     first.folder.mkdir(parents=True)
-    second = search_command(settings, tmp_path / "take.c3d", tmp_path / "runs", auto=True)
-    third = search_command(settings, tmp_path / "take.c3d", tmp_path / "runs")
+    second = search_command(Settings(), tmp_path / "take.c3d", tmp_path / "runs", auto=True)
+    third = search_command(Settings(), tmp_path / "take.c3d", tmp_path / "runs")
     assert len({first.folder, second.folder, third.folder}) == 3
-    assert str(tmp_path / "runs" / f"{third.folder.name}.toml") in third.words
     assert "--dof=auto" in second.words
+
+
+def test_of_a_stopped_search_for_the_number_of_joints_the_best_arm_counts(tmp_path, monkeypatch):
+    write_auto(tmp_path, (3, 4, 5), Rule(), {}, None)
+    bests = {"n3": 0.2, "n4": 0.1, "n5": None}
+    for name in bests:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / CURRENT).touch()
+    monkeypatch.setattr(commands, "read_run", lambda place: RunStatus(place, "interrupted", best=bests[place.name]))
+    found = commands.status(tmp_path)
+    assert (found.folder.name, found.state) == ("n4", "stopped")
+
+
+def test_the_run_that_was_watched_last_can_be_chosen_again(tmp_path):
+    opened = []
+    runs = SimpleNamespace(value="take-n3")
+    panel = SimpleNamespace(runs=runs, page=SimpleNamespace(folder=tmp_path), open_run=opened.append)
+    SearchPanel.choose_run(panel)
+    assert opened == [tmp_path / "runs" / "take-n3"]
+    assert runs.value == NO_RUN  # so that choosing it again is a change
+    SearchPanel.choose_run(panel)
+    assert len(opened) == 1
 
 
 def test_what_is_shown_is_fit_for_a_shell():

@@ -1,12 +1,14 @@
 """What the page is made of, without a browser: takes, arms, plots, the cell, the guard."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from armdesign.building.build import BuildOptions
+from armdesign.building.catalogue import find_catalogue
 from armdesign.cell.obstacle_file import read_obstacles
 from armdesign.demonstration import Recording, resolve
 from armdesign.demonstration.recording import About
@@ -14,18 +16,21 @@ from armdesign.errors import CatalogueError, RecordingError, SettingsError
 from armdesign.experiments.compare.base_pose import BaseSearch
 from armdesign.experiments.compare.comparison import compare
 from armdesign.kinematics.dh import DHTable
+from armdesign.runs.listing import RunStatus
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
 from armdesign.search.result import Result
 from armdesign.settings.place import sites
 from armdesign.settings.sections import Cell, Settings
-from armdesign.studio import download_panel, server
-from armdesign.studio.arms import SORTS, arms_table, design_arm, ordered, ready_made_arm, verdict_lines
+from armdesign.studio import motors, server
+from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm, verdict_lines
 from armdesign.studio.arms_panel import by_reach, needed_reach
-from armdesign.studio.download_panel import best_build, packed
+from armdesign.studio.download_panel import built_html, packed
+from armdesign.studio.motors import best_build, families, family_of, room_for
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
 from armdesign.studio.redesign_panel import gradient_words, plain_name, scale_of
-from armdesign.studio.room_panel import Solid, cell_text, longest_link, reach_from_floor, region
+from armdesign.studio.room_panel import Solid, cell_text, hand_first, longest_link, pedestal, reach_from_floor, region
+from armdesign.studio.search_panel import progress_words
 from armdesign.studio.takes import Shot, bridged, chosen_points, keep_upload, nearest, roles_of
 
 
@@ -236,10 +241,10 @@ def test_an_arm_on_the_floor_may_be_long_enough_to_get_to_what_the_hand_does():
 
 @pytest.mark.parametrize(
     ("sold", "printed", "chosen"),
-    [((True, 0.01), (True, 0.001), 0.01), ((False, 0.03), (True, 0.003), 0.003), ((False, 0.03), (False, 0.06), 0.03),
+    [((True, 0.01), (True, 0.001), 0.001), ((True, 0.01), (False, 0.003), 0.01), ((False, 0.03), (False, 0.06), 0.03),
      (None, (False, 0.06), 0.06), ((False, 0.03), None, 0.03)],
 )  # fmt: skip
-def test_brackets_are_printed_only_where_that_helps(monkeypatch, sold, printed, chosen):
+def test_of_two_ways_to_make_brackets_one_that_fits_is_taken(monkeypatch, sold, printed, chosen):
     def build(_, options):
         made = printed if options.printed else sold
         if made is None:
@@ -248,7 +253,7 @@ def test_brackets_are_printed_only_where_that_helps(monkeypatch, sold, printed, 
         fault = "" if made[0] else "parts meet"
         return SimpleNamespace(result=SimpleNamespace(verdict=verdict), fault=fault, fits=2)
 
-    monkeypatch.setattr(download_panel, "build", build)
+    monkeypatch.setattr(motors, "build", build)
     assert best_build(None, BuildOptions("dynamixel-p")).result.verdict.hand_error.max == chosen
 
 
@@ -256,6 +261,48 @@ def test_where_nothing_can_be_built_it_is_said(monkeypatch):
     def build(*_):
         raise CatalogueError("no such arm")
 
-    monkeypatch.setattr(download_panel, "build", build)
+    monkeypatch.setattr(motors, "build", build)
     with pytest.raises(CatalogueError):
         best_build(None, BuildOptions("dynamixel-p"))
+
+
+def test_an_arm_is_called_good_only_once_its_parts_fit(result):
+    arm = design_arm(result)
+    arm = replace(arm, error=np.full(len(arm.time), 0.004))
+    made = SimpleNamespace(result=result, fault="", speed=0.166)
+    assert job_words(arm, None)[1] == ""
+    assert job_words(arm, SimpleNamespace(result=None, fault="", speed=1.0))[1] == ""  # another arm's parts
+    words, mark = job_words(arm, made)
+    assert (mark, "16 %" in words) == ("good", True)
+    words, mark = job_words(arm, SimpleNamespace(result=result, fault="J1 meets J2", speed=1.0))
+    assert (mark, "J1 meets J2" in words) == ("bad", True)
+    assert job_words(replace(arm, error=np.full(len(arm.time), 0.04)), None)[1] == "bad"
+
+
+def test_a_search_leaves_the_room_that_motors_and_brackets_take():
+    for words in families():
+        room = room_for(words, 1.5, 0.5)
+        sizes = find_catalogue(family_of(words)).actuators
+        assert min(a.diameter for a in sizes) <= room["joint_diameter"] <= max(a.diameter for a in sizes) + 0.05
+        heavier = room_for(words, 2.5, 5.0)
+        assert heavier["joint_diameter"] >= room["joint_diameter"]
+        changes = {"body": room, "design": {"bounds": pedestal(room["joint_length"], 0.5)}, "fitness": hand_first(3)}
+        settings = Settings().replace(changes)
+        assert settings.design.bounds["d_0"][0] > room["joint_length"] / 2.0
+        assert sum(settings.fitness.weights) == pytest.approx(1.0)
+
+
+def test_progress_counts_all_numbers_of_joints_that_may_be_tried():
+    run = RunStatus(Path("n4"), "running", iterations=1000, planned=4000, dof=4)
+    words, share = progress_words(run, (3, 4, 5, 6))
+    assert share == pytest.approx((1 + 0.25) / 4)
+    assert "joints 4 of 3..6" in words
+    assert progress_words(run, ())[1] == pytest.approx(0.25)
+
+
+def test_parts_are_listed_by_how_one_comes_by_them(result):
+    bill = "part,quantity,unit,group\nNot an arm,0,,\nX4,3,piece,bought\n<flange>,2,piece,printed\nsum,,,\n"
+    made = SimpleNamespace(result=result, fault="", speed=1.0, kit=None, options=BuildOptions("rmd", printed=True))
+    text = built_html(made, bill)
+    assert all(word in text for word in ("To be bought", "To be printed", "&lt;flange&gt;"))
+    assert "Not an arm" not in text
