@@ -11,15 +11,11 @@ import pinocchio as pin
 
 from armdesign._types import Array
 from armdesign.building.build import Build
-from armdesign.errors import counted
 from armdesign.experiments.compare.comparison import ArmScore
 from armdesign.experiments.compare.serial_arm import SerialArm
-from armdesign.feasibility.verdict import Verdict
-from armdesign.feasibility.violations import gap_words
-from armdesign.feasibility.words import base_words, pace, sentence, tolerance_words
+from armdesign.feasibility.words import pace
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.search.result import Result, done
-from armdesign.settings import Settings
 from armdesign.studio.takes import nearest
 
 Place = Callable[[int], Array]
@@ -146,32 +142,6 @@ def arms_table(arms: Sequence[Arm], colours: Sequence[str]) -> str:
     return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
 
 
-def verdict_lines(verdict: Verdict, settings: Settings, base: BasePose) -> tuple[bool | None, list[str]]:
-    """The verdict in plain words, the most important first.
-
-    Args:
-        verdict: The verdict.
-        settings: What it was judged by.
-        base: Where the arm stands.
-
-    Returns:
-        Whether it passed, None where no tolerance was asked for; and the lines.
-    """
-    largest = millimetres(verdict.hand_error.max)
-    lines = [f"Largest error of the hand: {largest} (mean {millimetres(verdict.hand_error.mean)})"]
-    if verdict.tolerance_met is not None:
-        word = "within" if verdict.tolerance_met else "more than"
-        lines[0] += f", {word} the {tolerance_words(settings.needs)} allowed"
-    others = [reason for reason in verdict.reasons if not reason.startswith("The hand misses")]
-    lines += [reason if verdict.feasible else f"Not feasible: {reason}" for reason in others]
-    if base.frame == "room":
-        lines.append(base_words(base))
-    gaps = [gap for gap in (verdict.self_clearance, verdict.obstacle_clearance) if gap is not None]
-    lines += [f"{sentence(gap_words(gap))}." for gap in gaps if gap.value >= settings.body.clearance]
-    passed = verdict.passed if verdict.tolerance_met is not None or not verdict.feasible else None
-    return passed, lines
-
-
 def job_words(arm: Arm, made: Build | None) -> tuple[str, str]:
     """What an arm does, in a line, and its colour: good only where its parts fit and are as fast as the line says.
 
@@ -190,10 +160,3 @@ def job_words(arm: Arm, made: Build | None) -> tuple[str, str]:
     if within is not None and error > within:
         return f"Misses the hand by up to {millimetres(error)}; {1e3 * within:g} mm are allowed", "bad"
     return f"Does the job to {millimetres(error)}; its parts are not chosen yet", ""
-
-
-def headline(arm: Arm) -> str:
-    """What an arm does, in a line."""
-    return (
-        f"{arm.name}, {counted(arm.joints, 'joint')}: largest error of the hand {millimetres(float(arm.error.max()))}"
-    )

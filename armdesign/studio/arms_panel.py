@@ -19,7 +19,7 @@ from armdesign.runs.listing import numbered_results
 from armdesign.runs.reading import read_problem, read_result
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
-from armdesign.studio.arms import SORTS, Arm, arms_table, design_arm, headline, ordered, ready_made_arm
+from armdesign.studio.arms import SORTS, Arm, arms_table, design_arm, ordered, ready_made_arm
 from armdesign.studio.commands import shown
 from armdesign.studio.page import Page, command_html
 from armdesign.studio.scene import COLOURS
@@ -132,7 +132,7 @@ class ArmsPanel:
             self.which.value = ALL if grown else self.arms[0].name
         seen = arms if self.which.value == ALL else [arm for arm in arms if arm.name == self.which.value]
         page = self.page
-        page.set_html(self.note, f"<h4>{escape(headline(arms[0]))}</h4>First by {self.sort.value}.")
+        page.set_html(self.note, f"<h4>{escape(arms[0].name)} is first by {self.sort.value}</h4>")
         page.set_html(self.table, arms_table(arms, [colours[arm.name] for arm in arms]))
         page.show_arms(*((arm, colours[arm.name]) for arm in seen))
         if self.run is not None and (self.run / RESULT).is_file():

@@ -19,10 +19,10 @@ from armdesign.errors import ArmDesignError, SettingsError
 from armdesign.export.export_files import export
 from armdesign.export.formats import FORMATS
 from armdesign.export.trajectory.exporting import FILES
-from armdesign.feasibility.words import pace
+from armdesign.feasibility.words import hand_words, pace
 from armdesign.runs.folder import RESULT
 from armdesign.search.result import Result
-from armdesign.studio.arms import design_arm, verdict_lines
+from armdesign.studio.arms import design_arm
 from armdesign.studio.commands import shown
 from armdesign.studio.motors import best_build, families, family_of
 from armdesign.studio.page import Page, command_html, link
@@ -87,9 +87,12 @@ def built_html(made: Build, bill: str) -> str:
         bill: Its bill of materials, as CSV.
     """
     result = made.result
-    _, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
     how = "are printed, each for its angle" if made.options.printed else "are made of aluminium, of 0 and 90 degrees"
-    lines = [lines[0], f"It moves at {pace(made.speed)}.", f"What moves weighs {result.body.moving_mass:.1f} kg."]
+    lines = [
+        f"{hand_words(result.verdict)}.",
+        f"It moves at {pace(made.speed)}.",
+        f"What moves weighs {result.body.moving_mass:.1f} kg.",
+    ]
     lines += [] if made.kit else [f"Its brackets {how}."]
     said = "".join(f"<li>{escape(line)}</li>" for line in lines)
     if made.fault:
@@ -100,7 +103,8 @@ def built_html(made: Build, bill: str) -> str:
             continue
         group = GROUPS[row["group"]]
         cells += f'<tr><th colspan="2">{group}</th></tr>' if group != last else ""
-        cells, last = f"{cells}<tr><td>{escape(row['part'])}</td><td>{row['quantity']} {row['unit']}</td></tr>", group
+        part, count = row["part"].removeprefix("not chosen: "), f"{row['quantity']} {row['unit'].replace('piece', '')}"
+        cells, last = f"{cells}<tr><td>{escape(part)}</td><td>{count}</td></tr>", group
     return f'<b>As it is built</b><ul>{said}</ul><table class="parts">{cells}</table>'
 
 
@@ -161,7 +165,7 @@ class DownloadPanel:
             folder.visible = True
         self.page.set_html(self.built, "")
         self.again.visible = False
-        where = f"All of it lies in <b>{escape(str(run))}</b>, too." if (run / RESULT).is_file() else "The best so far."
+        where = f"Its search lies in <b>{escape(str(run))}</b>." if (run / RESULT).is_file() else "The best so far."
         self.page.set_html(self.note, f"<h4>{escape(result.name)}</h4>{where}")
         self.show_command()
 

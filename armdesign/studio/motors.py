@@ -12,8 +12,8 @@ from armdesign.search.result import Result
 from armdesign.settings.sections import Body
 
 MARGIN, GRAVITY = 1.2, 9.81
-TUBES = {"tube_diameter": 0.025, "tube_wall": 0.002}
-"""Thin enough that flanges and brackets have room between motors [m]."""
+TUBES = {"tube_diameter": 0.025, "tube_wall": 0.002, "tube_density": 2700.0}
+"""Thin enough that flanges and brackets have room between motors [m, kg/m^3]."""
 
 
 def span(values: list[float], unit: str) -> str:

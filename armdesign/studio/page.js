@@ -1,6 +1,9 @@
 // What the page does by itself: a file dropped anywhere goes to the button for files of the open panel, a click in a
-// plot goes to that moment, a link to a panel opens it.
+// plot goes to that moment, a link to a panel opens it, and viser's note on slow drawing goes away.
 (() => {
+  const notes = () => [...document.querySelectorAll(".mantine-Notification-root")];
+  const slow = (each) => each.textContent.startsWith("Software WebGL");
+  setInterval(() => notes().filter(slow).forEach((each) => each.querySelector("button").click()), 6000);
   const shown = (each) => each.parentElement.querySelector("button")?.offsetParent;
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {

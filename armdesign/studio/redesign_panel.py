@@ -10,12 +10,13 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.errors import ArmDesignError, SettingsError
+from armdesign.feasibility.words import summary
 from armdesign.fitness.objective import Objective
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_candidate
 from armdesign.search.result import Result
 from armdesign.studio import commands
-from armdesign.studio.arms import Arm, design_arm, millimetres, verdict_lines
+from armdesign.studio.arms import Arm, design_arm, millimetres
 from armdesign.studio.page import Page
 from armdesign.studio.room_panel import longest_link
 from armdesign.studio.scene import COLOURS
@@ -103,7 +104,6 @@ class RedesignPanel:
         self.back.visible = self.take.visible = self.folder.visible = True
         self.page.set_html(self.state, "Move a slider: the motion is solved again at once.")
         self.page.set_html(self.gradient, "")
-        self.page.scene.clear("/gradient")
 
     def forget(self) -> None:
         """There is no arm any more."""
@@ -111,7 +111,6 @@ class RedesignPanel:
         self.back.visible = self.take.visible = self.folder.visible = False
         self.page.set_html(self.state, WAITING)
         self.page.set_html(self.gradient, "")
-        self.page.scene.clear("/gradient")
 
     def go_back(self) -> None:
         """Take back all changes."""
@@ -151,8 +150,8 @@ class RedesignPanel:
         """
         if "redesign" in self.page.work.wishes:
             return
-        _, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
-        items = "".join(f"<li>{escape(line)}</li>" for line in lines[1:])
+        lines = summary(result.verdict, result.problem.settings, result.base_pose)[1:-1]
+        items = "".join(f"<li>{escape(line)}</li>" for line in lines)
         self.page.set_html(self.state, f"<h4>{words}</h4><ul>{items}</ul>")
 
     def show_gradient(self, Phi: Array) -> None:
@@ -169,25 +168,6 @@ class RedesignPanel:
         self.page.set_html(
             self.gradient, f"<b>Which way is better</b> (score of error and detours, in mm)<table>{rows}</table>"
         )
-        self.point_base(names, slopes)
-
-    def point_base(self, names: tuple[str, ...], slopes: Array) -> None:
-        """An arrow at the base the way that lowers the score.
-
-        Args:
-            names: Entries of Phi.
-            slopes: Derivatives of the score by them.
-        """
-        scene, result = self.page.scene, self.result
-        scene.clear("/gradient")
-        way = np.array([-slopes[names.index(f"base_{x}")] if f"base_{x}" in names else 0.0 for x in "xyz"])
-        size = float(np.linalg.norm(way))
-        if result is None or not np.isfinite(size) or size < 1e-3:
-            return
-        arm = self.page.arm
-        start = (result.base_pose.translation if arm is None else arm.at(scene.time)[0][:3, 3]) + [0.0, 0.0, 0.05]
-        ends = np.stack([start, start + way / size * min(0.4, 0.1 + size)])[None]
-        scene.api.add_arrows("/gradient", ends, (0, 140, 90), shaft_radius=0.008, head_radius=0.02, head_length=0.05)
 
     def search_from_here(self) -> None:
         """Start a search whose first generation begins with this arm.

@@ -221,6 +221,8 @@ class RoomPanel:
         made_for, body = self.room
         if made_for != self.motors.value:
             body = room_for(self.motors.value, self.longest.value, self.payload.value)
+            if self.stand.value == SHOULDER:  # nothing that is built, so no room is left for parts
+                body = {name: getattr(Settings().body, name) for name in body}
         kept = {name: ends for name, ends in settings.design.bounds.items() if name not in pedestal(0.0, 1.0)}
         design: dict[str, Any] = {"bounds": kept}
         fitness: dict[str, Any] = {"weights": (), "lambda_E": Settings().fitness.lambda_E}

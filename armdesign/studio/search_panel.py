@@ -13,12 +13,13 @@ import numpy as np
 
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError, counted, resume_command
 from armdesign.experiments.auto_dof.dof_records import holds_auto, read_auto
+from armdesign.feasibility.words import summary
 from armdesign.runs.folder import settings_file
 from armdesign.runs.listing import RunStatus
 from armdesign.search.result import Result, likely
 from armdesign.settings.sections import read_settings
 from armdesign.studio import commands
-from armdesign.studio.arms import design_arm, verdict_lines
+from armdesign.studio.arms import design_arm
 from armdesign.studio.page import Page, command_html, link
 from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import COLOURS
@@ -277,14 +278,13 @@ class SearchPanel:
         ended = state != "running"
         lines = [f"<h4>{STATES.get(state, state)}</h4>"]
         if ended:
-            passed, words = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
-            mark = ' class="bad"' if passed is False else ""  # good only once its parts fit
-            lines.append(
-                f"<ul>{''.join(f'<li{mark if not k else str()}>{escape(w)}</li>' for k, w in enumerate(words))}</ul>"
-            )
+            words = summary(result.verdict, result.problem.settings, result.base_pose)[:-1]  # motors decide the speed
+            mark = "" if result.verdict.passed else ' class="bad"'  # good only once its parts fit
+            items = "".join(f"<li{mark if k == 1 else ''}>{escape(line)}</li>" for k, line in enumerate(words))
+            lines.append(f"<ul>{items}</ul>")
         if result.facts is not None and ended:
             sure = result.facts.agreement
-            better = "" if sure is None else f" One that is better by 1 % is {likely(sure.chance)}."
+            better = "" if sure is None else f" That a thorough search finds a better one is {likely(sure.chance)}."
             lines.append(f"{run.iterations or result.facts.evaluations} arms tried.{better}")
         x, y = np.array(points, dtype=float).reshape(-1, 2).T
         if len(x) > 1:

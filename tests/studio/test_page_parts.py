@@ -23,7 +23,7 @@ from armdesign.search.result import Result
 from armdesign.settings.place import sites
 from armdesign.settings.sections import Cell, Settings
 from armdesign.studio import motors, server
-from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm, verdict_lines
+from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm
 from armdesign.studio.arms_panel import by_reach, needed_reach
 from armdesign.studio.download_panel import built_html, packed
 from armdesign.studio.motors import best_build, families, family_of, room_for
@@ -145,12 +145,6 @@ def test_a_longer_arm_may_have_longer_links():
     assert longest_link(Settings().design.length[1]) == Settings().design.a[1] == Settings().design.d[1]
     assert longest_link(1.9) == pytest.approx(1.2)
     assert longest_link(0.6) == 0.5
-
-
-def test_the_verdict_begins_with_the_error(result):
-    passed, lines = verdict_lines(result.verdict, result.problem.settings, result.base_pose)
-    assert lines[0].startswith("Largest error of the hand")
-    assert passed == result.verdict.passed
 
 
 def test_a_thinned_curve_keeps_its_peak():
