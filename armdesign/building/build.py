@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ from armdesign.kinematics.motion import smooth_motion
 from armdesign.search.design_problem import Demonstration, DesignProblem
 from armdesign.search.evaluation import motions
 from armdesign.search.result import Result
+from armdesign.settings.sections import Body
 
 ROUNDS = 8
 """Most times that actuators are chosen anew because the parts that go with them have changed the arm."""
@@ -36,6 +38,12 @@ CUT = 1e-3
 """What tubes are cut to where no stock says it [m]."""
 PEDESTAL = 0.08
 """Between a base's plate and the first module: what their brackets need, where lengths are fitted again [m]."""
+MORE = (0.01, 0.02)
+"""Room about every module where parts do not fit without, one after the other [m]."""
+POSTS = (0.0, 0.02, 0.04, 0.06)
+"""How much farther the plate of an arm that hangs may stand, where its brackets do not fit between [m]."""
+THINNER = ("aluminium tube 25 x 2", "aluminium tube 16 x 1.5")
+"""Tried in place of tubes that a design only assumes, where parts do not fit or actuators do not bear these."""
 SLOWEST = 0.02
 """Share of the demonstrated speed below which an arm counts as too weak to move."""
 
@@ -146,17 +154,27 @@ class Build:
         wrong = (*verdict.reasons, headline(verdict, self.result.problem.settings))
         return "" if verdict.passed else wrong[0].rstrip(".")
 
-    @property
-    def remedy(self) -> str:
-        """What helps where parts do not fit or meet, in a sentence; empty where they do not."""
+    def remedy(self, run: str | Path) -> str:
+        """What helps where parts do not fit or meet, in a sentence with the command; empty where they do not.
+
+        Args:
+            run: Folder of the search.
+        """
         if self.kit is not None or self.fits == 2:
             return ""
-        body = self.result.problem.settings.body
-        if self.before is not None:
-            given = self.before.problem.settings.body
-            if all(getattr(given, name) >= size for name, size in room_of_parts(body).items()):
-                return "Its search has left that room already: take thinner tubes, another family, seed, or --clearance"
-        return f"Take thinner tubes, another family, or another arm: one searched with {room_flags(body)}"
+        settings = self.result.problem.settings
+        command = f"armdesign search --config {Path(run) / 'settings.toml'}"
+        given = None if self.before is None else self.before.problem.settings.body
+        wanted = room_of_parts(settings.body)
+        if given is not None and all(getattr(given, name) >= size for name, size in wanted.items()):
+            return (
+                f"Its search has left that room already, so take another family or another arm: {command} "
+                f"--seed {settings.search.seed + 1} --out {run}-again"
+            )
+        return (
+            f"Take an arm that is searched with the room of these parts: {command} {room_flags(settings.body)} "
+            f"--out {run}-room"
+        )
 
     @property
     def fits(self) -> int:
@@ -195,28 +213,69 @@ def build(result: Result, options: BuildOptions) -> Build:
     Raises:
         CatalogueError: No choice of actuators or tubes meets what is asked; which joint, by how much, and what would.
     """
-    first = chosen_parts(result, options)
-    if not options.snap:
-        return first
-    if first.kit is not None:
-        return built_of_kit(result, first, first.kit, options)
-    body = vars(first.result.problem.settings.body) | {"module_slide": 0.0, "inertials": None}
     cut = CUT if options.stock is None else find_stock(options.stock).cut
-    made: Build | None = None
-    for more in (0.0, 0.01, 0.02):  # room about every module, until the parts fit and pass each other
-        room = tuple((across + more, along + more, mass) for across, along, mass in body["modules"])
-        pedestal = body["base_height"] + room[0][1] / 2.0 + PEDESTAL + more if result.placed else 0.0
-        spacious = changed(result, {"body": body | {"modules": room}})
+    thin = thinner(result, options)
+    tries: list[tuple[float, Tube | None]] = [(0.0, None), *((0.0, tube) for tube in thin)]
+    tries += [(more, thin[-1] if thin else None) for more in MORE if options.snap]
+    designed: dict[Tube | None, Build] = {}
+    made, fault = None, None
+    for more, tube in tries:  # until the parts fit and pass each other
         try:
-            tried = chosen_parts(snapped(spacious, cut, printed=options.printed, pedestal=pedestal), options)
-        except CatalogueError:
-            if made is None:
-                raise
-            break
+            if tube not in designed:
+                designed[tube] = chosen_parts(result, options, tube=tube)
+            first = designed[tube]
+            if first.kit is not None and options.snap:
+                return built_of_kit(result, first, first.kit, options)
+            tried = first if not options.snap else replace(snapped_build(result, first, more, cut), before=first.result)
+        except CatalogueError as error:
+            fault = fault or error
+            continue
         made = tried if made is None or tried.fits > made.fits else made
         if made.fits == 2:
             break
-    return replace(made or first, before=first.result)
+    if made is None:
+        raise fault or CatalogueError("there is nothing to build of", value=options.catalogue)
+    return made
+
+
+def snapped_build(result: Result, first: Build, more: float, cut: float) -> Build:
+    """An arm of cut lengths and brackets' twists.
+
+    Args:
+        result: The design.
+        first: It with its actuators, before it is snapped.
+        more: Room about every module beyond that of its parts [m].
+        cut: Lengths become multiples of it [m].
+
+    Raises:
+        CatalogueError: No such arm does the task, or no choice of actuators or tubes meets what is asked.
+    """
+    body = vars(first.result.problem.settings.body) | {"module_slide": 0.0, "inertials": None}
+    room = tuple((across + more, along + more, mass) for across, along, mass in body["modules"])
+    pedestal = body["base_height"] + room[0][1] / 2.0 + PEDESTAL + more if result.placed else 0.0
+    spacious = changed(result, {"body": body | {"modules": room}})
+    options = first.options
+    tube = first.tube if options.stock is None else None
+    return chosen_parts(snapped(spacious, cut, printed=options.printed, pedestal=pedestal), options, tube=tube)
+
+
+def thinner(result: Result, options: BuildOptions) -> list[Tube]:
+    """Tubes of ``THINNER`` that bear the payload, to try where the design's are only assumed; thickest first.
+
+    Args:
+        result: The design.
+        options: What is asked for; where it names tubes, or a kit's links are taken, there are none to try.
+    """
+    body = result.problem.settings.body
+    of_kit = find_catalogue(options.catalogue).kit is not None and not options.printed
+    if options.stock is not None or of_kit or body.tube_diameter != Body().tube_diameter:
+        return []
+    payload = result.problem.settings.needs.payload if options.payload is None else options.payload
+    force, paths = payload * base_gravity(result.base_pose), [q for _, q in motions(result.evaluation, result.problem)]
+    return [
+        tube for tube in find_stock("aluminium").tubes[::-1]
+        if tube.name in THINNER and worst_deflection(result.body, paths, force, tube) <= options.deflection
+    ]  # fmt: skip
 
 
 def built_of_kit(result: Result, first: Build, kit: Kit, options: BuildOptions) -> Build:
@@ -245,13 +304,16 @@ def built_of_kit(result: Result, first: Build, kit: Kit, options: BuildOptions) 
     )  # fmt: skip
 
 
-def chosen_parts(result: Result, options: BuildOptions, heights: tuple[float, ...] = ()) -> Build:
+def chosen_parts(
+    result: Result, options: BuildOptions, heights: tuple[float, ...] = (), tube: Tube | None = None
+) -> Build:  # fmt: skip
     """Pick the parts of a design as it is.
 
     Args:
         result: The design with its paths.
         options: What it is built of.
         heights: What the actuators' heights should be, n of them [m]; others are chosen only where none will do.
+        tube: In place of the design's tubes, where none are chosen out of stock; None for those.
 
     Raises:
         CatalogueError: No choice of actuators or tubes meets what is asked; which joint, by how much, and what would.
@@ -263,9 +325,13 @@ def chosen_parts(result: Result, options: BuildOptions, heights: tuple[float, ..
     changes: dict[str, dict[str, Any]] = {"body": {"kind": "tube", "inertials": None}, "needs": {"payload": payload}}
     changes["needs"] |= {"max_torque": None, "max_speed": None}
     plain = changed(result, changes)
-    tube, sag = None, None
+    sag = None
     if options.stock is not None:
         tube, sag = choose_tube(plain, find_stock(options.stock), options, payload)
+    elif tube is not None and payload > 0.0:
+        paths = [q for _, q in motions(plain.evaluation, plain.problem)]
+        sag = worst_deflection(plain.body, paths, payload * base_gravity(plain.base_pose), tube)
+    if tube is not None:
         changes["body"] |= {"tube_diameter": tube.diameter, "tube_wall": tube.wall, "tube_density": tube.density}
     if kit is not None:
         changes["body"] |= kit.body
@@ -290,7 +356,9 @@ def chosen_parts(result: Result, options: BuildOptions, heights: tuple[float, ..
                 value=options.catalogue, fix="Raise or lower --margin a little",
             )  # fmt: skip
         last, found = min(met, key=lambda each: (each[0].assembly is None, each[1].cost))
-    changes["body"] |= {name: getattr(last.arm.problem.settings.body, name) for name in ("modules", "inertials")}
+    changes["body"] |= {
+        name: getattr(last.arm.problem.settings.body, name) for name in ("modules", "inertials", "post")
+    }
     changes["needs"] |= {
         "max_torque": tuple(a.peak_torque for a in found.actuators),
         "max_speed": tuple(float(np.degrees(a.no_load_speed)) for a in found.actuators),
@@ -332,15 +400,19 @@ def fitted_with(bare: Result, choice: Choice, shop: Shop | None) -> Fitted:
     """
     sizes = [(a.diameter, a.length) if shop is None else envelope(a, shop) for a in choice.actuators]
     modules = tuple((*size, a.mass) for size, a in zip(sizes, choice.actuators, strict=True))
-    arm = changed(bare, {"body": {"modules": modules, "inertials": None}})
-    if shop is None:
-        return Fitted(choice, arm, None, BOUGHT)
-    try:
-        assembly, gap = passing(arm, choice.actuators, shop)
-    except CatalogueError as error:
-        return Fitted(choice, arm, None, str(error))
-    arm = changed(arm, {"body": {"inertials": assembly.inertials(arm.table.dof)}})
-    return Fitted(choice, arm, assembly, "", gap)
+    fault: CatalogueError | None = None
+    for post in (0.0,) if bare.placed or shop is None else POSTS:
+        arm = changed(bare, {"body": {"modules": modules, "inertials": None, "post": post}})
+        if shop is None:
+            return Fitted(choice, arm, None, BOUGHT)
+        try:
+            assembly, gap = passing(arm, choice.actuators, shop)
+        except CatalogueError as error:
+            fault = fault or error
+            continue
+        arm = changed(arm, {"body": {"inertials": assembly.inertials(arm.table.dof)}})
+        return Fitted(choice, arm, assembly, "", gap)
+    return Fitted(choice, changed(bare, {"body": {"modules": modules, "inertials": None}}), None, str(fault))
 
 
 def passing(arm: Result, actuators: Sequence[Actuator], shop: Shop) -> tuple[Assembly, PartsGap | None]:

@@ -87,8 +87,8 @@ def bought_rows(build: Build) -> list[Row]:
     if lengths:
         name = f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm" if tube is None else tube.name
         mass = float(np.pi * body.tube_wall * (body.tube_diameter - body.tube_wall) * body.tube_density)
-        rows.append(Row(name, round(sum(lengths) / 1e3, 4), "m", "cut", "" if tube is None else name,
-                        build.options.stock or "assumed", mass, None if tube is None else tube.price))  # fmt: skip
+        source, price = ("assumed", None) if tube is None else (build.options.stock or "aluminium", tube.price)
+        rows.append(Row(name, round(sum(lengths) / 1e3, 4), "m", "cut", "", source, mass, price))
     return rows
 
 

@@ -72,7 +72,8 @@ def build(
     page = {} if made.assembly is None else {ASSEMBLY: assembly_page(made)}
     written += write_files(place, {**part_lists(made), **page, RECORD: build_record(made)})
     if made.fault:
-        say(f"{made.warning}.{f' {made.remedy}.' if made.remedy else ''}")
+        remedy = made.remedy(run)
+        say(f"{made.warning}.{f' {remedy}' if remedy else ''}")
     if not quiet:
         show_build(made)
         typer.echo(written_text([place / name for name in written]))
@@ -97,8 +98,10 @@ def show_build(made: Build) -> None:
         f"Each choice moves the modules so that another is better; this is the {least.replace('er', 'est')} that bears."
     )  # fmt: skip
     show_text(made.supply.words)
-    if made.tube is not None and made.sag is not None:
-        show_text(f"Tubes: {made.tube.name}; the tool sags {made.sag * 1e3:.2f} mm under the payload at most.")
+    if made.tube is not None:
+        why = "" if made.options.stock else ", since it cannot be built with the design's thicker ones"
+        sag = "" if made.sag is None else f"; the tool sags {made.sag * 1e3:.2f} mm under the payload at most"
+        show_text(f"Tubes: {made.tube.name}{why}{sag}.")
     if made.before is not None:
         show_snapping(made.before, made.result)
     if made.speed < 1.0:

@@ -364,6 +364,12 @@ class Body(Section):
         optional=True, panel="",
     )  # fmt: skip
 
+    post: float = parameter(
+        0.0, Number(0.0, 10.0, "m"),
+        "How much farther than its modules reach the plate of an arm that hangs stands [m]: armdesign build chooses\n"
+        "it for its brackets.", panel="",
+    )  # fmt: skip
+
     @classmethod
     def title(cls) -> str:
         """See Section.title."""
@@ -404,8 +410,8 @@ class Body(Section):
 
     @property
     def reach(self) -> float:
-        """The largest ``reach_about`` of its modules: how far away the plate of an arm that hangs stands [m]."""
-        return max(self.reach_about(module) for module in self.modules_of(len(self.modules or (None,))))
+        """How far away the plate of an arm that hangs stands: the largest ``reach_about``, and ``post`` beyond [m]."""
+        return self.post + max(self.reach_about(module) for module in self.modules_of(len(self.modules or (None,))))
 
 
 @dataclass(frozen=True, repr=False)

@@ -13,8 +13,9 @@ from typer.testing import CliRunner
 
 import armdesign
 from armdesign.building import tubes
+from armdesign.building.assembly import assemble
 from armdesign.building.assembly_steps import base_place, screw_words, surface
-from armdesign.building.build import BuildOptions, build
+from armdesign.building.build import BuildOptions, build, changed, chosen_parts, thinner
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import part_sheet
 from armdesign.building.part_lists import BILL, GROUPS, part_lists
@@ -23,7 +24,8 @@ from armdesign.building.parts import Assembly, file_name
 from armdesign.building.parts_clearance import PartsGap
 from armdesign.building.record import RECORD, build_record, recorded_build
 from armdesign.building.sheet import number
-from armdesign.building.shop import FLOOR, TOOL
+from armdesign.building.shop import FLOOR, TOOL, shop_of
+from armdesign.building.snapping import room_of_parts
 from armdesign.cli import app
 from armdesign.cli.tolerance_command import part_deviations
 from armdesign.errors import CatalogueError, SettingsError
@@ -192,18 +194,41 @@ def test_what_the_base_is_screwed_to_is_named(made):
 def test_what_is_wrong_with_a_build_is_said(made):
     made = replace(made, assembly=Assembly((), ()))
     apart = replace(made, measured=(PartsGap(0.004, ("J2-L1", "J2-L2"), np.zeros(3), 2),))
-    assert (apart.fault, apart.fits) == ("", 2) == (apart.remedy, 2)
+    assert (apart.fault, apart.fits) == ("", 2) == (apart.remedy("runs/a"), 2)
     met = replace(made, measured=(PartsGap(0.0, ("J2-L1", "J2-L2"), np.zeros(3), 2),))
     assert all(word in met.fault for word in ("J2-L1 meets J2-L2", "joint 2"))
-    assert "--joint-diameter" in met.remedy
+    assert all(word in met.remedy("runs/a") for word in ("search --config runs/a/settings.toml --joint-diameter",))
+    spacious = {"body": room_of_parts(made.result.problem.settings.body)}
+    again = replace(met, before=Result(made.result.problem.with_settings(spacious), made.result.evaluation, name="b"))
+    assert "--seed 4 --out runs/a-again" in again.remedy("runs/a")
     assert "do not fit" in replace(made, assembly=None, misfit="why").fault
     just = PartsGap(0.0009999999999999937, ("J1-L0", "J1-L1"), np.zeros(3), 1)  # 1 mm by design, less rounding
     assert not just.met
-    assert just._replace(value=0.9999e-3).met
+    assert just._replace(value=0.999e-3).met
     strict = made.result.problem.with_settings({"needs": {"hand_tolerance": 1e-6}})
     missed = replace(apart, result=Result(strict, made.result.evaluation, name="strict"))
     assert "hand misses" in missed.fault
-    assert missed.remedy == ""
+    assert missed.remedy("runs/a") == ""
+
+
+def test_thinner_tubes_are_tried_where_no_actuator_bears_the_assumed_ones(design):
+    options = BuildOptions("dynamixel-x", snap=False)
+    with pytest.raises(CatalogueError, match="joint 1"):
+        chosen_parts(design, options)
+    made = build(design, options)
+    assert made.tube in thinner(design, options)
+    body = made.result.problem.settings.body
+    assert body.tube_diameter == made.tube.diameter < design.problem.settings.body.tube_diameter
+    assert (made.fits, body.post) == (2, pytest.approx(0.06))  # the plate stands so far away that brackets fit between
+    assert replace(body, post=0.01).reach == pytest.approx(body.reach - 0.05)
+    near = changed(made.result, {"body": {"post": 0.0}}).body
+    with pytest.raises(CatalogueError, match="link 0"):
+        assemble(near, made.choice.actuators, shop_of(body, made.tube, printed=False))
+    assert all(used.met for used in made.choice.shortfalls)
+    assert thinner(design, BuildOptions("dynamixel-x", payload=100.0)) == []
+    assert thinner(design, BuildOptions("dynamixel-x", payload=1.0, stock="aluminium")) == []
+    own = design.problem.with_settings({"body": {"tube_diameter": 0.03}})
+    assert thinner(Result(own, design.evaluation, name="own"), options) == []
 
 
 def test_slower_where_asked(design):
