@@ -218,7 +218,7 @@ class DownloadPanel:
         if made.assembly is not None:
             files[ASSEMBLY] = assembly_page(made)
         if made.fault:
-            files["DO NOT ORDER.txt"] = f"{made.warning}.\n{made.remedy}\n"
+            files["DO NOT ORDER.txt"] = f"{made.warning}.\n{made.remedy(self.run or 'RUN')}\n"
         self.again.visible = bool(made.fault)
         self.page.work("built", lambda: self.show_built(made, result))
         return {name: text.encode() for name, text in files.items()}
