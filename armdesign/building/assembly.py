@@ -158,8 +158,8 @@ def placed_actuator(arm: ArmBody, joint: int, actuator: Actuator, sign: float) -
     circles = {end: circle_of(actuator, end) for end in CIRCLES}
     sizes = {"diameter": actuator.diameter, "length": actuator.length}
     note = f"{actuator.family}; output towards link {joint - 1}"
-    if any(circle.generic for circle in circles.values()):
-        note += "; its bolt circles are assumed: drill the brackets by the maker's drawing"
+    if any(circle.maker for circle in circles.values()):
+        note += f"; drill its brackets by its maker's drawing{f' ({actuator.sheet})' if actuator.sheet else ''}"
     part = Part("actuator", actuator.name, (rod,), (), "actuator", actuator.mass / rod.moments()[0], sizes,
                 circles, bought=True, note=note.split("; output")[0])  # fmt: skip
     pose = np.diag([1.0, sign, sign, 1.0])
@@ -182,11 +182,12 @@ def base_plate(plate: Cylinder, shop: Shop) -> tuple[Placed, Face]:
     if feet.diameter < circle.diameter + 16e-3:
         radius = circle.diameter / 2.0 + 17e-3
         feet = BoltCircle(2.0 * (radius - 9e-3), 4, "M6")
-    holes = [drilled(x, y, -half[2], half[2], SCREWS["M5"][1]) for x, y in circle.places()]
-    holes += [drilled(x, y, -half[2], half[2], SCREWS["M6"][0]) for x, y in feet.places(np.pi / 4.0)]
+    use = "bracket (tapped through)"
+    holes = drilled(circle.places(), -half[2], half[2], SCREWS["M5"][1], use)
+    holes += drilled(feet.places(np.pi / 4.0), -half[2], half[2], SCREWS["M6"][0], "floor")
     sizes = {"diameter": 2.0 * radius, "thickness": height}
     part = shop.part("base plate", [Rod(-half, half, radius)], holes, sizes=sizes,
-                     circles={"bracket (tapped through)": circle, "floor": feet})  # fmt: skip
+                     circles={use: circle, "floor": feet})  # fmt: skip
     pose = frame(normal, np.array([1.0, 0.0, 0.0]), plate.pose[:3, 3])
     return Placed(part, "B", 0, pose), Face("B", top, normal, 0.0, radius, circle)
 
@@ -332,7 +333,8 @@ def named(placed: Sequence[Placed]) -> list[Placed]:
     for each in placed:
         part = each.part
         numbers = tuple((name, round(value, 6)) for name, value in part.sizes.items())
-        keys.append((part.kind, part.name, part.material, part.note if not part.bought else "", numbers))
+        makers = tuple(circle.maker for circle in part.circles.values())
+        keys.append((part.kind, part.name, part.material, part.note if not part.bought else "", numbers, makers))
         kinds.setdefault(keys[-1], part)
     names = {}
     for key, part in kinds.items():

@@ -190,6 +190,12 @@ def screw_words(joined: Sequence[Screws], base_on: str = FLOOR) -> list[str]:
     words = []
     for each in joined:
         first, second = (base_on if mark == FLOOR else mark for mark in each.joins)
+        if each.maker:
+            words.append(
+                f"{first} to {second}: number, thread and depth of the screws by the maker's drawing of the "
+                f"{each.maker}; {number(1e3 * each.length, 2)} mm are between their heads and it."
+            )
+            continue
         through = f", through spacer {each.spacer}" if each.spacer else ""
         most = f", at most {number(1e3 * each.most)} mm" if np.isfinite(each.most) else ""
         ends = ", with a locking nut" if each.nut else ""
@@ -199,7 +205,7 @@ def screw_words(joined: Sequence[Screws], base_on: str = FLOOR) -> list[str]:
             ends = f"; how deep the holes of {first} are, its maker's drawing says"
         words.append(
             f"{first} to {second}{through}: {each.count} × {each.thread} x {screw_length(each)}{shortened(each)}, at "
-            f"least {number(1e3 * each.length)} mm{most} under the head{ends}."
+            f"least {number(1e3 * each.length)} mm{most} under the head{ends}{f'; {each.note}' if each.note else ''}."
         )
     return words
 

@@ -9,14 +9,15 @@ there may be a **standing** one, whose second plate stands on the edge of the fi
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from armdesign._types import Array
-from armdesign.building.parts import SCREWS, Part, Placed, Prism, Rod, Screws
-from armdesign.building.shop import GAP, WEDGE, Face, Seat, Shop, frame, unit
+from armdesign.building.parts import SCREWS, BoltCircle, Part, Placed, Prism, Rod, Screws
+from armdesign.building.shop import GAP, WEDGE, Face, Seat, Shop, frame, scribed, unit
 from armdesign.errors import CatalogueError
 
 TURNS = {
@@ -24,6 +25,10 @@ TURNS = {
     "side": (np.radians(40.0), np.radians(115.0)), "standing": (np.radians(40.0), np.radians(110.0)),
 }  # fmt: skip
 """Kinds of bracket, and the angles between tube and face's normal that they make."""
+
+
+INNER = 3e-3
+"""Radius that a mill leaves in an inner corner, where there is room for it [m]."""
 
 
 class Knot(NamedTuple):
@@ -78,9 +83,14 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
     )
     turn = pose[:3, :3]
     seat = Seat(mark, pose[:3, :3] @ made.seat + pose[:3, 3], turn @ u, turn @ across)
-    thread = face.circle.thread
-    screws = Screws(thread, made.under + 1.5e-3 * float(thread[1:]), face.circle.count, (face.mark, mark))
-    return Placed(made.part, mark, link, pose), seat, screws
+    part = replace(
+        made.part, scribes=scribed(turn.T @ seat.between(shop.circle), made.seat, shop.half, sizes["width"] / 2.0)
+    )
+    thread, joins = face.circle.thread, (face.mark, mark)
+    screws = Screws(thread, made.under + 1.5e-3 * float(thread[1:]), face.circle.count, joins)
+    if face.circle.maker:
+        screws = Screws("", made.under, 0, joins, maker=face.circle.maker)
+    return Placed(part, mark, link, pose), seat, screws
 
 
 def anchor(knot: Knot, kind: str, along: Array, shop: Shop) -> Array:
@@ -124,11 +134,39 @@ class Made(NamedTuple):
     under: float
 
 
-def tapped_holes(middle: Array, u: Array, e: Array, turn: float, depth: float, shop: Shop) -> list[Rod]:
+def tapped_holes(
+    middle: Array, u: Array, e: Array, turn: float, depth: float, shop: Shop, use: str = "tube (tapped)"
+) -> list[Rod]:
     """The tapped holes for a flange in a plane through ``middle``, square to ``u``, the first ``turn`` from ``e``."""
     f, radius = np.cross(u, e), SCREWS[shop.circle.thread][1] / 2.0
     places = shop.circle.places(turn)
-    return [Rod(middle + x * e + y * f, middle + x * e + y * f - depth * u, radius) for x, y in places]
+    return [Rod(middle + x * e + y * f, middle + x * e + y * f - depth * u, radius, use=use) for x, y in places]
+
+
+def face_holes(circle: BoltCircle, low: float, high: float) -> tuple[list[Rod], dict[str, float]]:
+    """Holes along y for the screws of a face, and how they are turned; none where its maker alone knows them.
+
+    Args:
+        circle: Of the face.
+        low: Where they begin [m].
+        high: Where they end [m].
+    """
+    if circle.maker:
+        return [], {}
+    own, radius = np.pi / circle.count, SCREWS[circle.thread][0] / 2.0
+    holes = [Rod(np.array([x, low, z]), np.array([x, high, z]), radius, use="face") for x, z in circle.places(own)]
+    return holes, {"turn of the face's circle": float(own)}
+
+
+def inner_radius(reach: float, theta: float) -> dict[str, float]:
+    """Largest radius of a mill between the two plates of a bracket [m].
+
+    Args:
+        reach: From the corner to the edge of what is between them [m].
+        theta: From the face's normal to the tube [rad].
+    """
+    room = np.floor(2e3 * reach * np.tan((np.pi - theta) / 2.0) + 1e-6) / 2e3
+    return {"inner radius": min(INNER, float(room))}
 
 
 def wedge_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float]:
@@ -160,13 +198,17 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
     sunk = []
     for x, z in face.circle.places(own):
         top, floor = np.array([x, h + middle - x * np.tan(theta), z]), np.array([x, h + under, z])
-        sunk += [Rod(np.array([x, h, z]), floor, clear / 2.0),
-                 Rod(floor, top, head / 2.0 + 0.25e-3, oblique=theta > 1e-6)]  # fmt: skip
+        sunk += [Rod(np.array([x, h, z]), floor, clear / 2.0, use="face"),
+                 Rod(floor, top, head / 2.0 + 0.25e-3, oblique=theta > 1e-6, use="face")]  # fmt: skip
     sizes = {
         "angle": theta, "length": 2.0 * long, "width": 2.0 * wide, "low side": middle - rise,
-        "high side": middle + rise, "counterbore": 2.0 * sunk[1].radius, "under heads": under, "face above middle": h,
-        "turn of the face's circle": float(own), "turn of the tube's circle": float(turn), "tapped depth": shop.tapped,
+        "high side": middle + rise, "under heads": under, "face above middle": h,
+        "turn of the tube's circle": float(turn), "tapped depth": shop.tapped,
     }  # fmt: skip
+    if face.circle.maker:
+        sunk = []
+    else:
+        sizes |= {"turn of the face's circle": float(own), "counterbore": 2.0 * sunk[1].radius}
     part = shop.part("bracket", [Prism(corners, 2.0 * wide)], [*sunk, *taps], sizes=sizes,
                      circles={"face": face.circle, "tube (tapped)": shop.circle}, note="wedge")  # fmt: skip
     return Made(part, seat, under)
@@ -212,15 +254,14 @@ def angle(face: Face, theta: float, shop: Shop) -> Made:
     low, high = inner * u + bottom * e, inner * u - top * e
     leg = np.stack([low, low + t * u, high + t * u, high])[:, :2]
     pad = np.stack([np.array([-back, h, 0.0]), end(h), end(h + t), np.array([-back, h + t, 0.0])])[:, :2]
-    clear = SCREWS[face.circle.thread][0]
-    own = np.pi / face.circle.count
-    holes = [Rod(np.array([x, h, z]), np.array([x, h + t, z]), clear / 2.0) for x, z in face.circle.places(own)]
+    holes, turned = face_holes(face.circle, h, h + t)
     turn, seat = np.pi / 4.0, (inner + t) * u - up * e
     holes += tapped_holes(seat, u, e, turn, t, shop)
     sizes = {
         "angle": theta, "plate": t, "width": 2.0 * wide, "face above middle": h, "back": back,
         "tube's plate from middle": inner + t, "tube above middle": up, "plate below tube": bottom + up,
-        "plate above tube": top - up, "turn of the face's circle": float(own), "turn of the tube's circle": float(turn),
+        "plate above tube": top - up, "turn of the tube's circle": float(turn), **turned,
+        **inner_radius(float(end(h)[0]) - face.radius, theta),
     }  # fmt: skip
     part = shop.part("bracket", [Prism(pad, 2.0 * wide), Prism(leg, 2.0 * wide)], holes, sizes=sizes,
                      circles={"face": face.circle, "tube (tapped)": shop.circle}, note="angle")  # fmt: skip
@@ -243,13 +284,11 @@ def standing(face: Face, theta: float, shop: Shop) -> Made:
     top = seat - shop.half * e
     leg = np.array([[back, h + t], top[:2], (top - t * u)[:2], [back - t / s, h + t]])
     pad = np.array([[-back, h], [back, h], [back, h + t], [-back, h + t]])
-    clear = SCREWS[face.circle.thread][0]
-    own = np.pi / face.circle.count
-    holes = [Rod(np.array([px, h, pz]), np.array([px, h + t, pz]), clear / 2.0) for px, pz in face.circle.places(own)]
+    holes, turned = face_holes(face.circle, h, h + t)
     holes += tapped_holes(seat, u, e, np.pi / 4.0, t, shop)
     sizes = {
-        "angle": theta, "plate": t, "width": 2.0 * back, "tube above face": y, "turn of the face's circle": float(own),
-        "turn of the tube's circle": np.pi / 4.0,
+        "angle": theta, "plate": t, "width": 2.0 * back, "tube above face": y, "turn of the tube's circle": np.pi / 4.0,
+        **turned, "inner radius": INNER,
     }  # fmt: skip
     part = shop.part("bracket", [Prism(pad, 2.0 * back), Prism(leg, 2.0 * back)], holes, sizes=sizes,
                      circles={"face": face.circle, "tube (tapped)": shop.circle}, note="standing")  # fmt: skip
@@ -288,13 +327,14 @@ def corner(
     outline = ends[ConvexHull(ends[:, :2]).vertices, :2]
     turns = (0.0, np.pi / 4.0)  # so that the holes of the two sides miss each other
     holes = [h for u, e, turn in zip(normals, edges, turns, strict=True)
-             for h in tapped_holes(away * u, u, e, turn, shop.tapped, shop)]  # fmt: skip
+             for h in tapped_holes(away * u, u, e, turn, shop.tapped, shop, "tubes (tapped)")]  # fmt: skip
     sizes = {"angle": opening, "tube's side from corner": away, "side": 2.0 * shop.half, "tapped depth": shop.tapped}
+    own = [Seat(mark, away * u, u, np.cos(a) * e + np.sin(a) * np.cross(u, e))
+           for u, e, a in zip(normals, edges, turns, strict=True)]  # fmt: skip
+    scribes = tuple(line for seat in own
+                    for line in scribed(seat.between(shop.circle), seat.point, shop.half, shop.half))  # fmt: skip
     part = shop.part("corner", [Prism(outline, 2.0 * shop.half)], holes, sizes=sizes,
-                     circles={"tubes (tapped)": shop.circle})  # fmt: skip
+                     circles={"tubes (tapped)": shop.circle}, scribes=scribes)  # fmt: skip
     turn = pose[:3, :3]
-    seats = [
-        Seat(mark, turn @ (away * u) + point, turn @ u, turn @ (np.cos(a) * e + np.sin(a) * np.cross(u, e)))
-        for u, e, a in zip(normals, edges, turns, strict=True)
-    ]
+    seats = [Seat(mark, turn @ seat.point + point, turn @ seat.along, turn @ seat.across) for seat in own]
     return Placed(part, mark, link, pose), (seats[0], seats[1])

@@ -10,8 +10,9 @@ from armdesign._types import Array
 from armdesign.building.arm_drawing import Pose, arm_sheet, arranged, degrees, words_of_scale
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.labels import Labels
+from armdesign.building.part_holes import HoleGroup, hole_groups, hole_rows, looks_along
 from armdesign.building.part_tolerances import ANGLE, ANGLES, deviation
-from armdesign.building.parts import SCREWS, Part, Placed, Rod, file_name
+from armdesign.building.parts import Part, Placed, Rod, file_name
 from armdesign.building.projection import SHADES, View, draw_solids, slanted, solids_of
 from armdesign.building.sheet import LETTER, SCALES, Box, Sheet, block_box, circle, framed, number, pdf_of, svg_of
 from armdesign.kinematics.base_pose import MOUNTINGS
@@ -62,11 +63,12 @@ def part_sheet(places: Sequence[Placed], arm: str, of: str) -> Sheet:
     """
     part = places[0].part
     rows = [("dimension", "value", "tolerance"), *dimension_rows(part)]
-    holes = [("holes", "thread", "on", "drill"), *circle_rows(part)]
+    tilted = [square_to(way, letter) for way, letter in zip(tilted_ways(part), "VWXY", strict=False)]
+    holes = [("hole", "drill", "where"), *hole_rows(part, [*PART_VIEWS, *tilted])]
     sheet = Sheet()
     table = sheet.table((COLUMN, 282.0), (70.0, 35.0, 34.0), rows, 5.5)
     if len(holes) > 1:
-        table = sheet.table((COLUMN, table[1] - 3.0), (66.0, 21.0, 26.0, 26.0), holes, 5.5)
+        table = sheet.table((COLUMN, table[1] - 3.0), (9.0, 68.0, 62.0), holes, 5.5)
     fields = [
         ("title", f"{arm}: {part.name}"),
         ("mark on each", marked(places)),
@@ -75,11 +77,11 @@ def part_sheet(places: Sequence[Placed], arm: str, of: str) -> Sheet:
         ("general tolerance", f"ISO 2768-m, angles ±{degrees(ANGLE)}°"),
         ("sheet", of),
     ]  # fmt: skip
-    tilted = tilted_ways(part)
     rest = Box((COLUMN, block_box([*fields, ""])[3] + 3.0, 405.0, table[1] - 3.0))
     for scale in SCALES[2:]:
-        views, _ = arranged([part_view(part, view, scale) for view in PART_VIEWS])
-        more = [part_view(part, square_to(way, letter), scale) for way, letter in zip(tilted, "ABCD", strict=False)]
+        front = part_view(part, PART_VIEWS[0], scale, tilted)
+        views, _ = arranged([front, *(part_view(part, view, scale) for view in PART_VIEWS[1:])])
+        more = [part_view(part, view, scale) for view in tilted]
         high = sum(float(view.extent.size[1]) + 3.0 for view in more)
         wide = max((float(view.extent.size[0]) for view in more), default=0.0)
         if np.all(np.array(views.size) <= ROOM) and high <= rest.size[1] and wide <= rest.size[0]:
@@ -89,9 +91,29 @@ def part_sheet(places: Sequence[Placed], arm: str, of: str) -> Sheet:
     for view in more:
         sheet.put(view, (COLUMN - view.extent[0], top - view.extent[3]))
         top -= float(view.extent.size[1]) + 3.0
-    if part.note and part.kind != "bracket":
-        sheet.text(part.note, (27.0, 16.0), "left", 3.0)
+    for k, line in enumerate(reversed(notes(part))):
+        sheet.text(line, (27.0, 16.0 + 5.0 * k), "left", 3.0)
     return framed(sheet, [*fields[:6], ("scale", words_of_scale(scale)), fields[6]])
+
+
+def notes(part: Part) -> list[str]:
+    """What a mechanic has to know that is in no table, a line each."""
+    lines = [part.note] if part.note and part.kind != "bracket" else []
+    for face in part.circles.values():
+        if face.maker:
+            lines += [
+                f"Face: not drilled. Drill it by the maker's drawing of the {face.maker}, about the axis drawn.",
+                "Thread, length and greatest depth of the screws are in the same drawing.",
+                f"There is room for a circle up to ⌀{number(1e3 * face.diameter)} mm with {face.thread}.",
+            ]
+            if part.note == "wedge":
+                under = number(1e3 * part.sizes["under heads"], 2)
+                lines.append(f"Sink their heads to {under} mm above the face, clear of the tapped holes.")
+    if part.scribes:
+        lines.append("S: scribe line, over the edge, too. A flange is on as it has to be when its line meets this one.")
+    if part.kind == "tube":
+        lines.append("Front view: on the end at B. Angles against A are positive anticlockwise there.")
+    return lines
 
 
 def marked(places: Sequence[Placed]) -> str:
@@ -119,19 +141,12 @@ def dimension_rows(part: Part) -> Iterator[tuple[str, str, str]]:
             yield name, f"{degrees(value)}°", f"±{degrees(off)}°"
         elif name == "spigot":  # tubes' bores are off by more than it may be
             yield name, f"{number(1e3 * value, 2)} mm", "bore −0.05 / −0.1"
+        elif name == "inner radius":
+            yield name, f"{number(1e3 * value, 2)} mm", "or less"
         elif name == "hole":
             yield name, f"{number(1e3 * value, 2)} mm", "+0.1 / 0 mm"
         else:
             yield name, f"{number(1e3 * value, 2)} mm", f"±{number(1e3 * off)} mm"
-
-
-def circle_rows(part: Part) -> Iterator[tuple[str, str, str, str]]:
-    """Every bolt circle of a part: what for, screws, on which diameter, and which drill."""
-    for name, holes in part.circles.items():
-        drill = SCREWS[holes.thread][1 if "tapped" in name else 0]
-        generic = " *check maker's" if holes.generic else ""
-        on, drilled = (f"⌀{number(1e3 * x, 2)}" for x in (holes.diameter, drill))
-        yield name + generic, f"{holes.count} × {holes.thread}", on, drilled
 
 
 def tilted_ways(part: Part) -> list[Array]:
@@ -151,42 +166,121 @@ def square_to(way: Array, letter: str) -> View:
     """A view along a direction in the x-y plane of a part, that it looks from, shape (3,)."""
     right = np.cross([0.0, 0.0, 1.0], way)
     x, y, z = (right / np.linalg.norm(right)).tolist()
-    return View(f"view {letter}, square to the holes", (x, y, z), (0.0, 0.0, 1.0))
+    return View(f"view {letter}, square to its holes", (x, y, z), (0.0, 0.0, 1.0))
 
 
-def part_view(part: Part, view: View, scale: float) -> Sheet:
-    """A part from one side with its size, holes that are looked into with their diameters, others hidden.
+def part_view(part: Part, view: View, scale: float, tilted: Sequence[View] = ()) -> Sheet:
+    """A part from one side with its size, holes that are looked into with their letters, others hidden.
 
     Args:
         part: The part.
         view: How it is looked at.
         scale: Of the drawing.
+        tilted: Views whose directions are shown.
     """
     factor, labels = 1e3 * scale, Labels(Sheet())
     sheet = labels.sheet
     for outline in draw_solids(sheet, solids_of(part, np.eye(4)), view, factor):
         labels.keep_clear(*outline)
-    left, bottom, right, top = sheet.extent
-    into: dict[float, list[Array]] = {}
+    box = sheet.extent
+    left, bottom, right, top = box
     for hole in part.holes:
         draw_hole(labels, hole, view, factor)
-        if np.linalg.norm(view.flat(hole.end - hole.start)) < 1e-9:
-            into.setdefault(round(2e3 * hole.radius, 2), []).append(factor * view.flat(hole.end))
     if part.kind in ("bracket", "corner") and view is PART_VIEWS[0]:
         draw_angle(labels, part, factor)
+    for other in tilted:
+        tip = factor * view.flat(max((h.start for h in part.holes if looks_along(other, h.end - h.start)),
+                                     key=lambda point: float(point @ other.towards)))  # fmt: skip
+        away = view.flat(other.towards)
+        sheet.line(tip + 12.0 * away, tip + 4.0 * away)
+        sheet.arrow(tip + 4.0 * away, -away)
+        labels.keep_clear(tip + 12.0 * away, tip + 4.0 * away)
+        labels.leader(other.name[5], tip + 12.0 * away, line=False)
     width, height = number((right - left) / scale), number((top - bottom) / scale)
     outer = max((s.radius for s in part.solids if isinstance(s, Rod)), default=0.0)
     round_ = abs(right - left - 2.0 * factor * outer) < 0.1 and abs(top - bottom - 2.0 * factor * outer) < 0.1
     labels.dimension(f"⌀{width}" if round_ else width, (right, bottom), (left, bottom))
     if not round_:
         labels.dimension(height, (left, bottom), (left, top))
-    for size, middles in sorted(into.items()):
-        count = len({tuple(np.round(m, 3)) for m in middles})
-        target = max(middles, key=lambda m: float(m.sum())) + 0.7 * scale * size / 2.0
-        labels.leader(f"{f'{count} × ' if count > 1 else ''}⌀{number(size, 2)}", target)
+    faces = [name for name, held in part.circles.items() if held.maker]
+    if faces and looks_along(view, np.array([0.0, 1.0, 0.0])):  # of brackets, whose axis of the actuator is y
+        for reach in 5.0 * np.eye(2):
+            sheet.line(-reach, reach, pen="thin")
+        labels.leader("axis of the actuator", np.zeros(2))
+        draw_middle(labels, np.zeros(2), box, scale)
+    for group in hole_groups(part):
+        draw_group(labels, part, group, view, scale, box)
+    for scribe in part.scribes:
+        ends = factor * view.flat(scribe)
+        if np.linalg.norm(ends[1] - ends[0]) > 1.0:
+            sheet.line(*ends, pen="heavy")
+            labels.leader("S", ends.mean(axis=0))
+    bores = {round(2e3 * h.radius, 2): h for h in part.holes if not h.use and looks_along(view, h.end - h.start)}
+    for size, hole in bores.items():
+        labels.leader(f"⌀{number(size, 2)}", factor * view.flat(hole.end) + 0.35 * scale * size)
     extent = sheet.extent
     sheet.text(view.name, ((extent[0] + extent[2]) / 2.0, extent[1] - LETTER - 1.0), size=3.0)
     return sheet
+
+
+def draw_group(labels: Labels, part: Part, group: HoleGroup, view: View, scale: float, box: Box) -> None:
+    """The letter of holes that are looked into, the circle they are on, and how far its middle is from the edges.
+
+    Of what is drilled across, which has no circle, the distance from an end where it is seen from beside.
+
+    Args:
+        labels: The view.
+        part: The part.
+        group: The holes.
+        view: How they are looked at.
+        scale: Of the drawing.
+        box: The part's outline in the view [mm].
+    """
+    factor, sheet = 1e3 * scale, labels.sheet
+    middle = factor * view.flat(group.middle)
+    if group.circle and looks_along(view, group.way):
+        ring = circle(middle, factor * group.circle / 2.0)
+        sheet.line(*ring, ring[0], pen="axis")
+        labels.keep_clear(*ring)
+        ends = np.array([factor * view.flat(hole.end) for hole in group.holes])
+        target = ends[int(np.argmax(ends.sum(axis=1)))] + 0.7 * factor * group.holes[0].radius
+        labels.leader(group.letter, target)
+        draw_middle(labels, middle, box, scale)
+    elif not group.circle and looks_along(view, np.array([0.0, 0.0, 1.0])):  # both walls, from the end
+        ends = np.array([factor * view.flat(hole.end) for hole in group.holes])
+        sheet.line(*(1.1 * ends), pen="axis")
+        labels.leader(group.letter, ends[0])
+        turn = part.sizes.get("turn of second hole", 0.0)
+        if group.letter != "A" and abs(turn) > 1e-4:
+            half = float(np.linalg.norm(ends[0])) * 0.6
+            turns = np.linspace(0.0, turn, 20)
+            arc = half * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+            sheet.line(*arc)
+            labels.leader(f"{degrees(turn)}°", arc[10])
+    elif not group.circle and looks_along(view, group.way):
+        labels.leader(group.letter, middle)
+    elif not group.circle and abs(view.flat([0.0, 0.0, 1.0])).max() > 0.5:  # from beside
+        along = view.flat([0.0, 0.0, 1.0])
+        low, high = sorted(float(x) for x in (np.array(box[:2]) @ along, np.array(box[2:]) @ along))
+        at = float(factor * group.middle[2])
+        start = low if part.kind != "tube" or at - low < high - at else high
+        start = factor * part.sizes["thickness"] if part.kind != "tube" else start
+        labels.dimension(number(abs(at - start) / scale, 2), start * along, at * along)
+        labels.leader(group.letter, at * along)
+
+
+def draw_middle(labels: Labels, middle: Array, box: Box, scale: float) -> None:
+    """How far the middle of a circle is from the left and lower edge of a view, where it is not in the middle of that.
+
+    Args:
+        labels: The view.
+        middle: The middle, shape (2,) [mm].
+        box: The part's outline in the view [mm].
+        scale: Of the drawing.
+    """
+    for k, edge in enumerate(((box[0], middle[1]), (middle[0], box[1]))):
+        if abs(2.0 * middle[k] - box[k] - box[k + 2]) > 0.1 * scale:
+            labels.dimension(number(abs(float(middle[k]) - box[k]) / scale), edge, middle)
 
 
 def draw_hole(labels: Labels, hole: Rod, view: View, factor: float) -> None:

@@ -104,6 +104,11 @@ def made_rows(build: Build) -> list[Row]:
     screws: Counter[tuple[str, int, str]] = Counter()
     nuts: Counter[str] = Counter()
     for each in build.assembly.screws:
+        if each.maker:
+            rows.append(
+                Row(f"screws into the {each.maker}, {each.joins[1]}", 1, "set", "screws", "", "maker's drawing")
+            )
+            continue
         screws[each.thread, screw_length(each), shortened(each)] += each.count
         nuts[each.thread] += each.count * each.nut
     rows += [Row(f"screw {thread} x {length}{cut}", count, "piece", "screws", "", "ISO 4762")

@@ -39,6 +39,8 @@ def deviation(name: str, value: float) -> float:
 def deviations(part: Part) -> Iterator[tuple[bool, float]]:
     """What a part adds to its link: whether to its twist, and how much [rad; m]."""
     yield from ((True, ANGLE) for name in part.sizes if name.startswith(ANGLES))
+    if not part.bought:  # what is drilled by the maker's drawing is turned as exactly as the rest
+        yield from ((True, ANGLE) for circle in part.circles.values() if circle.maker)
     for name in IN_A_ROW.get(part.kind, ()):
         if name in part.sizes:
             yield False, deviation(name, part.sizes[name])

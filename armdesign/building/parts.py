@@ -36,13 +36,14 @@ class BoltCircle:
         diameter: Of the circle [m].
         count: How many holes, evenly spaced.
         thread: Of their screws, one of ``SCREWS``.
-        generic: Whether it is assumed, because the maker's is not known.
+        maker: Of which end of which actuator its maker's drawing gives the real one, where the catalogue does not:
+            then this one is only what room is left for, and not drilled; "" where it is known.
     """
 
     diameter: float
     count: int
     thread: str
-    generic: bool = False
+    maker: str = ""
 
     def places(self, turn: float = 0.0) -> Array:
         """Middles of the holes, the first at an angle from x [rad], shape (count, 2) [m]."""
@@ -95,12 +96,14 @@ class Rod:
         end: Middle of the other, shape (3,) [m].
         radius: [m].
         oblique: Of a hole: whether it leaves through a face that its end lies on, but that is not square to it.
+        use: Of a hole: what it is for, as in ``Part.circles``.
     """
 
     start: Array
     end: Array
     radius: float
     oblique: bool = False
+    use: str = ""
 
     def moments(self) -> tuple[float, Array, Array]:
         """Volume, first moments (3,) and second moments (3, 3) about the origin: int dV, int x dV, int x x^T dV."""
@@ -128,6 +131,8 @@ class Part:
         circles: Its bolt circles by what they hold.
         bought: Whether it is bought as it is.
         note: What a mechanic has to know.
+        scribes: Lines scribed on it, start and end, shape (2, 3) each [m]: in line with those of what is put on
+            it where that is turned as it has to be.
     """
 
     kind: str
@@ -140,6 +145,7 @@ class Part:
     circles: Mapping[str, BoltCircle] = field(default_factory=dict)
     bought: bool = False
     note: str = ""
+    scribes: tuple[Array, ...] = ()
 
     @property
     def look(self) -> str:
@@ -193,13 +199,15 @@ class Screws:
     """Screws that are alike.
 
     Attributes:
-        thread: Their thread.
-        length: Least length under the head [m].
-        count: How many.
+        thread: Their thread; "" where only the maker of what they go into knows it.
+        length: Least length under the head [m]; without a thread what is between heads and that.
+        count: How many; 0 without a thread.
         joins: The marks of what they join, that with the heads first where they go through a spacer.
         nut: Whether each takes a nut: they go right through.
         most: Largest length under the head; longer ones have to be shortened [m].
         spacer: Mark of the spacer that they go through, "" for none.
+        maker: Without a thread: what they go into, whose maker's drawing gives thread, number and greatest depth.
+        note: What to look after when they go in.
     """
 
     thread: str
@@ -209,6 +217,8 @@ class Screws:
     nut: bool = False
     most: float = float("inf")
     spacer: str = ""
+    maker: str = ""
+    note: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -154,22 +154,30 @@ class Seat(NamedTuple):
     along: Array
     across: Array
 
+    def between(self, circle: BoltCircle) -> Array:
+        """From the middle to half way between its first two holes: to scribe lines and screws across, shape (3,)."""
+        half = np.pi / circle.count
+        way: Array = np.cos(half) * self.across + np.sin(half) * np.cross(self.along, self.across)
+        return way
 
-def generic_circle(diameter: float) -> BoltCircle:
-    """The circle that is assumed on an actuator whose own is not known, half as large as its housing.
+
+def generic_circle(diameter: float, maker: str = "its maker") -> BoltCircle:
+    """The circle that room is left for on an actuator whose own is not known, half as large as its housing.
 
     Args:
         diameter: Of the housing [m].
+        maker: What its maker's drawing is of.
     """
     threads = ((0.03, "M2"), (0.045, "M2.5"), (0.07, "M3"), (0.11, "M4"))
     thread = next((name for most, name in threads if diameter < most), "M5")
-    return BoltCircle(float(np.round(diameter / 2.0, 3)), 4 if diameter < 0.11 else 6, thread, generic=True)
+    return BoltCircle(float(np.round(diameter / 2.0, 3)), 4 if diameter < 0.11 else 6, thread, maker)
 
 
 def circle_of(actuator: Actuator, end: str) -> BoltCircle:
-    """The bolt circle at an end of an actuator, one of ``CIRCLES``; assumed where it is not known."""
+    """The bolt circle at an end of an actuator, one of ``CIRCLES``; one to leave room for where it is not known."""
     known = actuator.circles.get(end)
-    return generic_circle(actuator.diameter) if known is None else BoltCircle(*known)
+    maker = f"{end} of {actuator.name}"
+    return generic_circle(actuator.diameter, maker) if known is None else BoltCircle(*known)
 
 
 def envelope(actuator: Actuator, shop: Shop) -> tuple[float, float]:
@@ -189,9 +197,30 @@ def unit(vector: Array) -> Array:
     return unit
 
 
-def drilled(x: float, y: float, low: float, high: float, diameter: float) -> Rod:
-    """A hole along z."""
-    return Rod(np.array([x, y, low]), np.array([x, y, high]), diameter / 2.0)
+def drilled(places: Array, low: float, high: float, diameter: float, use: str) -> list[Rod]:
+    """Holes along z.
+
+    Args:
+        places: Their middles, shape (k, 2) [m].
+        low: Where they begin [m].
+        high: Where they end [m].
+        diameter: Theirs [m].
+        use: What they are for.
+    """
+    return [Rod(np.array([x, y, low]), np.array([x, y, high]), diameter / 2.0, use=use) for x, y in places]
+
+
+def scribed(way: Array, point: Array, half: float, wide: float = 0.0) -> tuple[Array, ...]:
+    """A scribe line at the rim of a flange, or of what it is screwed to, where that reaches beyond it.
+
+    Args:
+        way: From its middle to there, a unit vector, shape (3,).
+        point: Its middle, shape (3,) [m].
+        half: Radius of its rim [m].
+        wide: Of what it is screwed to: half the width along z [m].
+    """
+    beyond = wide / abs(way[2]) - half if abs(way[2]) > 0.5 else 0.0
+    return (np.stack([point + (half - 4e-3) * way, point + (half + float(np.clip(beyond, 0.0, 4e-3))) * way]),)
 
 
 def frame(z: Array, near: Array, point: Array | None = None) -> Array:

@@ -10,14 +10,16 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.building.parts import SCREWS, Part, Placed, Prism, Rod, Screws
-from armdesign.building.shop import GAP, SHORTEST_SPACER, SHORTEST_TUBE, TOOL, Seat, Shop, drilled, frame
+from armdesign.building.shop import GAP, SHORTEST_SPACER, SHORTEST_TUBE, TOOL, Seat, Shop, drilled, frame, scribed
 from armdesign.errors import CatalogueError
 
 TOOL_NOTE = "screwed on from the tool's side, before the tool"
 SPACER_NOTE = "screwed from inside the bracket that is drilled through, before that goes on its actuator"
 FIT = 0.1e-3
 """By how much a spigot's diameter is less than its tube's bore at most [m]; half of it is the least."""
+ACROSS = "screw across"
 TOGETHER = "hole across: with tube and spigot put together, drilled once through both, so that the screw has no play"
+IN_LINE = "scribe lines S of both in line"
 TOOL_FLANGE = 6e-3
 """Thickness of a tool's own flange, for the length of its screws [m]."""
 
@@ -44,9 +46,8 @@ class Joint(NamedTuple):
 
     def pins(self, shop: Shop) -> tuple[Array, Array]:
         """Where the screws across the tube point at either end, shape (3,) each: half way between two of a flange."""
-        c, s, u = np.cos(np.pi / shop.circle.count), np.sin(np.pi / shop.circle.count), self.first.along
-        first, second = (c * seat.across + s * np.cross(u, seat.across) for seat in (self.first, self.second))
-        return first, self.second.across if self.second.mark == TOOL else second
+        last = self.second.across if self.second.mark == TOOL else self.second.between(shop.circle)
+        return self.first.between(shop.circle), last
 
     def cap(self, shop: Shop) -> float:
         """Thickness of what is on the tube's outer end [m]."""
@@ -85,7 +86,7 @@ def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
     for letter, (part, place, seat) in zip("ab", ends, strict=True):
         pinned, own = shop.pin, f"{mark}-{letter}"
         screws.append(Screws(pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, own), nut=True))
-        held = Screws(shop.circle.thread, shop.flange + shop.bite, shop.circle.count, (own, seat.mark))
+        held = Screws(shop.circle.thread, shop.flange + shop.bite, shop.circle.count, (own, seat.mark), note=IN_LINE)
         screws.append(tool_screws(own, joint.cap(shop), shop) if seat.mark == TOOL else held)
         placed.insert(2 * (letter == "b"), Placed(part, own, joint.link, place))
     return placed, screws
@@ -121,7 +122,7 @@ def tube(length: float, from_end: float, turn: float, shop: Shop) -> Part:
     for z, angle_ in ((from_end, 0.0), (length - from_end, turn)):
         way = np.array([np.cos(angle_), np.sin(angle_), 0.0])
         middle = np.array([0.0, 0.0, z])
-        holes += [Rod(middle + side * bore * way, middle + side * radius * way, shop.pin_hole / 2.0, oblique=True)
+        holes += [Rod(middle + side * bore * way, middle + side * radius * way, shop.pin_hole / 2.0, True, ACROSS)
                   for side in (1.0, -1.0)]  # fmt: skip
     sizes = {"diameter": shop.diameter, "wall": shop.wall, "length": length, "hole from end": from_end,
              "hole": shop.pin_hole, "turn of second hole": turn}  # fmt: skip
@@ -135,7 +136,7 @@ def _spigot(deep: float, thickness: float, shop: Shop) -> tuple[list[Rod], list[
     solid = Rod(np.array([0.0, 0.0, thickness]), np.array([0.0, 0.0, thickness + deep]), radius)
     middle, x = np.array([0.0, 0.0, thickness + deep / 2.0]), np.array([1.0, 0.0, 0.0])
     holes = [Rod(np.zeros(3), solid.end, bore)]
-    holes += [Rod(middle + side * bore * x, middle + side * radius * x, shop.pin_hole / 2.0, oblique=True)
+    holes += [Rod(middle + side * bore * x, middle + side * radius * x, shop.pin_hole / 2.0, True, ACROSS)
               for side in (1.0, -1.0)]  # fmt: skip
     sizes = {"spigot": 2.0 * radius, "spigot length": deep, "bore": 2.0 * bore, "hole": shop.pin_hole,
              "hole from disc": deep / 2.0}  # fmt: skip
@@ -152,10 +153,12 @@ def flange(deep: float, shop: Shop) -> Part:
     t = shop.flange
     solids, holes, sizes = _spigot(deep, t, shop)
     clear = SCREWS[shop.circle.thread][0]
-    holes += [drilled(x, y, 0.0, t, clear) for x, y in shop.circle.places(np.pi / shop.circle.count)]
+    holes += drilled(shop.circle.places(np.pi / shop.circle.count), 0.0, t, clear, "bracket")
+    rim = shop.half * np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]) + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, t]])
+    scribes = (*scribed(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, t]), shop.half), rim)
     sizes = {"diameter": 2.0 * shop.half, "thickness": t, **sizes}
     return shop.part("tube flange", [Rod(np.zeros(3), np.array([0.0, 0.0, t]), shop.half), *solids], holes, sizes=sizes,
-                     circles={"bracket": shop.circle}, note=TOGETHER)  # fmt: skip
+                     circles={"bracket": shop.circle}, note=TOGETHER, scribes=scribes)  # fmt: skip
 
 
 def tool_plate(deep: float, shop: Shop) -> Part:
@@ -167,11 +170,12 @@ def tool_plate(deep: float, shop: Shop) -> Part:
     """
     t, circle = max(shop.flange, 8e-3), shop.tool_circle
     solids, holes, sizes = _spigot(deep, t, shop)
-    holes += [drilled(x, y, 0.0, t, SCREWS[circle.thread][1]) for x, y in circle.places(np.pi / 4.0)]
+    use = "tool (tapped through, ISO 9409-1)"
+    holes += drilled(circle.places(np.pi / circle.count), 0.0, t, SCREWS[circle.thread][1], use)
     sizes = {"diameter": 2.0 * circle.edge, "thickness": t, **sizes}
     disc = Rod(np.zeros(3), np.array([0.0, 0.0, t]), circle.edge)
     return shop.part("tool plate", [disc, *solids], holes, sizes=sizes,
-                     circles={"tool (tapped through, ISO 9409-1)": circle}, note=TOGETHER)  # fmt: skip
+                     circles={use: circle}, note=TOGETHER)  # fmt: skip
 
 
 def spacer(joint: Joint, nodes: Sequence[Placed | None], shop: Shop) -> tuple[list[Placed], list[Screws]]:
@@ -194,7 +198,7 @@ def spacer(joint: Joint, nodes: Sequence[Placed | None], shop: Shop) -> tuple[li
         if through is None or held is None:
             continue
         pose = frame(joint.first.along, other.across, joint.first.point)
-        holes = [drilled(x, y, 0.0, span, SCREWS[circle.thread][0]) for x, y in circle.places()]
+        holes = drilled(circle.places(), 0.0, span, SCREWS[circle.thread][0], "through")
         part = shop.part("spacer", [Rod(np.zeros(3), np.array([0.0, 0.0, span]), shop.half)], holes,
                          sizes={"diameter": 2.0 * shop.half, "length": span}, circles={"through": circle},
                          note=SPACER_NOTE)  # fmt: skip
@@ -243,13 +247,13 @@ def drilled_through(node: Placed, seat: Seat, across: Array, long: float, shop: 
             or (heights - wide * abs(e[1]) > pad.polygon[:, 1].max()).all()
         ):
             return None
-        holes += [Rod(start, floor, clear / 2.0), Rod(floor, back, wide)]
+        holes += [Rod(start, floor, clear / 2.0, use="tube (through)"), Rod(floor, back, wide, use="tube (through)")]
     sizes = dict(part.sizes) | {
         "turn of the tube's circle": float(np.arctan2(f @ np.cross(u, e), f @ e)), "counterbore": 2.0 * wide,
         "under heads": under,
     }  # fmt: skip
     circles = {"face": part.circles["face"], "tube (through)": circle}
-    return replace(node, part=replace(part, holes=tuple(holes), sizes=sizes, circles=circles))
+    return replace(node, part=replace(part, holes=tuple(holes), sizes=sizes, circles=circles, scribes=()))
 
 
 def tool_spacer(joint: Joint, node: Placed | None, shop: Shop) -> tuple[list[Placed], list[Screws]]:
@@ -279,13 +283,14 @@ def tool_spacer(joint: Joint, node: Placed | None, shop: Shop) -> tuple[list[Pla
     deep = 2e-3 * float(tool.thread[1:])
     deep = span if span < deep + 3e-3 else deep
     radius, top = max(shop.half, tool.edge), np.array([0.0, 0.0, span])
-    holes = [hole for x, y in circle.places() for hole in (drilled(x, y, 0.0, under, clear),
-                                                           drilled(x, y, under, span, 2.0 * wide))]  # fmt: skip
-    holes += [drilled(x, y, span - deep, span, tap) for x, y in tool.places(turn)]
+    holes = drilled(circle.places(), 0.0, under, clear, "through")
+    holes += drilled(circle.places(), under, span, 2.0 * wide, "through")
+    use = "tool (tapped, ISO 9409-1)"
+    holes += drilled(tool.places(turn), span - deep, span, tap, use)
     sizes = {"diameter": 2.0 * radius, "length": span, "counterbore": 2.0 * wide, "under heads": under,
              "tapped depth": deep, "turn of second circle": turn}  # fmt: skip
     part = shop.part("spacer", [Rod(np.zeros(3), top, radius)], holes, sizes=sizes,
-                     circles={"through": circle, "tool (tapped, ISO 9409-1)": tool}, note=TOOL_NOTE)  # fmt: skip
+                     circles={"through": circle, use: tool}, note=TOOL_NOTE)  # fmt: skip
     room = (2.0 * d if node is None or blind(node) else shop.plate + GAP) - 0.5e-3
     held = Screws(circle.thread, under + shop.bite, circle.count, (joint.mark, joint.first.mark), most=under + room)
     pose = frame(joint.first.along, joint.first.across, joint.first.point)

@@ -94,7 +94,7 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
     assert sorted(m[2] for m in modules) == sorted(a.mass for a in pieces)
     assembly = recorded_build(built).assembly
     assert float(parts[-1]["mass [kg]"]) == pytest.approx(sum(p.part.mass for p in assembly.placed), rel=1e-3)
-    screws = sum(int(row["quantity"]) for row in parts if row["part"].startswith("screw"))
+    screws = sum(int(row["quantity"]) for row in parts if row["part"].startswith("screw "))
     assert screws == sum(each.count for each in assembly.screws)
     nuts = sum(int(row["quantity"]) for row in parts if row["part"].startswith("locking nut"))
     assert nuts == 2 * sum(each.part.kind == "tube" for each in assembly.placed)
@@ -145,7 +145,9 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
         assert (left, bottom, right, top) == pytest.approx((20.0, 10.0, 410.0, 287.0)), name
         texts = [words.text for words in sheet.words]
         assert set(part.sizes) < set(texts)
-        assert all(f"{holes.count} × {holes.thread}" in texts for holes in part.circles.values())
+        for holes in part.circles.values():
+            assert any(f"{holes.count} ×" in text and holes.thread in text for text in texts) or holes.maker
+            assert not holes.maker or any(f"maker's drawing, {holes.maker}" in text for text in texts)
 
 
 def unwarned(path, first, number, fault):

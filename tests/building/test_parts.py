@@ -15,7 +15,8 @@ from armdesign.bodies.cylinder import along
 from armdesign.building.assembly import assemble
 from armdesign.building.brackets import bracket, corner
 from armdesign.building.catalogue import find_catalogue
-from armdesign.building.part_drawing import dimension_rows, marked
+from armdesign.building.part_drawing import PART_VIEWS, dimension_rows, marked
+from armdesign.building.part_holes import hole_rows
 from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod
 from armdesign.building.parts_clearance import parts_gap
@@ -46,8 +47,9 @@ def assembly():
     return assemble(arm_of(), CHOSEN, SHOP)
 
 
-def face_of(diameter=0.06, length=0.05):
-    return Face("J1", np.zeros(3), np.array([0.0, 0, 1]), length / 2, diameter / 2, generic_circle(diameter))
+def face_of(diameter=0.06, length=0.05, maker="its maker"):
+    circle = dataclasses.replace(generic_circle(diameter), maker=maker)
+    return Face("J1", np.zeros(3), np.array([0.0, 0, 1]), length / 2, diameter / 2, circle)
 
 
 def test_forms_have_the_moments_of_points_in_them():
@@ -83,7 +85,7 @@ def test_masses_by_hand():
     t, wide = 8e-3, 0.049  # beside a housing of 60 x 50 mm, 3 mm away from it
     back = generic_circle(0.06).edge
     pad, leg = (back + 0.03 + GAP) * t * wide, t * (0.025 + t + 0.0245) * wide
-    bolts = 4 * np.pi / 4 * 3.4e-3**2 * t + 4 * np.pi / 4 * 3.3e-3**2 * t
+    bolts = 4 * np.pi / 4 * 3.3e-3**2 * t  # the face is not drilled
     assert made.part.mass == pytest.approx(2700 * (pad + leg - bolts), rel=1e-9)
 
 
@@ -101,7 +103,7 @@ def test_bolt_circles():
 def test_holes_are_in_the_material_and_apart(kind, shop):
     for a in find_catalogue("rmd").actuators:
         for theta in np.radians([0.0, 20.0, 50.0] if kind == "wedge" else [60.0, 90.0, 120.0]):
-            face = face_of(a.diameter, a.length)
+            face = face_of(a.diameter, a.length, maker="")
             made, seat, _ = bracket(face, kind, np.array([np.sin(theta), 0.0, np.cos(theta)]), 1, shop)
             taps = [hole for hole in made.part.holes if hole.radius == SCREWS[shop.circle.thread][1] / 2]
             others = [hole for hole in made.part.holes if hole not in taps]
@@ -313,6 +315,7 @@ def test_what_parts_may_be_off_adds_up_along_a_link(assembly):
     for link, (length, twist) in enumerate(found):
         parts = [each.part for each in assembly.of_link(link)]
         angles = sum(name.startswith(("angle", "turn")) for part in parts for name in part.sizes)
+        angles += sum(bool(circle.maker) for part in parts if not part.bought for circle in part.circles.values())
         assert twist == pytest.approx(np.radians(0.2) * np.sqrt(angles))
         tubes = [part.sizes["length"] for part in parts if part.kind == "tube"]
         assert length > max((0.5e-3 if 0.12 < x <= 0.4 else 0.0 for x in tubes), default=0.0)
@@ -399,9 +402,60 @@ def test_published_bolt_circles_are_taken():
     placed = assemble(arm_of(), [CHOSEN[0], a, CHOSEN[2]], SHOP).placed
     by_mark = {each.mark: each.part for each in placed}
     held, own = by_mark["J2-L1"].circles["face"], by_mark["J2-L2"].circles["face"]
-    assert (held.diameter, held.count, held.generic) == (0.025, 6, False)
-    assert own == generic_circle(a.diameter)
-    assert "assumed" in next(each.part.note for each in placed if each.mark == "J2")
+    assert (held.diameter, held.count, held.maker) == (0.025, 6, "")
+    assert own == generic_circle(a.diameter, f"housing of {a.name}")
+    assert "maker's drawing" in next(each.part.note for each in placed if each.mark == "J2")
+
+
+def test_what_no_catalogue_knows_is_not_drilled():
+    known = dataclasses.replace(CHOSEN[1], circles={"output": (0.025, 6, "M3")})
+    made = assemble(arm_of(), [CHOSEN[0], known, CHOSEN[2]], SHOP)
+    held = {each.joins[1]: each for each in made.screws if each.joins[0].startswith("J")}
+    for each in made.placed:
+        if each.mark.startswith("J") and not each.part.bought:
+            drilled = [hole for hole in each.part.holes if hole.use == "face"]
+            screws, rows = held[each.mark], [" ".join(row) for row in hole_rows(each.part, [])]
+            if each.mark == "J2-L1":
+                assert (len(drilled), screws.count, screws.maker) == (12 if each.part.note == "wedge" else 6, 6, "")
+            else:
+                assert (drilled, screws.count, screws.thread) == ([], 0, "")
+                assert any("not drilled" in row and screws.maker in row for row in rows)
+    makers = [tuple(c.maker for c in part.circles.values()) for part, _ in made.counted().values() if not part.bought]
+    assert sum(any(each) for each in makers) == 5  # none of them is taken for another's
+
+
+def test_scribe_lines_of_a_flange_and_its_seat_meet_in_one_of_four_positions():
+    made = assemble(arm_of(), CHOSEN, SHOP)
+    parts = {each.mark: each for each in made.placed}
+    met = 0
+    for screws in made.screws:
+        if not screws.note:
+            continue
+        lines = [[part.pose[:3, :3] @ end + part.pose[:3, 3] for line in part.part.scribes for end in line]
+                 for part in (parts[mark] for mark in screws.joins)]  # fmt: skip
+        nearest = min(np.linalg.norm(a - b) for a in lines[0] for b in lines[1])
+        middle = parts[screws.joins[0]].pose[:3, 3]
+        own = [point - middle for point in lines[0]]
+        assert nearest < 4e-3 + 1e-9  # at the rim, the seat's goes on
+        along = parts[screws.joins[0]].pose[:3, 2]
+        rim = next(point for point in own if abs(point @ along) < 1e-9)
+        seat = next(p for p in (point - middle for point in lines[1]) if abs(p @ along) < 1e-9)
+        assert rim @ seat == pytest.approx(np.linalg.norm(rim) * np.linalg.norm(seat))
+        met += 1
+    assert met == 2 * sum(each.part.kind == "tube" for each in made.placed) - 1  # the tool's end has a plate
+
+
+def test_hole_tables_say_what_to_drill():
+    rows = {letter: (words, where) for letter, words, where in hole_rows(flange(0.03, SHOP), [PART_VIEWS[0]])}
+    assert rows == {
+        "A": ("⌀4 screw across, both walls", "15 from the disc, in line with S"),
+        "B": ("4 × ⌀4.5 clearance, M4: bracket", "on ⌀39, first at 45° in front view"),
+    }
+    rows = [row[1:] for row in hole_rows(tube(0.2, 0.015, 0.3, SHOP), [])]
+    assert rows[1] == ("⌀4 screw across, both walls", "15 from the other, 17.19° to A")
+    made, _, _ = bracket(face_of(), "wedge", np.array([0.0, 0.0, 1.0]), 1, SHOP)
+    words = [row[1] for row in hole_rows(made.part, [])]
+    assert words[0] == "4 × M4 tapped, 8 deep: tube"
 
 
 def test_corner_holds_its_tubes_on_their_axes():
