@@ -20,6 +20,7 @@ from armdesign.building.parts import Placed, Screws
 from armdesign.building.projection import Solid, draw_solids, slanted, solids_of
 from armdesign.building.sheet import Sheet, number, svg_of
 from armdesign.building.shop import FLOOR, TOOL
+from armdesign.building.supply import Supply
 from armdesign.feasibility.words import base_words
 from armdesign.kinematics.base_pose import MOUNTINGS
 from armdesign.kinematics.dh import DHTable
@@ -29,6 +30,13 @@ PICTURE, ROUND = (150.0, 150.0), 34.0
 """Width and greatest height of a step's picture, and what of it is left about the arm for marks [mm]."""
 NEW, OLD = "#c4c4c4", "white"
 """Colours of what a step adds, and of what is there."""
+
+
+HUNG = {
+    "below": ("below", "floor"), "above": ("above", "ceiling"), "behind": ("behind", "wall"),
+    "front": ("in front of", "wall"), "left": ("to the left of", "wall"), "right": ("to the right of", "wall"),
+}  # fmt: skip
+"""Of an arm that hangs, by the side its base's plate is on: where that is, and what it is screwed to."""
 
 
 class Step(NamedTuple):
@@ -86,18 +94,19 @@ def assembly_page(build: Build) -> str:
 
 
 def made_first(build: Build) -> list[str]:
-    """What has to be there before the first step, besides what is bought: kinds of parts with material and marks."""
+    """What has to be there before the first step: what is made, with material and marks, and what is not chosen."""
+    besides = ", ".join(f"{count} × {name}" for name, count in build.supply.open_items)
     return [
         f"{len(places)} × {name} ({part.material}): {', '.join(each.mark for each in places)}"
         for name, (part, places) in assembly_of(build).counted().items() if not part.bought
-    ]  # fmt: skip
+    ] + [f"Bought besides, and not chosen here: {besides}."]  # fmt: skip
 
 
 def surface(build: Build) -> str:
     """What the base's plate is screwed to: floor, wall or ceiling."""
     if build.result.placed:
         return build.result.base_pose.mounted
-    return {"below": "floor", "above": "ceiling"}.get(str(build.result.plate_side), "wall")
+    return HUNG[str(build.result.plate_side)][1]
 
 
 def foot(build: Build) -> Array:
@@ -114,9 +123,10 @@ def base_place(build: Build) -> str:
     if build.result.placed:
         return base_words(build.result.base_pose)
     x, y, z, away = (number(1e3 * float(each)) for each in (*foot(build), np.linalg.norm(foot(build))))
+    side, on = HUNG[str(build.result.plate_side)]
     return (
-        f"Its mounting face, on the {surface(build)}, has its middle {away} mm {build.result.plate_side} the point "
-        f"that the demonstrator's arm begins at: x {x}, y {y}, z {z} mm from it."
+        f"Its mounting face, on the {on}, has its middle {away} mm {side} the point that the demonstrator's arm begins "
+        f"at: x {x}, y {y}, z {z} mm from it."
     )
 
 
@@ -147,7 +157,8 @@ def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Ste
             marks = {each.mark for each, _ in new}
             if bench:
                 actuator = build.choice.actuators[link]
-                title, words = f"Actuator J{joint}: {actuator.name}", actuator_words(actuator, joint, table)
+                title = f"Actuator J{joint}: {build.supply.ordered(actuator)}"
+                words = actuator_words(actuator, joint, table, build.supply)
                 words += [each.part.note for each, _ in new if each.part.bought and each.part.note]
                 words += [f"On the bench, bolt {mark} on it: later its screws may be covered."
                           for mark in sorted(marks - {f"J{joint}"})]  # fmt: skip
@@ -210,19 +221,19 @@ def screw_words(joined: Sequence[Screws], base_on: str = FLOOR) -> list[str]:
     return words
 
 
-def actuator_words(actuator: Actuator, joint: int, table: DHTable) -> list[str]:
+def actuator_words(actuator: Actuator, joint: int, table: DHTable, supply: Supply) -> list[str]:
     """What to do with the actuator of a joint.
 
     Args:
         actuator: The actuator.
         joint: Number of the joint.
         table: The arm.
+        supply: What the arm's actuators are fed and talked to by.
     """
+    volts, bus = supply.volts(actuator), supply.bus(actuator)
     words = [f"Before it is mounted: set its address on the bus to {joint}, and drive it to its zero."]
-    if actuator.interface:
-        words.append(f"Interface: {actuator.interface}.")
-    if actuator.voltage:
-        words.append(f"Supply: {number(actuator.voltage)} V.")
+    words += [f"Bus: {bus}."] if bus else []
+    words += [f"Supply: {number(volts)} V."] if volts else []
     if actuator.angle_range:
         words.append(f"It turns by {degrees(actuator.angle_range)}° in all: put its zero into the middle of that.")
     words.append("Mark a line across housing and output where both stand at zero.")

@@ -75,11 +75,10 @@ def bill_of_materials(build: Build) -> str:
 
 def bought_rows(build: Build) -> list[Row]:
     """Actuators by the names that they are ordered by, links and brackets of a kit, and tubes."""
-    rows, bus = [], build.supply.buses[0] if build.supply.buses else ""
+    rows = []
     for name, count in Counter(a.name for a in build.choice.actuators).items():
         a = next(each for each in build.choice.actuators if each.name == name)
-        ordered = name + a.order.get(bus if bus in a.buses else next(iter(a.buses), ""), "")
-        rows.append(Row(ordered, count, "piece", "bought", "", a.sheet or a.family, a.mass, a.price))
+        rows.append(Row(build.supply.ordered(a), count, "piece", "bought", "", a.sheet or a.family, a.mass, a.price))
     if build.kit is not None and build.pieces is not None:
         return rows + kit_rows(build.pieces, build.kit, build.options.catalogue)
     lengths = [float(row[2]) for row in cuts(build)]

@@ -36,6 +36,19 @@ class Supply:
             f"bus: {' and '.join(self.buses) or 'not published'}."
         )
 
+    def volts(self, actuator: Actuator) -> float | None:
+        """Which of its voltages an actuator is fed with [V]; None where it is not published."""
+        low = actuator.voltage
+        return next((v for v in self.voltages if low is not None and low <= v <= actuator.most_voltage), None)
+
+    def bus(self, actuator: Actuator) -> str:
+        """Which of its buses an actuator is on; empty where it is not published."""
+        return next((bus for bus in self.buses if bus in actuator.buses), "")
+
+    def ordered(self, actuator: Actuator) -> str:
+        """What an actuator is ordered by: its name with what the bus adds to it."""
+        return actuator.name + actuator.order.get(self.bus(actuator), "")
+
     @property
     def open_items(self) -> list[tuple[str, int]]:
         """What has to be bought besides and is not chosen, with how many of it."""

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import armdesign
 from armdesign.building import tubes
 from armdesign.building.assembly import assemble
-from armdesign.building.assembly_steps import base_place, screw_words, surface
+from armdesign.building.assembly_steps import HUNG, base_place, screw_words, surface
 from armdesign.building.build import BuildOptions, build, changed, chosen_parts, thinner
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import part_sheet
@@ -184,9 +184,8 @@ def test_what_the_base_is_screwed_to_is_named(made):
     screws = next(each for each in made.assembly.screws if each.joins == ("B", FLOOR))
     words = " ".join(screw_words([screws], "ceiling"))
     assert words.startswith("B to ceiling: 4 × M6 x ")
-    hung = {"below": "floor", "above": "ceiling", None: "wall"}
-    assert surface(made) == hung.get(made.result.plate_side, "wall")
-    assert all(word in base_place(made) for word in (surface(made), f"mm {made.result.plate_side} the point"))
+    assert surface(made) == HUNG[made.result.plate_side][1]
+    assert all(word in base_place(made) for word in (surface(made), f"mm {HUNG[made.result.plate_side][0]} the point"))
     deep = replace(screws, joins=("L1-T1", TOOL), most=0.0145)
     assert "at most 14.5 mm under the head" in screw_words([deep])[0]
     own = replace(screws, joins=("J2", "J2-L1"))

@@ -111,7 +111,9 @@ def test_supply_of_dynamixels():
     unknown = replace(small, voltage=None, max_voltage=None, interface="", peak_current=None)
     assert supply_of([unknown]).voltages == supply_of([unknown]).buses == ()
     assert "not published" in supply_of([unknown]).words
-    assert (middle.order["TTL"], high.order["RS-485"]) == ("-T", "-R")
+    assert [needs.ordered(a) for a in (small, middle)] == ["XL430-W250-T", "XM430-W350-T"]
+    assert supply_of([high, middle]).ordered(middle) == "XM430-W350-R"
+    assert (needs.volts(small), supply_of([unknown]).volts(unknown)) == (12.0, None)
 
 
 def test_torque_by_hand():
