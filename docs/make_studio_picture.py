@@ -19,7 +19,7 @@ FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader
 
 
 def main() -> None:
-    """Open the run, go to the moment of the largest error, and take the picture."""
+    """Open the run, choose its parts, go to the moment of the largest error, and take the picture."""
     run, picture = map(Path, sys.argv[1:3])
     server, guard = open_server()
     studio = Page(server, Path())
@@ -30,10 +30,13 @@ def main() -> None:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(120_000)  # software draws the scene
         page.goto(guard.address)
-        page.get_by_text("Largest error of the hand").first.wait_for(timeout=60_000)
-        page.get_by_role("tab", name="Search", exact=True).click()
+        page.get_by_text("Does the job to").first.wait_for(timeout=60_000)
+        page.get_by_role("tab", name="Parts", exact=True).click()
+        page.get_by_role("button", name="Choose the parts").click()
+        page.get_by_text("its parts fit").first.wait_for(timeout=400_000)
         studio.time.value = studio.arm.worst
-        page.get_by_text("Software WebGL").locator("xpath=ancestor::*[@role='alert']").get_by_role("button").click()
+        page.get_by_text("Software WebGL").wait_for(state="hidden")
+        page.get_by_text("Received").wait_for(state="hidden")
         page.wait_for_timeout(3000)
         page.screenshot(path=picture)
         browser.close()

@@ -19,7 +19,7 @@ from armdesign.errors import ArmDesignError, SettingsError
 from armdesign.export.export_files import export
 from armdesign.export.formats import FORMATS
 from armdesign.export.trajectory.exporting import FILES
-from armdesign.feasibility.words import hand_words, pace
+from armdesign.feasibility.words import hand_words, pace, sentence
 from armdesign.runs.folder import RESULT
 from armdesign.search.result import Result
 from armdesign.studio.arms import design_arm
@@ -89,7 +89,7 @@ def built_html(made: Build, bill: str) -> str:
     result = made.result
     how = "are printed, each for its angle" if made.options.printed else "are made of aluminium, of 0 and 90 degrees"
     lines = [
-        f"{hand_words(result.verdict)}.",
+        f"{sentence(hand_words(result.verdict))}.",
         f"It moves at {pace(made.speed)}.",
         f"What moves weighs {result.body.moving_mass:.1f} kg.",
     ]

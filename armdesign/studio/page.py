@@ -182,6 +182,7 @@ class Page:
         if self.arm is not None:
             download = self.panels["Parts"]
             words, mark = job_words(self.arm, download.made)
+            mark = mark if download.result is not None else ""  # no verdict on a search that goes on
             text = f'<h4 class="{mark}">{escape(words)}</h4>{escape(self.arm.name)}, furthest off at '
             text += f"{self.arm.worst:.2f} s"
             if download.result is not None:

@@ -38,7 +38,7 @@ EFFORTS = {
 """Effort and most candidates of a search."""
 STATES = {
     "running": "Searching", "finished": "The search has ended", "interrupted": "The search was stopped",
-    "stopped": "The search waits to go on", "failed": "No arm was found", "broken": "The run is damaged",
+    "stopped": "The search was stopped", "failed": "No arm was found", "broken": "The run is damaged",
     "evaluated": "A given arm, not a search",
 }  # fmt: skip
 
@@ -51,7 +51,11 @@ def progress_words(run: RunStatus, joints: Sequence[int]) -> tuple[str, float]:
         joints: The numbers of joints that are tried one after another; none where only one is.
     """
     done = min(1.0, (run.iterations or 0) / (run.planned or np.inf))
-    tried = f"{run.iterations} of {run.planned} arms tried." if run.iterations and run.planned else "starting."
+    tried = (
+        f"{run.iterations} of {run.planned} arms tried."
+        if run.iterations and run.planned
+        else "getting ready, the first time for some minutes."
+    )
     if run.dof not in joints:
         return f"{counted(run.dof, 'joint')}: {tried}" if run.dof else tried, done
     share = (joints.index(run.dof) + done) / len(joints)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from armdesign.building import part_lists
 from armdesign.building.build import BuildOptions
 from armdesign.building.catalogue import find_catalogue
 from armdesign.cell.obstacle_file import read_obstacles
@@ -25,7 +26,7 @@ from armdesign.settings.sections import Cell, Settings
 from armdesign.studio import motors, server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm
 from armdesign.studio.arms_panel import by_reach, needed_reach
-from armdesign.studio.download_panel import built_html, packed
+from armdesign.studio.download_panel import GROUPS, built_html, packed
 from armdesign.studio.motors import best_build, families, family_of, room_for
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
 from armdesign.studio.redesign_panel import gradient_words, plain_name, scale_of
@@ -300,3 +301,4 @@ def test_parts_are_listed_by_how_one_comes_by_them(result):
     text = built_html(made, bill)
     assert all(word in text for word in ("To be bought", "To be printed", "&lt;flange&gt;"))
     assert "Not an arm" not in text
+    assert set(GROUPS) == set(part_lists.GROUPS)
