@@ -114,7 +114,7 @@ def anchor(knot: Knot, kind: str, along: Array, shop: Shop) -> Array:
     if kind == "wedge":
         x, y = 0.0, wedge_size(face, theta, shop)[2]
     else:
-        x, y, _ = standing_size(face, theta, shop)
+        x, y, _, _ = standing_size(face, theta, shop)
     lean = along - (along @ face.normal) * face.normal
     point: Array = face.middle + (face.height + y) * face.normal + x * lean / max(float(np.linalg.norm(lean)), 1e-9)
     return point
@@ -268,26 +268,31 @@ def angle(face: Face, theta: float, shop: Shop) -> Made:
     return Made(part, seat, t)
 
 
-def standing_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float]:
-    """Where a standing bracket's tube's middle is from the face's, along and above it, and its thickness [m]."""
-    thick = max(shop.plate, WEDGE)
-    along = max(face.circle.edge, shop.half) - shop.half * np.cos(theta)
-    return float(along), float(thick + shop.half * np.sin(theta)), thick
+def standing_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float, float]:
+    """Where a standing bracket's tube's middle is, along and above its face, its thickness, and its length in front [m].
+
+    Before its second plate the heads of the face's screws have room, beside the radius that a mill leaves.
+    """
+    thick, circle = max(shop.plate, WEDGE), face.circle
+    heads = circle.diameter / 2.0 * np.cos(np.pi / circle.count) + SCREWS[circle.thread][2] / 2.0 + INNER
+    front = float(max(circle.edge, shop.half, heads + thick / np.sin(theta)))
+    return float(front - shop.half * np.cos(theta)), float(thick + shop.half * np.sin(theta)), thick, front
 
 
 def standing(face: Face, theta: float, shop: Shop) -> Made:
     """Two plates, one on a base's plate, one standing on its edge, square to a tube that leaves at theta [rad]."""
-    x, y, t = standing_size(face, theta, shop)
+    x, y, t, front = standing_size(face, theta, shop)
     back, s, c, h = max(face.circle.edge, shop.half), np.sin(theta), np.cos(theta), face.height
     u, e = np.array([s, c, 0.0]), np.array([c, -s, 0.0])
     seat = np.array([x, h + y, 0.0])
     top = seat - shop.half * e
-    leg = np.array([[back, h + t], top[:2], (top - t * u)[:2], [back - t / s, h + t]])
-    pad = np.array([[-back, h], [back, h], [back, h + t], [-back, h + t]])
+    leg = np.array([[front, h + t], top[:2], (top - t * u)[:2], [front - t / s, h + t]])
+    pad = np.array([[-back, h], [front, h], [front, h + t], [-back, h + t]])
     holes, turned = face_holes(face.circle, h, h + t)
     holes += tapped_holes(seat, u, e, np.pi / 4.0, t, shop)
     sizes = {
-        "angle": theta, "plate": t, "width": 2.0 * back, "tube above face": y, "turn of the tube's circle": np.pi / 4.0,
+        "angle": theta, "plate": t, "width": 2.0 * back, "length": back + front, "back": back, "tube above face": y,
+        "turn of the tube's circle": np.pi / 4.0,
         **turned, "inner radius": INNER,
     }  # fmt: skip
     part = shop.part("bracket", [Prism(pad, 2.0 * back), Prism(leg, 2.0 * back)], holes, sizes=sizes,

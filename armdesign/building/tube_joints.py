@@ -19,6 +19,7 @@ FIT = 0.1e-3
 """By how much a spigot's diameter is less than its tube's bore at most [m]; half of it is the least."""
 ACROSS = "screw across"
 TOGETHER = "hole across: with tube and spigot put together, drilled once through both, so that the screw has no play"
+BOTH = "its hole is drilled through both together"
 IN_LINE = "scribe lines S of both in line"
 TOOL_FLANGE = 6e-3
 """Thickness of a tool's own flange, for the length of its screws [m]."""
@@ -85,7 +86,7 @@ def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
     screws = []
     for letter, (part, place, seat) in zip("ab", ends, strict=True):
         pinned, own = shop.pin, f"{mark}-{letter}"
-        screws.append(Screws(pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, own), nut=True))
+        screws.append(Screws(pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, own), nut=True, note=BOTH))
         held = Screws(shop.circle.thread, shop.flange + shop.bite, shop.circle.count, (own, seat.mark), note=IN_LINE)
         screws.append(tool_screws(own, joint.cap(shop), shop) if seat.mark == TOOL else held)
         placed.insert(2 * (letter == "b"), Placed(part, own, joint.link, place))

@@ -13,7 +13,7 @@ import pytest
 from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.cylinder import along
 from armdesign.building.assembly import assemble
-from armdesign.building.brackets import bracket, corner
+from armdesign.building.brackets import Knot, anchor, bracket, corner
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import PART_VIEWS, dimension_rows, marked
 from armdesign.building.part_holes import hole_rows
@@ -424,12 +424,26 @@ def test_what_no_catalogue_knows_is_not_drilled():
     assert sum(any(each) for each in makers) == 5  # none of them is taken for another's
 
 
+@pytest.mark.parametrize("theta", np.radians([45.0, 75.0, 90.0, 105.0]))
+def test_heads_have_room_before_the_second_plate_of_a_standing_bracket(theta):
+    for diameter in (0.016, 0.03, 0.06):
+        shop = dataclasses.replace(SHOP, diameter=diameter)
+        face = Face("B", np.zeros(3), np.array([0.0, 0, 1]), 0.0, 0.05, BoltCircle(2.0 * shop.half, 4, "M5"))
+        made, seat, _ = bracket(face, "standing", np.array([np.sin(theta), 0.0, np.cos(theta)]), 0, shop)
+        foot = made.part.solids[1].polygon
+        before = min(x for x, y in foot if y < foot[:, 1].min() + 1e-9)
+        heads = max(hole.end[0] for hole in made.part.holes if hole.use == "face") + SCREWS["M5"][2] / 2.0
+        assert before - heads >= made.part.sizes["inner radius"] - 1e-12
+        point = anchor(Knot(np.zeros(3), face), "standing", np.array([np.sin(theta), 0.0, np.cos(theta)]), shop)
+        assert np.cross(point - seat.point, seat.along) == pytest.approx(np.zeros(3), abs=1e-12)
+
+
 def test_scribe_lines_of_a_flange_and_its_seat_meet_in_one_of_four_positions():
     made = assemble(arm_of(), CHOSEN, SHOP)
     parts = {each.mark: each for each in made.placed}
     met = 0
     for screws in made.screws:
-        if not screws.note:
+        if "scribe" not in screws.note:
             continue
         lines = [[part.pose[:3, :3] @ end + part.pose[:3, 3] for line in part.part.scribes for end in line]
                  for part in (parts[mark] for mark in screws.joins)]  # fmt: skip
