@@ -19,6 +19,7 @@ class ArmDesignError(Exception):
         value: The offending value, if there is one.
         allowed: The values that would have been accepted, in words or as a list.
         fix: What the user can do about it.
+        what: The sentence without the fix.
         exit_code: What the command line ends with.
     """
 
@@ -40,6 +41,7 @@ class ArmDesignError(Exception):
         if allowed is not None:
             shown = ", ".join(map(str, allowed)) if isinstance(allowed, (list, tuple)) else str(allowed)
             text += f"; allowed: {shown}"
+        self.what = text
         if fix is not None:
             text += f". {fix}"
         super().__init__(text)

@@ -155,26 +155,23 @@ class Build:
         return "" if verdict.passed else wrong[0].rstrip(".")
 
     def remedy(self, run: str | Path) -> str:
-        """What helps where parts do not fit or meet, in a sentence with the command; empty where they do not.
+        """What helps where parts do not fit or meet, a sentence and the command below it; empty where they do not.
 
         Args:
             run: Folder of the search.
         """
         if self.kit is not None or self.fits == 2:
             return ""
-        settings = self.result.problem.settings
+        settings, wanted = self.result.problem.settings, room_of_parts(self.result.problem.settings.body)
         command = f"armdesign search --config {Path(run) / 'settings.toml'}"
         given = None if self.before is None else self.before.problem.settings.body
-        wanted = room_of_parts(settings.body)
         if given is not None and all(getattr(given, name) >= size for name, size in wanted.items()):
-            return (
-                f"Its search has left that room already, so take another family or another arm: {command} "
-                f"--seed {settings.search.seed + 1} --out {run}-again"
-            )
-        return (
-            f"Take an arm that is searched with the room of these parts: {command} {room_flags(settings.body)} "
-            f"--out {run}-room"
-        )
+            words, rest = "Its search has left that room already: take another family, or another arm:", "again"
+            command += f" --seed {settings.search.seed + 1}"
+        else:
+            words, rest = "Take an arm that is searched with the room of these parts:", "room"
+            command += f" {room_flags(settings.body)}"
+        return f"{words}\n  {command} --out {run}-{rest}"
 
     @property
     def fits(self) -> int:
@@ -400,7 +397,7 @@ def fitted_with(bare: Result, choice: Choice, shop: Shop | None) -> Fitted:
     """
     sizes = [(a.diameter, a.length) if shop is None else envelope(a, shop) for a in choice.actuators]
     modules = tuple((*size, a.mass) for size, a in zip(sizes, choice.actuators, strict=True))
-    fault: CatalogueError | None = None
+    misfit = ""
     for post in (0.0,) if bare.placed or shop is None else POSTS:
         arm = changed(bare, {"body": {"modules": modules, "inertials": None, "post": post}})
         if shop is None:
@@ -408,11 +405,11 @@ def fitted_with(bare: Result, choice: Choice, shop: Shop | None) -> Fitted:
         try:
             assembly, gap = passing(arm, choice.actuators, shop)
         except CatalogueError as error:
-            fault = fault or error
+            misfit = misfit or error.what
             continue
         arm = changed(arm, {"body": {"inertials": assembly.inertials(arm.table.dof)}})
         return Fitted(choice, arm, assembly, "", gap)
-    return Fitted(choice, changed(bare, {"body": {"modules": modules, "inertials": None}}), None, str(fault))
+    return Fitted(choice, changed(bare, {"body": {"modules": modules, "inertials": None}}), None, misfit)
 
 
 def passing(arm: Result, actuators: Sequence[Actuator], shop: Shop) -> tuple[Assembly, PartsGap | None]:

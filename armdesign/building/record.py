@@ -75,5 +75,5 @@ def recorded_build(result: Result) -> Build:
     try:
         assembly = assemble(result.body, actuators, shop, apart)
     except CatalogueError as error:
-        return Build(result, choice, tube, *rest, misfit=str(error))
+        return Build(result, choice, tube, *rest, misfit=error.what)
     return Build(result, choice, tube, *rest, assembly=assembly)

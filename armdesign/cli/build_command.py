@@ -72,8 +72,10 @@ def build(
     page = {} if made.assembly is None else {ASSEMBLY: assembly_page(made)}
     written += write_files(place, {**part_lists(made), **page, RECORD: build_record(made)})
     if made.fault:
-        remedy = made.remedy(run)
-        say(f"{made.warning}.{f' {remedy}' if remedy else ''}")
+        words, _, command = made.remedy(run).partition("\n")
+        say(f"{made.warning}. {words}".rstrip())
+        if command:
+            typer.echo(command, err=True)  # whole, to be copied
     if not quiet:
         show_build(made)
         typer.echo(written_text([place / name for name in written]))
