@@ -269,7 +269,7 @@ def angle(face: Face, theta: float, shop: Shop) -> Made:
 
 
 def standing_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float, float]:
-    """Where a standing bracket's tube's middle is, along and above its face, its thickness, and its length in front [m].
+    """Where a standing bracket's tube's middle is, along and above its face, its thickness, its length in front [m].
 
     Before its second plate the heads of the face's screws have room, beside the radius that a mill leaves.
     """
