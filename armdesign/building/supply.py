@@ -43,7 +43,7 @@ class Supply:
 
     def bus(self, actuator: Actuator) -> str:
         """Which of its buses an actuator is on; empty where it is not published."""
-        return next((bus for bus in self.buses if bus in actuator.buses), "")
+        return next((bus for bus in self.buses if set(bus.split(" or ")) & set(actuator.buses)), "")
 
     def ordered(self, actuator: Actuator) -> str:
         """What an actuator is ordered by: its name with what the bus adds to it."""
@@ -71,6 +71,8 @@ def supply_of(actuators: Sequence[Actuator]) -> Supply:
         waiting = [(low, high) for low, high in waiting if not low <= voltages[-1] <= high]
     own = [a.buses for a in actuators if a.buses]
     shared = [bus for bus in own[0] if all(bus in each for each in own)] if own else []
+    if not any(a.order for a in actuators):  # any will do
+        shared = [" or ".join(shared)] if shared else []
     buses = shared[:1] or dict.fromkeys(each[0] for each in own)
     known = [a.peak_current for a in actuators if a.peak_current is not None]
     current = sum(known) if len(known) == len(actuators) else None

@@ -113,6 +113,8 @@ def test_supply_of_dynamixels():
     assert "not published" in supply_of([unknown]).words
     assert [needs.ordered(a) for a in (small, middle)] == ["XL430-W250-T", "XM430-W350-T"]
     assert supply_of([high, middle]).ordered(middle) == "XM430-W350-R"
+    free = [replace(high, order={}, interface="EtherCAT or CAN")] * 2
+    assert (supply_of(free).buses, supply_of(free).bus(free[0])) == (("EtherCAT or CAN",), "EtherCAT or CAN")
     assert (needs.volts(small), supply_of([unknown]).volts(unknown)) == (12.0, None)
 
 
