@@ -139,7 +139,7 @@ class Search:
             return "target"
         if settings.patience is not None and stalled(best[self.steps()], settings.patience):
             return "patience"
-        if settings.time_limit is not None and self.elapsed >= settings.time_limit:
+        if settings.time_limit is not None and len(best) and self.elapsed >= settings.time_limit:  # one batch at least
             return "time_limit"
         return None
 

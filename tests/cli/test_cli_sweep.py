@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 
+import psutil
 import pytest
 
 from armdesign.experiments.sweep import read_sweep, run_sweep, unit_worker
@@ -55,6 +56,15 @@ def await_search(folder, child, saved=True):
         assert child.poll() is None, "ended too early"
         assert time.monotonic() < deadline
         time.sleep(0.02)
+
+
+def await_iteration(child):
+    """Wait until a worker has done more than start and draw, which takes it 2 s of a processor."""
+    deadline = time.monotonic() + 120
+    while max((one.cpu_times().user for one in psutil.Process(child.pid).children(recursive=True)), default=0.0) < 5.0:
+        assert child.poll() is None, "ended too early"
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
 
 
 @pytest.fixture(scope="module")
@@ -213,7 +223,7 @@ def test_sigterm_to_the_sweep_alone_stops_its_workers_and_ctrl_c_twice_stops_at_
     ask = ("sweep", packaging, "--dof", 6, "--particles", 20_000, "--iterations", 10, "--workers", 1)
     child = start(*ask, "--out", "s")
     await_search(place / "s", child, saved=False)
-    time.sleep(1.0)  # past the draw, into the first iteration
+    await_iteration(child)
     child.send_signal(signal.SIGTERM)
     time.sleep(0.7)
     assert child.poll() is None  # an iteration takes minutes

@@ -75,6 +75,15 @@ def test_a_time_limit_counts_what_was_spent_before(task, tmp_path):
     assert limited.ended_by() == "time_limit"
 
 
+def test_a_time_limit_leaves_time_for_one_batch_on_a_busy_machine(task):
+    limited = Search(task, InProcess(task))
+    limited.settings = Settings().replace({"search": {"time_limit": 0.01}}).search
+    limited.earlier = 1.0  # as if the processor had been away
+    assert limited.ended_by() is None
+    limited.advance()
+    assert limited.ended_by() == "time_limit"
+
+
 @pytest.mark.parametrize(
     "flags",
     [
