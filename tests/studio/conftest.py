@@ -86,7 +86,7 @@ def open_page(browser):
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.set_default_timeout(120_000)  # software draws the scene
         page.goto(address)
-        page.get_by_text("Drop a recording").or_(page.get_by_text("The recording is read")).first.wait_for()
+        page.locator(".ad h4").first.wait_for()  # the headline
         return page, faults
 
     return opened

@@ -30,8 +30,8 @@ def focus(page, words):
     raise AssertionError(f"the keyboard does not get to {words!r}")
 
 
-def begin_search(page):
-    """Search an arm of 4 joints, by the keyboard alone."""
+def begin_search(page, *, thorough=False):
+    """Search an arm of 4 joints, by the keyboard alone but for how thorough it is to be."""
     focus(page, "search it")
     page.keyboard.press("Enter")
     page.get_by_role("button", name="Search the arm").wait_for()
@@ -44,6 +44,9 @@ def begin_search(page):
             break
     page.keyboard.press("Enter")
     expect(page.get_by_label("Joints", exact=True)).to_have_value("4")
+    if thorough:
+        page.get_by_label("How thorough", exact=True).click()
+        page.get_by_role("option", name="thorough").click()
     focus(page, "Search the arm")
     page.keyboard.press("Enter")
     page.get_by_role("heading", name="Searching").wait_for(timeout=240_000)
@@ -108,7 +111,7 @@ def test_from_a_c3d_to_a_urdf(studio, open_page, take):
 def test_closing_the_page_stops_nothing_and_a_stopped_search_goes_on(studio, open_page, take):
     address, folder = studio(take)
     page, _ = open_page(address)
-    begin_search(page)
+    begin_search(page, thorough=True)
     page.close()
     (run,) = (each for each in (folder / "runs").iterdir() if each.is_dir())
     before = os.stat(run / "state.npz").st_mtime_ns
