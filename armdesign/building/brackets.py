@@ -275,7 +275,7 @@ def standing_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, f
     """
     thick, circle = max(shop.plate, WEDGE), face.circle
     heads = circle.diameter / 2.0 * np.cos(np.pi / circle.count) + SCREWS[circle.thread][2] / 2.0 + INNER
-    front = float(max(circle.edge, shop.half, heads + thick / np.sin(theta)))
+    front = float(max(circle.edge, shop.half, heads + thick / np.sin(np.clip(theta, *TURNS["standing"]))))
     return float(front - shop.half * np.cos(theta)), float(thick + shop.half * np.sin(theta)), thick, front
 
 

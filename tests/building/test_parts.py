@@ -436,6 +436,8 @@ def test_heads_have_room_before_the_second_plate_of_a_standing_bracket(theta):
         assert before - heads >= made.part.sizes["inner radius"] - 1e-12
         point = anchor(Knot(np.zeros(3), face), "standing", np.array([np.sin(theta), 0.0, np.cos(theta)]), shop)
         assert np.cross(point - seat.point, seat.along) == pytest.approx(np.zeros(3), abs=1e-12)
+        upright = anchor(Knot(np.zeros(3), face), "standing", face.normal, shop)  # tried on the way to an angle
+        assert np.isfinite(upright).all()
 
 
 def test_scribe_lines_of_a_flange_and_its_seat_meet_in_one_of_four_positions():
