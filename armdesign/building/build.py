@@ -155,12 +155,15 @@ class Build:
         return "" if verdict.passed else wrong[0].rstrip(".")
 
     def remedy(self, run: str | Path) -> str:
-        """What helps where parts do not fit or meet, a sentence and the command below it; empty where they do not.
+        """What helps where the parts are what is wrong, a sentence and the command below it; empty elsewhere.
+
+        They are where they do not fit or meet, and where the arm has done its task before it was built of them.
 
         Args:
             run: Folder of the search.
         """
-        if self.kit is not None or self.fits == 2:
+        done_before = self.before is not None and self.before.verdict.passed
+        if self.kit is not None or not self.fault or (self.fits == 2 and not done_before):
             return ""
         settings, wanted = self.result.problem.settings, room_of_parts(self.result.problem.settings.body)
         command = f"armdesign search --config {Path(run) / 'settings.toml'}"
