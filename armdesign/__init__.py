@@ -18,6 +18,7 @@ from armdesign._version import __version__
 
 if TYPE_CHECKING:
     from armdesign.building.build import BuildOptions, build
+    from armdesign.building.room import room_for_motors
     from armdesign.building.tolerance import Tolerances, tolerance
     from armdesign.demonstration.convert import convert, write_conversion
     from armdesign.demonstration.cycles import find_cycles
@@ -77,6 +78,7 @@ _HOMES = {
     "read_result": "runs.reading",
     "read_settings": "settings.sections",
     "report": "views.writing",
+    "room_for_motors": "building.room",
     "search": "search.search",
     "sweep": "experiments.sweep.sweep_call",
     "tolerance": "building.tolerance",
@@ -119,6 +121,7 @@ __all__ = [
     "read_result",
     "read_settings",
     "report",
+    "room_for_motors",
     "search",
     "sweep",
     "tolerance",

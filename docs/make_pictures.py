@@ -39,7 +39,7 @@ CELLS = {
     "tutorial_arm": (
         4000,
         "box_lift.c3d --obstacles box_lift_cell.toml --place 'x=0.3..0.8 y=-0.75..-0.45 z=0.8' --dof 4 "
-        "--weights 0.02,0.03,0.95 --tolerance 10mm",
+        "--weights 0.02,0.03,0.95 --tolerance 10mm --motors rmd --payload 0.5",
     ),
 }
 """Searches by their picture: candidates at most, and options as in ``examples/README.md`` and the tutorial."""

@@ -63,7 +63,7 @@ def command_section(path: str, command: Any, level: str = "##") -> list[str]:  #
         command: The command.
         level: Marks of its heading.
     """
-    context = typer.Context(command, info_name=path)
+    context = typer.Context(command, info_name=path, help_option_names=["-h", "--help"])
     usage = f"{path} {' '.join(command.collect_usage_pieces(context))}"
     panels: dict[str, list[tuple[str, str]]] = {}
     for parameter in command.get_params(context):

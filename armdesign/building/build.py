@@ -18,8 +18,9 @@ from armdesign.building.kit import Kit, KitArm, kit_arm
 from armdesign.building.kit_snapping import snapped_to_kit
 from armdesign.building.parts import Assembly
 from armdesign.building.parts_clearance import APART, PartsGap, parts_gap
+from armdesign.building.room import room_flags, room_of_parts
 from armdesign.building.shop import Shop, envelope, shop_of
-from armdesign.building.snapping import room_flags, room_of_parts, snapped
+from armdesign.building.snapping import snapped
 from armdesign.building.supply import Supply, supply_of
 from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
 from armdesign.errors import CatalogueError, SettingsError

@@ -8,7 +8,6 @@ search, with what bodies, obstacles and limits cost.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +15,11 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from armdesign._types import Array
+from armdesign.building.room import room_flags
 from armdesign.errors import CatalogueError
 from armdesign.fitness.objective import Objective
 from armdesign.search.evaluation import evaluate_candidate
 from armdesign.search.result import Result
-from armdesign.settings.sections import Body
 
 BEAM = 4
 """Arms that go on from twist to twist."""
@@ -128,25 +127,6 @@ def snapped(result: Result, cut: float, *, printed: bool = False, pedestal: floa
         )  # fmt: skip
     seen, evaluation = evaluate_candidate(Phi, problem)
     return Result(seen, evaluation, name=result.name)
-
-
-def room_of_parts(body: Body) -> dict[str, float]:
-    """Entries of the section Body by which a search leaves the room that the parts of a build take [m].
-
-    Args:
-        body: The build's.
-    """
-    sizes = [(module.diameter, module.length) for module in body.modules_of(len(body.modules or (None,)))]
-    across, along = (math.ceil(1e3 * max(each) - 1e-6) / 1e3 for each in zip(*sizes, strict=True))
-    return {
-        "joint_diameter": across, "joint_length": along, "module_slide": 0.0, "tube_diameter": body.tube_diameter,
-        "tube_wall": body.tube_wall,
-    }  # fmt: skip
-
-
-def room_flags(body: Body) -> str:
-    """The same as flags."""
-    return " ".join(f"--{name.replace('_', '-')} {value:g}" for name, value in room_of_parts(body).items())
 
 
 def with_brackets(refit: Refit, Phi: Array) -> Array:

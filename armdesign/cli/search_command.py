@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from armdesign import views
+from armdesign.building.room import room_for_motors
 from armdesign.cli.auto_dof_command import resume_auto, search_auto
 from armdesign.cli.command_errors import (
     INTERRUPTED,
@@ -111,6 +112,16 @@ def search(
         int | None,
         option("--holdout-every", "N", "Hold out every N-th demonstration, and score the arm on it.", RECORDING),
     ] = None,
+    motors: Annotated[
+        str | None,
+        option(
+            "--motors",
+            "FAMILY",
+            "Leave the room that this family's motors (see 'catalogue list') and their brackets take, for --payload: "
+            "sets diameter and length of joints and tubes, where not given, so that 'build' has parts that fit.",
+            ARM,
+        ),
+    ] = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     resume: Annotated[
@@ -170,6 +181,9 @@ def search(
     if holdout:
         given["task"]["holdouts"] = [str(path.resolve()) for path in holdout]
     settings = settings_from_flags(config, given)
+    if motors is not None:
+        room = room_for_motors(motors, settings.design.length[1], settings.needs.payload)
+        settings = settings.replace({"body": {name: room[name] for name in room if name not in given["body"]}})
     refuse_other_algorithms(given["search"], [settings.search.algorithm])
     if write_config:
         if cycles is not None or holdout_every is not None:

@@ -14,7 +14,7 @@ from typing import Any
 from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
 from armdesign.building.build import Build, BuildOptions
 from armdesign.building.part_lists import BILL, part_lists
-from armdesign.building.snapping import room_of_parts
+from armdesign.building.room import room_of_parts
 from armdesign.errors import ArmDesignError, SettingsError
 from armdesign.export.export_files import export
 from armdesign.export.formats import FORMATS

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from armdesign.building.build import PEDESTAL
+from armdesign.building.room import room_for_motors
 from armdesign.cell.obstacle_file import read_obstacles
 from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError
 from armdesign.files import write_whole
 from armdesign.settings import Settings
 from armdesign.settings.place import sites
-from armdesign.studio.motors import families, room_for
+from armdesign.studio.motors import families, family_of
 from armdesign.studio.page import Page, link
 from armdesign.studio.takes import keep_upload
 
@@ -220,7 +221,7 @@ class RoomPanel:
         }
         made_for, body = self.room
         if made_for != self.motors.value:
-            body = room_for(self.motors.value, self.longest.value, self.payload.value)
+            body = room_for_motors(family_of(self.motors.value), self.longest.value, self.payload.value)
             if self.stand.value == SHOULDER:  # nothing that is built, so no room is left for parts
                 body = {name: getattr(Settings().body, name) for name in body}
         kept = {name: ends for name, ends in settings.design.bounds.items() if name not in pedestal(0.0, 1.0)}

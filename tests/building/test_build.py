@@ -23,9 +23,9 @@ from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import Assembly, file_name
 from armdesign.building.parts_clearance import PartsGap
 from armdesign.building.record import RECORD, build_record, recorded_build
+from armdesign.building.room import room_of_parts
 from armdesign.building.sheet import number
 from armdesign.building.shop import FLOOR, TOOL, shop_of
-from armdesign.building.snapping import room_of_parts
 from armdesign.cli import app
 from armdesign.cli.tolerance_command import part_deviations
 from armdesign.errors import CatalogueError, SettingsError

@@ -1,5 +1,6 @@
 import tomllib
 
+from armdesign.building.room import room_for_motors
 from armdesign.settings.sections import SECTIONS, Settings, read_settings
 
 
@@ -54,3 +55,13 @@ def test_flags_and_files_go_into_what_is_printed(run, place, packaging):
     assert settings["task"]["base"] == "shoulder"
     assert settings["task"]["recording"] == str(packaging.resolve())
     assert [path.name for path in place.iterdir()] == ["mine.toml"]
+
+
+def test_motors_of_a_family_set_what_room_a_search_leaves_where_nothing_else_is_given(run):
+    wanted = room_for_motors("rmd", Settings().design.length[1], 0.5)
+    body = tomllib.loads(printed(run, "--motors", "rmd", "--payload", 0.5, "--joint-length", 0.2))["body"]
+    assert {name: body[name] for name in wanted} == wanted | {"joint_length": 0.2}
+    unknown = run("search", "--motors", "mrd", "--write-config")
+    assert unknown.exit_code == 2
+    assert "'mrd'" in unknown.output
+    assert "rmd" in unknown.output

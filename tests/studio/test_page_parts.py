@@ -10,6 +10,7 @@ import pytest
 from armdesign.building import part_lists
 from armdesign.building.build import BuildOptions
 from armdesign.building.catalogue import find_catalogue
+from armdesign.building.room import room_for_motors
 from armdesign.cell.obstacle_file import read_obstacles
 from armdesign.demonstration import Recording, resolve
 from armdesign.demonstration.recording import About
@@ -27,7 +28,7 @@ from armdesign.studio import motors, server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm
 from armdesign.studio.arms_panel import by_reach, needed_reach
 from armdesign.studio.download_panel import GROUPS, built_html, packed
-from armdesign.studio.motors import best_build, families, family_of, room_for
+from armdesign.studio.motors import best_build, families, family_of
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
 from armdesign.studio.redesign_panel import gradient_words, plain_name, scale_of
 from armdesign.studio.room_panel import Solid, cell_text, hand_first, longest_link, pedestal, reach_from_floor, region
@@ -276,10 +277,10 @@ def test_an_arm_is_called_good_only_once_its_parts_fit(result):
 
 def test_a_search_leaves_the_room_that_motors_and_brackets_take():
     for words in families():
-        room = room_for(words, 1.5, 0.5)
+        room = room_for_motors(family_of(words), 1.5, 0.5)
         sizes = find_catalogue(family_of(words)).actuators
         assert min(a.diameter for a in sizes) <= room["joint_diameter"] <= max(a.diameter for a in sizes) + 0.05
-        heavier = room_for(words, 2.5, 5.0)
+        heavier = room_for_motors(family_of(words), 2.5, 5.0)
         assert heavier["joint_diameter"] >= room["joint_diameter"]
         changes = {"body": room, "design": {"bounds": pedestal(room["joint_length"], 0.5)}, "fitness": hand_first(3)}
         settings = Settings().replace(changes)
