@@ -133,8 +133,8 @@ def stock_faults(content: dict[str, Any]) -> Iterator[str]:
             yield f"tube '{name}': its modulus of {each['youngs_modulus']!r} Pa looks as if it were in MPa or GPa"
 
 
-def deflection(arm: ArmBody, q: Array, force: Array, tube: Tube) -> Array:
-    """How far the tool gives way to a force by the tubes alone, joints and modules stiff, shape (3,) [m].
+def deflections(arm: ArmBody, poses: Array, force: Array, tube: Tube) -> Array:
+    """How far the tool gives way to a force by the tubes alone, joints and modules stiff, shape (T, 3) [m].
 
     With a force of 1 in the direction e at the tool, unit load (Castigliano):
 
@@ -144,34 +144,34 @@ def deflection(arm: ArmBody, q: Array, force: Array, tube: Tube) -> Array:
 
     Args:
         arm: The arm.
-        q: Its pose, shape (n,) [rad].
+        poses: Its poses, shape (T, n) [rad].
         force: On the tool, in the base's frame, shape (3,) [N].
         tube: What its tubes are.
     """
-    frames = np.concatenate([arm.table.base()[None], arm.table.frames(q)])
-    tool, given = frames[-1, :3, 3], np.zeros(3)
+    frames = np.stack([arm.table.frames(q) for q in poses])
+    tool, given = frames[:, -1, :3, 3], np.zeros((len(poses), 3))
     bend, twist = tube.youngs_modulus * tube.second_moment, 2.0 * tube.shear_modulus * tube.second_moment
+    loads = np.vstack([force, np.eye(3)])  # F, and the three directions e
     for part in arm.parts:
         if part.solid.material != "tube":
             continue
         # base_link's own frame is the base, before the table's yaw
-        pose = np.eye(4) if part.link == 0 else frames[part.link]
-        start, end = part.solid.ends @ pose[:3, :3].T + pose[:3, 3]
-        length = float(np.linalg.norm(end - start))
+        pose = np.broadcast_to(np.eye(4), (len(poses), 4, 4)) if part.link == 0 else frames[:, part.link - 1]
+        start, end = np.moveaxis(part.solid.ends @ np.swapaxes(pose[:, :3, :3], 1, 2) + pose[:, None, :3, 3], 1, 0)
+        length = float(np.linalg.norm(end[0] - start[0]))
         u = (end - start) / length
         for place, weight in SIMPSON:
             lever = tool - (start + place * (end - start))
-            moments = np.cross(lever, np.vstack([force, np.eye(3)]))
-            torsion = moments @ u
-            across = moments - torsion[:, None] * u
+            moments = np.cross(lever[:, None], loads)
+            torsion = np.einsum("tij,tj->ti", moments, u)
+            across = moments - torsion[:, :, None] * u[:, None]
             given += weight * length * (
-                across[1:] @ across[0] / bend + torsion[1:] * torsion[0] / twist
-                + (force @ u) * u / (tube.youngs_modulus * tube.area)
+                np.einsum("tij,tj->ti", across[:, 1:], across[:, 0]) / bend + torsion[:, 1:] * torsion[:, :1] / twist
+                + (u @ force)[:, None] * u / (tube.youngs_modulus * tube.area)
             )  # fmt: skip
     return given
 
 
 def worst_deflection(arm: ArmBody, paths: Sequence[Array], force: Array, tube: Tube) -> float:
     """The largest deflection of the tool over joint paths, shape (T, n) each [m]."""
-    poses = np.concatenate(paths)
-    return max(float(np.linalg.norm(deflection(arm, q, force, tube))) for q in poses)
+    return float(np.linalg.norm(deflections(arm, np.concatenate(paths), force, tube), axis=1).max())

@@ -12,7 +12,7 @@ from armdesign.bodies.loads import joint_torques
 from armdesign.building.catalogue import Actuator, find_catalogue
 from armdesign.building.choice import Load, choose, choose_alike, duty_of, weakest
 from armdesign.building.supply import supply_of
-from armdesign.building.tubes import Tube, deflection, find_stock
+from armdesign.building.tubes import Tube, deflections, find_stock
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
@@ -156,12 +156,12 @@ def test_deflection_of_a_cantilever_and_of_a_bent_arm():
     EI, GJ = tube.youngs_modulus * tube.second_moment, 2.0 * tube.shear_modulus * tube.second_moment
     force = np.array([0.0, 0.0, -10.0])
     straight = arm_body(DHTable.from_rows([(0, 0, 0), (0, 0.4, 0)]), Body(), side=None)
-    assert deflection(straight, np.zeros(1), force, tube) == pytest.approx([0, 0, -10.0 * 0.4**3 / (3 * EI)])
+    assert deflections(straight, np.zeros((1, 1)), force, tube)[0] == pytest.approx([0, 0, -10.0 * 0.4**3 / (3 * EI)])
     # an L in the floor's plane: both legs bend, and the first is twisted by the second
     bent = arm_body(DHTable.from_rows([(0, 0.0, 0), (0, 0.4, 0), (0, 0.3, 0)]), Body(), side=None)
     expected = 10.0 * (0.4**3 / (3 * EI) + 0.3**3 / (3 * EI) + 0.3**2 * 0.4 / GJ)
-    assert deflection(bent, np.array([0.0, np.pi / 2]), force, tube)[2] == pytest.approx(-expected)
-    stretched = deflection(straight, np.zeros(1), np.array([10.0, 0, 0]), tube)
+    assert deflections(bent, np.array([[0.0, np.pi / 2]]), force, tube)[0, 2] == pytest.approx(-expected)
+    stretched = deflections(straight, np.zeros((1, 1)), np.array([10.0, 0, 0]), tube)[0]
     assert stretched == pytest.approx([10.0 * 0.4 / (70e9 * tube.area), 0, 0])
 
 
