@@ -121,6 +121,7 @@ class Actuator:
         output_offset: From the face it is mounted with to that of its output, along the axis [m]; None where it is not
             published.
         order: What is added to its name in an order, by the bus; without those that nothing is added for.
+        maker: Who makes it; empty where that is not recorded.
     """
 
     family: str
@@ -144,6 +145,7 @@ class Actuator:
     circles: Mapping[str, tuple[float, int, str]] = field(default_factory=dict)
     output_offset: float | None = None
     order: Mapping[str, str] = field(default_factory=dict)
+    maker: str = ""
 
     @property
     def buses(self) -> tuple[str, ...]:
@@ -263,7 +265,7 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
         wrong = [*entry_faults(entry, share), *(f"figure '{f}' has no source" for f in entry if f in FIGURES
                                                 and f not in sourced)]  # fmt: skip
         if not wrong:
-            actuator = made(entry, content["family"], scales, share, content.get("order", {}))
+            actuator = made(entry, content, scales, share)
             wrong = list(implausible(actuator, content["units"]))
             actuators.append(actuator)
         faults += [f"{path.name}: actuator '{name}': {fault}" for fault in wrong]
@@ -378,16 +380,15 @@ def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]
 
 
 def made(
-    entry: Mapping[str, Any], family: str, scales: Mapping[str, float], share: float | None, order: Mapping[str, str]
+    entry: Mapping[str, Any], content: Mapping[str, Any], scales: Mapping[str, float], share: float | None
 ) -> Actuator:  # fmt: skip
     """An actuator of a checked table.
 
     Args:
         entry: Its table.
-        family: The family it belongs to.
+        content: That of the family it belongs to.
         scales: Sizes of the family's units.
         share: The family's rated share of peak torques.
-        order: What the family adds to names in an order, by the bus.
     """
     si = {name: float(entry[name]) * scales.get(kind, 1.0) for name, kind in FIGURES.items() if name in entry}
     peak = si.get("peak_torque", si.get("rated_torque", 0.0))
@@ -396,7 +397,7 @@ def made(
         si |= {"diameter": math.hypot(*across), "length": si[entry["axis"]]}
     turn = si.get("angle_range")
     return Actuator(
-        family,
+        content["family"],
         entry["name"],
         rated_torque=si.get("rated_torque", peak * (share or 1.0)),
         peak_torque=peak,
@@ -419,7 +420,8 @@ def made(
             for end in CIRCLES if f"{end}_circle" in entry
         },
         output_offset=si.get("output_offset"),
-        order=dict(order),
+        order=dict(content.get("order", {})),
+        maker=content["maker"],
     )  # fmt: skip
 
 

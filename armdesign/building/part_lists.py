@@ -78,7 +78,8 @@ def bought_rows(build: Build) -> list[Row]:
     rows = []
     for name, count in Counter(a.name for a in build.choice.actuators).items():
         a = next(each for each in build.choice.actuators if each.name == name)
-        rows.append(Row(build.supply.ordered(a), count, "piece", "bought", "", a.sheet or a.family, a.mass, a.price))
+        source = a.sheet or f"{a.maker} {a.family}".strip()
+        rows.append(Row(build.supply.ordered(a), count, "piece", "bought", "", source, a.mass, a.price))
     if build.kit is not None and build.pieces is not None:
         return rows + kit_rows(build.pieces, build.kit, build.options.catalogue)
     lengths = [float(row[2]) for row in cuts(build)]
@@ -87,7 +88,9 @@ def bought_rows(build: Build) -> list[Row]:
         name = f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm" if tube is None else tube.name
         mass = float(np.pi * body.tube_wall * (body.tube_diameter - body.tube_wall) * body.tube_density)
         source, price = ("assumed", None) if tube is None else (build.options.stock or "aluminium", tube.price)
-        rows.append(Row(name, round(sum(lengths) / 1e3, 4), "m", "cut", "", source, mass, price))
+        placed = () if build.assembly is None else build.assembly.placed
+        material = next((each.part.material for each in placed if each.part.kind == "tube"), "")
+        rows.append(Row(name, round(sum(lengths) / 1e3, 4), "m", "cut", material, source, mass, price))
     return rows
 
 
@@ -196,6 +199,6 @@ def cuts(build: Build) -> list[tuple[str, ...]]:
         turn = np.degrees(sizes["turn of second hole"])
         rows.append(
             (each.mark, each.part.name, f"{1e3 * sizes['length']:.2f}", f"{1e3 * sizes['diameter']:g}",
-             f"{1e3 * sizes['hole from end']:.2f}", f"{turn:.2f}", *ends)
+             f"{1e3 * sizes['hole from end']:.2f}", f"{round(turn, 2) + 0.0:.2f}", *ends)
         )  # fmt: skip
     return rows

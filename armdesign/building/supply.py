@@ -28,9 +28,9 @@ class Supply:
     def words(self) -> str:
         """The same in a sentence."""
         volts = " and ".join(f"{each:g} V" for each in self.voltages) or "of a voltage that is not published"
-        most = (
-            "currents are not published" if self.current is None else f"up to {self.current:.3g} A at all peak torques"
-        )
+        most = "currents are not published"
+        if self.current is not None:
+            most = f"up to {self.current:.3g} A, were all at their peak torque at once"
         return (
             f"{'Supply' if len(self.voltages) < 2 else 'Supplies'}: {volts}, {most}; "
             f"bus: {' and '.join(self.buses) or 'not published'}."
@@ -52,9 +52,9 @@ class Supply:
     @property
     def open_items(self) -> list[tuple[str, int]]:
         """What has to be bought besides and is not chosen, with how many of it."""
-        current = (
-            "" if self.current is None or len(self.voltages) > 1 else f", {self.current:.3g} A at all peak torques"
-        )
+        current = ""
+        if self.current is not None and len(self.voltages) < 2:
+            current = f", {self.current:.3g} A were all at their peak torque at once"
         return [
             *((f"power supply {each:g} V{current}", 1) for each in self.voltages),
             *((f"adapter from the computer to {bus}", 1) for bus in self.buses),

@@ -103,7 +103,7 @@ def test_supply_of_dynamixels():
     assert (needs.voltages, needs.buses) == ((12.0,), ("TTL",))
     assert needs.current == pytest.approx(2.3 + 2 * 1.3)
     assert [name for name, _ in needs.open_items if "supply" in name] == [
-        "power supply 12 V, 4.9 A at all peak torques"
+        "power supply 12 V, 4.9 A were all at their peak torque at once"
     ]
     assert supply_of([middle, high]).voltages == (12.0, 24.0)
     assert supply_of([high, middle]).buses == ("RS-485",)
