@@ -18,7 +18,7 @@ from armdesign.building.kit import Kit, KitArm, kit_arm
 from armdesign.building.kit_snapping import snapped_to_kit
 from armdesign.building.parts import Assembly
 from armdesign.building.parts_clearance import APART, PartsGap, parts_gap
-from armdesign.building.room import room_flags, room_of_parts
+from armdesign.building.room import leaves_room, room_flags
 from armdesign.building.shop import Shop, envelope, shop_of
 from armdesign.building.snapping import snapped
 from armdesign.building.supply import Supply, supply_of
@@ -166,10 +166,9 @@ class Build:
         done_before = self.before is not None and self.before.verdict.passed
         if self.kit is not None or not self.fault or (self.fits == 2 and not done_before):
             return ""
-        settings, wanted = self.result.problem.settings, room_of_parts(self.result.problem.settings.body)
+        settings = self.result.problem.settings
         command = f"armdesign search --config {Path(run) / 'settings.toml'}"
-        given = None if self.before is None else self.before.problem.settings.body
-        if given is not None and all(getattr(given, name) >= size for name, size in wanted.items()):
+        if self.before is not None and leaves_room(self.before.problem.settings.body, settings.body):
             words, rest = "Its search has left that room already: take another family, or another arm:", "again"
             command += f" --seed {settings.search.seed + 1}"
         else:

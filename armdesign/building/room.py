@@ -52,6 +52,16 @@ def room_of_parts(body: Body) -> dict[str, float]:
     }  # fmt: skip
 
 
+def leaves_room(searched: Body, built: Body) -> bool:
+    """Whether a search has left the room already that the parts of a build take.
+
+    Args:
+        searched: The body that the arm was searched with.
+        built: The build's.
+    """
+    return all(getattr(searched, name) >= size for name, size in room_of_parts(built).items())
+
+
 def room_flags(body: Body) -> str:
     """The same as flags."""
     return " ".join(f"--{name.replace('_', '-')} {value:g}" for name, value in room_of_parts(body).items())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 import numpy as np
@@ -35,7 +35,9 @@ class Arm:
         length: Its length [m].
         mass: What moves [kg]; None where it is not known.
         place: Where its links are.
-        result: The design; None of a ready-made arm.
+        result: The design, or the arm as it is built; None of a ready-made arm.
+        built: Its parts; None where they are not chosen.
+        design: What it was built after; None where it is not built.
     """
 
     name: str
@@ -46,6 +48,8 @@ class Arm:
     mass: float | None
     place: Place
     result: Result | None = None
+    built: Build | None = None
+    design: Result | None = None
 
     @property
     def worst(self) -> float:
@@ -73,6 +77,17 @@ def design_arm(result: Result, name: str | None = None) -> Arm:
 
     mass, time = result.body.moving_mass, result.problem.task.time
     return Arm(name or result.name, table.dof, time, error, table.length, mass, place, result)
+
+
+def built_arm(made: Build, name: str, design: Result) -> Arm:
+    """An arm of parts with what it does.
+
+    Args:
+        made: Its parts.
+        name: What the design is called.
+        design: The design.
+    """
+    return replace(design_arm(made.result, f"{name}, as built"), built=made, design=design)
 
 
 def ready_made_arm(row: ArmScore, result: Result) -> Arm:
@@ -142,21 +157,16 @@ def arms_table(arms: Sequence[Arm], colours: Sequence[str]) -> str:
     return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
 
 
-def job_words(arm: Arm, made: Build | None) -> tuple[str, str]:
-    """What an arm does, in a line, and its colour: good only where its parts fit and are as fast as the line says.
-
-    Args:
-        arm: The arm.
-        made: What was built last.
-    """
-    error, result = float(arm.error.max()), arm.result
+def job_words(arm: Arm) -> tuple[str, str]:
+    """What an arm does, in a line, and its colour: good only where its parts fit and are as fast as the line says."""
+    error, result, made = float(arm.error.max()), arm.result, arm.built
     if result is None:
         return f"Largest error of the hand: {millimetres(error)}", ""
-    if made is not None and made.result is result:
+    if made is not None:
         if made.fault:
             return f"Not to be built as it is: {made.fault}", "bad"
         return f"Does the job to {millimetres(error)} at {pace(made.speed)}, and its parts fit", "good"
     within = result.problem.settings.needs.hand_tolerance
     if within is not None and error > within:
         return f"Misses the hand by up to {millimetres(error)}; {1e3 * within:g} mm are allowed", "bad"
-    return f"Does the job to {millimetres(error)}; its parts are not chosen yet", ""
+    return f"Follows the hand to {millimetres(error)}; its parts are not chosen yet", ""

@@ -66,6 +66,7 @@ class ArmsPanel:
         self.arms: list[Arm] = []
         self.run: Path | None = None
         self.result: Result | None = None
+        self.chosen: Arm | None = None  # whose parts are chosen, and which is changed by hand
         self.cancelled = False
         self.note = page.html(WAITING)
         self.table = page.html("")
@@ -85,7 +86,7 @@ class ArmsPanel:
 
     def forget(self) -> None:
         """Another run is watched."""
-        self.arms, self.run, self.result = [], None, None
+        self.arms, self.run, self.result, self.chosen = [], None, None, None
         self.page.set_html(self.note, WAITING)
         self.page.set_html(self.table, "")
         self.page.set_html(self.command, "")
@@ -98,7 +99,7 @@ class ArmsPanel:
 
     def begin(self, result: Result, run: Path) -> None:
         """A search has ended: its arm, and those of other numbers of joints."""
-        self.run, self.result = run, result
+        self.run, self.result, self.chosen = run, result, None
         self.arms = [design_arm(result, "best arm")]
         for path in numbered_results(run, "n") if holds_auto(run) else ():
             n = int(path.parent.name.removeprefix("n"))
@@ -111,16 +112,23 @@ class ArmsPanel:
         self.robot.options = by_reach(lengths, needed_reach(result.problem)) or ("none",)
         self.robot.value = self.robot.options[0]
         self.let_choose(visible=True)
+        self.which.options = (ALL,)
         self.show()
+        self.page.slow("kept", self.page.panels["Parts"].read_kept)
 
-    def put(self, arms: list[Arm]) -> None:
-        """Add arms to the table, in the place of those of their names."""
+    def put(self, arms: list[Arm], choose: Arm | None = None) -> None:
+        """Add arms to the table, in the place of those of their names.
+
+        Args:
+            arms: The arms.
+            choose: One of them to be shown alone from now on; by default what was chosen stays so among all.
+        """
         names = {arm.name for arm in arms}
         self.arms = [arm for arm in self.arms if arm.name not in names] + arms
-        self.show()
+        self.show(choose)
 
-    def show(self) -> None:
-        """Show the table, the scene and the errors."""
+    def show(self, choose: Arm | None = None) -> None:
+        """Show the table, the scene and the errors; a design that is shown alone is the chosen one."""
         if not self.arms:
             return
         arms = ordered(self.arms, self.sort.value)
@@ -130,8 +138,15 @@ class ArmsPanel:
             grown = set(names) > set(self.which.options) - {ALL} > set()
             self.which.options = (*names, ALL)
             self.which.value = ALL if grown else self.arms[0].name
+        if choose is not None:
+            self.which.value = choose.name
         seen = arms if self.which.value == ALL else [arm for arm in arms if arm.name == self.which.value]
         page = self.page
+        if self.which.value != ALL and seen[0].result is not None and seen[0] is not self.chosen:
+            self.chosen = seen[0]
+            page.panels["Parts"].begin(self.chosen, self.run)
+            page.panels["Redesign"].begin(self.chosen.design or self.chosen.result)
+        seen = sorted(seen, key=lambda arm: arm is not self.chosen)  # the headline is about the first
         page.set_html(self.note, f"<h4>{escape(arms[0].name)} is first by {self.sort.value}</h4>")
         page.set_html(self.table, arms_table(arms, [colours[arm.name] for arm in arms]))
         page.show_arms(*((arm, colours[arm.name]) for arm in seen))

@@ -27,6 +27,8 @@ from armdesign.search.result import Result
 from armdesign.search.search import NothingFoundError, Search
 from armdesign.settings.sections import Settings
 
+COMPILES = "Compiling the kernels"
+"""What a command says that compiles them."""
 LOG = "studio.log"
 """What a search that the studio has started says, in its run folder."""
 
@@ -54,6 +56,8 @@ def shown(words: Sequence[str | Path]) -> str:
 def search_command(settings: Settings, take: Path, runs: Path, *, auto: bool = False) -> Command:
     """The search of a take under settings, into a folder that is free; the settings are written beside it.
 
+    One that has been there already gives way to that with the next seed: it would find the same again.
+
     Args:
         settings: The settings.
         take: The recording.
@@ -61,12 +65,18 @@ def search_command(settings: Settings, take: Path, runs: Path, *, auto: bool = F
         auto: Whether the number of joints is searched, too.
     """
     stem = f"{take.stem}-{'auto' if auto else f'n{settings.design.dof}'}-seed{settings.search.seed}"
+    text = settings.replace({"task": {"recording": None}}).to_toml()
     folder, k = runs / stem, 2
     while folder.exists():
+        file = runs / f"{folder.name}.toml"
+        if file.is_file() and file.read_text(encoding="utf-8") == text:
+            return search_command(
+                settings.replace({"search": {"seed": settings.search.seed + 1}}), take, runs, auto=auto
+            )
         folder, k = runs / f"{stem}-{k}", k + 1
     file = runs / f"{folder.name}.toml"
     runs.mkdir(parents=True, exist_ok=True)
-    write_whole(file, settings.replace({"task": {"recording": None}}).to_toml())
+    write_whole(file, text)
     dof = "auto" if auto else str(settings.design.dof)
     return Command(("search", str(take), f"--dof={dof}", "--config", str(file), "--out", str(folder)), folder)
 
@@ -100,12 +110,22 @@ def stop(folder: Path) -> bool:
     return False
 
 
-def last_words(folder: Path) -> str:
-    """The sentence that a search ended with where it failed; empty where it did not."""
+def said(folder: Path) -> str:
+    """What a search that the studio has started has said; empty where nothing."""
     try:
-        lines = (folder / LOG).read_text(encoding="utf-8", errors="replace").splitlines()
+        return (folder / LOG).read_text(encoding="utf-8", errors="replace")
     except OSError:
         return ""
+
+
+def compiles(folder: Path) -> bool:
+    """Whether a search has had to compile kernels."""
+    return COMPILES in said(folder)
+
+
+def last_words(folder: Path) -> str:
+    """The sentence that a search ended with where it failed; empty where it did not."""
+    lines = said(folder).splitlines()
     return next((line.removeprefix("armdesign: ") for line in lines if line.startswith("armdesign: ")), "")
 
 

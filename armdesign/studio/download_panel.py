@@ -5,7 +5,9 @@ from __future__ import annotations
 import csv
 import tempfile
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
 from html import escape
 from io import BytesIO, StringIO
 from pathlib import Path
@@ -13,23 +15,31 @@ from typing import Any
 
 from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
 from armdesign.building.build import Build, BuildOptions
+from armdesign.building.build_files import drawings, step_files, stl_files
 from armdesign.building.part_lists import BILL, part_lists
-from armdesign.building.room import room_of_parts
-from armdesign.errors import ArmDesignError, SettingsError
+from armdesign.building.record import RECORD, build_record, recorded_build
+from armdesign.building.room import leaves_room, room_of_parts
+from armdesign.errors import ArmDesignError, MissingExtraError, SettingsError
 from armdesign.export.export_files import export
 from armdesign.export.formats import FORMATS
 from armdesign.export.trajectory.exporting import FILES
 from armdesign.feasibility.words import hand_words, pace, sentence
 from armdesign.runs.folder import RESULT
+from armdesign.runs.reading import read_result
+from armdesign.runs.writing import write_files, write_result
 from armdesign.search.result import Result
-from armdesign.studio.arms import design_arm
+from armdesign.studio.arms import Arm, built_arm, design_arm, millimetres
+from armdesign.studio.arms_panel import CancelledError
 from armdesign.studio.commands import shown
-from armdesign.studio.motors import best_build, families, family_of
+from armdesign.studio.motors import arms_at_hand, buildable, families, family_of
 from armdesign.studio.page import Page, command_html, link
-from armdesign.studio.scene import COLOURS
 from armdesign.views.report import report_html
 
 WAITING = "Search an arm first; here its parts are chosen, and there are lists, report and files."
+FAULT, NOT_TO_BE_MADE = "DO NOT ORDER.txt", "parts-NOT-TO-BE-MADE.zip"
+ROOM, SEED = "Search again with room for these motors", "Search again, for another arm"
+MOST_JOINTS = 8
+"""Joints of an arm that can be searched on the page."""
 NAMES = {
     "urdf": "URDF (most tools)", "xacro": "xacro (ROS)", "mjcf": "MJCF (MuJoCo)", "sdf": "SDF (Gazebo)",
     "srdf": "SRDF (MoveIt)", "moveit": "MoveIt settings", "controllers": "ros2_control", "dh-csv": "DH table, CSV",
@@ -105,7 +115,50 @@ def built_html(made: Build, bill: str) -> str:
         cells += f'<tr><th colspan="2">{group}</th></tr>' if group != last else ""
         part, count = row["part"].removeprefix("not chosen: "), f"{row['quantity']} {row['unit'].replace('piece', '')}"
         cells, last = f"{cells}<tr><td>{escape(part)}</td><td>{count}</td></tr>", group
-    return f'<b>As it is built</b><ul>{said}</ul><table class="parts">{cells}</table>'
+    table = f'<table class="parts">{cells}</table>'
+    if made.fault:
+        table = f"<details><summary>Its parts, not to be ordered</summary>{table}</details>"
+    return f"<b>As it is built</b><ul>{said}</ul>{table}"
+
+
+def all_files(made: Build) -> dict[str, str | bytes]:
+    """All that an arm is made by: lists, assembly steps, drawings, and solids where Open CASCADE is there."""
+    files: dict[str, str | bytes] = dict(part_lists(made))
+    if made.assembly is not None:
+        files[ASSEMBLY] = assembly_page(made)
+        files |= {name: sheets for name, sheets in drawings(made).items() if name.endswith(".pdf")}
+        with suppress(MissingExtraError):
+            files |= stl_files(made) | step_files(made)
+    return files
+
+
+def ways_on(arm: Arm) -> list[str]:
+    """What to do about an arm that cannot be built or does not do its task, best first; nothing where it can.
+
+    Args:
+        arm: A design, or an arm as it is built.
+    """
+    result, made = arm.design or arm.result, arm.built
+    if result is None or (result.verdict.passed if made is None else not made.fault):
+        return []
+    ways = [f"Search an arm of {arm.joints + 1} joints"] if arm.joints < MOST_JOINTS else []
+    if made is None:
+        return ways
+    if made.kit or leaves_room(result.problem.settings.body, made.result.problem.settings.body):
+        return [*ways, SEED]
+    return [ROOM, *ways]
+
+
+def encoded(made: Build, files: Mapping[str, str | bytes], run: Path) -> dict[str, bytes]:
+    """Files of a build as a download, with what is wrong with it.
+
+    Args:
+        made: The build.
+        files: Its files by name.
+        run: The folder of its search.
+    """
+    said = {FAULT: f"{made.warning}.\n{made.remedy(run)}\n"} if made.fault else {}
+    return {name: text if isinstance(text, bytes) else text.encode() for name, text in {**said, **files}.items()}
 
 
 class DownloadPanel:
@@ -114,15 +167,17 @@ class DownloadPanel:
     def __init__(self, page: Page) -> None:
         """Lay out the panel."""
         self.page, gui = page, page.gui
-        self.result: Result | None = None
+        self.arm: Arm | None = None
         self.run: Path | None = None
+        self.ways: list[str] = []
+        self.cancelled = False
         self.note = page.html(WAITING)
-        self.made: Build | None = None
         with gui.add_folder("What it is built of", visible=False) as parts:
             self.family = gui.add_dropdown("Motors", families())
-            self.parts = gui.add_button("Choose the parts (a minute), then download the lists", color="green")
+            self.parts = gui.add_button("", color="green")
+            self.halt = gui.add_button("Cancel", visible=False)
+            self.again = gui.add_button("", visible=False)
             self.built = page.html("")
-            self.again = gui.add_button("Search again with room for these motors", visible=False)
         with gui.add_folder("Report", visible=False) as reading:
             self.report = gui.add_button("Report (HTML)")
         with gui.add_folder("For simulators and controllers", visible=False) as tools:
@@ -131,7 +186,8 @@ class DownloadPanel:
             self.motion = gui.add_dropdown("Motion", tuple(kind for kind in FILES if kind != "ros2-bag"))
             self.trajectory = gui.add_button("Download the motion")
         self.folders = (parts, reading, tools)
-        self.again.on_click(lambda _: page.work("start", self.search_again))
+        self.halt.on_click(lambda _: setattr(self, "cancelled", True))
+        self.again.on_click(lambda _: page.work("start", lambda: self.go(1)))
         self.command = page.html("")
         jobs: list[tuple[Any, str, Callable[[Result], dict[str, bytes]]]] = [
             (self.report, "", lambda result: {"report.html": report_html(result).encode()}),
@@ -142,11 +198,11 @@ class DownloadPanel:
         for button, name, job in jobs:
             button.on_click(lambda event, name=name, job=job: page.slow("out", lambda: self.send(event, name, job)))
         for handle in (self.format, self.motion, self.family):
-            handle.on_update(lambda _: page.work("out", self.show_command))
+            handle.on_update(lambda _: page.work("out", self.show_choice))
 
     def forget(self) -> None:
         """There is no arm any more."""
-        self.result, self.run, self.made = None, None, None
+        self.arm, self.run, self.ways = None, None, []
         for folder in self.folders:
             folder.visible = False
         self.page.set_html(self.note, WAITING)
@@ -157,27 +213,55 @@ class DownloadPanel:
         """The format of the robot file."""
         return next(kind for kind, name in NAMES.items() if name == self.format.value)
 
-    def begin(self, result: Result, run: Path) -> None:
-        """An arm to take home."""
-        self.result, self.run, self.made = result, run, None
-        self.family.value = self.page.panels["Room"].motors.value
+    @property
+    def place(self) -> Path:
+        """The run folder of what is built after the arm of a search."""
+        return self.page.folder / "build" / (self.run or Path("arm")).name
+
+    def begin(self, arm: Arm, run: Path) -> None:
+        """An arm to take home.
+
+        Args:
+            arm: It, as it is built where its parts are chosen.
+            run: The folder of its search.
+        """
+        if run != self.run:
+            self.family.value = self.page.panels["Room"].motors.value
+        self.arm, self.run, self.ways = arm, run, ways_on(arm)
         for folder in self.folders:
             folder.visible = True
-        self.page.set_html(self.built, "")
-        self.again.visible = False
-        where = f"Its search lies in <b>{escape(str(run))}</b>." if (run / RESULT).is_file() else "The best so far."
-        self.page.set_html(self.note, f"<h4>{escape(result.name)}</h4>{where}")
-        self.show_command()
+        if arm.built is not None:
+            options = arm.built.options
+            self.family.value = next(words for words in families() if family_of(words) == options.catalogue)
+        self.page.set_html(self.built, "" if arm.built is None else built_html(arm.built, part_lists(arm.built)[BILL]))
+        self.again.visible = len(self.ways) > 1
+        self.again.label = self.ways[-1] if self.ways else ""
+        where = f"Its search lies in <b>{escape(str(run))}</b>" if (run / RESULT).is_file() else "The best so far"
+        where += "." if arm.built is None else f", and what is chosen in <b>{escape(str(self.place))}</b>."
+        self.page.set_html(self.note, f"<h4>{escape(arm.name)}</h4>{where}")
+        self.show_choice()
 
-    def show_command(self) -> None:
-        """Show the downloads as one would type them."""
-        if self.run is None or not (self.run / RESULT).is_file():
+    def fitting(self) -> Build | None:
+        """The build that is shown, where it is of the motors that are chosen."""
+        made = None if self.arm is None else self.arm.built
+        return made if made is not None and made.options.catalogue == family_of(self.family.value) else None
+
+    def show_choice(self) -> None:
+        """Show what the button for parts does, and the downloads as one would type them."""
+        if self.parts.disabled:  # at work
+            pass
+        elif self.fitting() is None:
+            self.parts.label = "Choose the parts (a minute), then download all files"
+        else:
+            self.parts.label = "Download its parts list, drawings and steps"
+        if self.run is None or self.arm is None or not (self.run / RESULT).is_file():
             return
+        place = self.run if self.arm.built is None else self.place
         lines = [
-            shown(["report", self.run]),
-            shown(["export", self.run, "--format", self.kind, "--out", "robot"]),
-            shown(["export", self.run, "--trajectory", self.motion.value, "--out", "robot"]),
-            shown(["build", self.run, "--catalogue", family_of(self.family.value)]),
+            shown(["build", self.run, "--catalogue", family_of(self.family.value), "--printed", "--speed", "auto"]),
+            shown(["report", place]),
+            shown(["export", place, "--format", self.kind, "--out", "robot"]),
+            shown(["export", place, "--trajectory", self.motion.value, "--out", "robot"]),
         ]
         self.page.set_html(self.command, command_html(*lines))
 
@@ -192,59 +276,100 @@ class DownloadPanel:
         Raises:
             ArmDesignError: They cannot be made.
         """
-        if self.result is None:
+        if self.arm is None or self.arm.result is None:
             raise SettingsError("there is no arm yet", fix="Search one first")
         button, label = event.target, event.target.label
         button.label, button.disabled = "Working: the download comes by itself ...", True
         try:
-            file, content = packed(job(self.result if self.made is None else self.made.result), name)
+            files = job(self.arm.result)
         finally:
             button.label, button.disabled = label, False
+            self.page.work("out", self.show_choice)
+        file, content = packed(files, NOT_TO_BE_MADE if FAULT in files else name)
         event.client.send_file_download(file, content, save_immediately=True)
 
-    def part_files(self, _: Result) -> dict[str, bytes]:
-        """Bill of materials, cut list and assembly steps; what is bought and made is shown on the page, too."""
-        self.again.visible = False
-        result = self.result
+    def part_files(self, result: Result) -> dict[str, bytes]:
+        """All that the arm is made by; its parts are chosen where they are not yet, and shown and kept.
+
+        Args:
+            result: The arm.
+
+        Raises:
+            ArmDesignError: It cannot be built of these motors, or somebody does not want to wait.
+        """
+        arm, made, run, place = self.arm, self.fitting(), self.run, self.place
+        if arm is None or run is None:
+            raise SettingsError("there is no arm any more", fix="Search one first")
+        if made is not None:
+            return encoded(made, all_files(made), run)
+        arms = arms_at_hand(arm.design or result)
+        self.cancelled, self.halt.visible = False, True
+
+        def told(rank: int, how: str) -> None:
+            if self.cancelled:
+                raise CancelledError("the choice of parts was cancelled")
+            counted = f"{('Best', '2nd', '3rd', '4th')[rank - 1]} arm of {len(arms)}" if len(arms) > 1 else "The arm"
+            self.page.set_html(self.built, f"{counted}, {how} ...")
+
         try:
-            if result is None:
-                raise SettingsError("there is no arm any more", fix="Search one first")
-            made = best_build(result, BuildOptions(family_of(self.family.value), speed="auto"))
+            rank, made, why = buildable(arms, BuildOptions(family_of(self.family.value), speed="auto"), told)
         except ArmDesignError as error:
             self.page.set_html(self.built, f'<b class="bad">{escape(str(error))}</b>')
             raise
-        files = part_lists(made)
-        self.page.set_html(self.built, built_html(made, files[BILL]))
-        if made.assembly is not None:
-            files[ASSEMBLY] = assembly_page(made)
-        if made.fault:
-            files["DO NOT ORDER.txt"] = f"{made.warning}.\n{made.remedy(self.run or 'RUN')}\n"
-        self.again.visible = bool(made.fault)
-        self.page.work("built", lambda: self.show_built(made, result))
-        return {name: text.encode() for name, text in files.items()}
+        finally:
+            self.halt.visible = False
+        write_result(place, made.result)
+        write_files(place, {**part_lists(made), RECORD: build_record(made)})
+        design = design_arm(arms[rank - 1], arm.name.removesuffix(", as built") if rank == 1 else f"alternative {rank}")
+        self.page.work("built", lambda: self.show_built(arm, design, made, why))
+        return encoded(made, all_files(made), run)  # drawings take some seconds, so it is shown before
 
-    def show_built(self, made: Build, result: Result) -> None:
-        """Show the arm as it is built, in the scene and in the headline, unless another is there by now.
+    def show_built(self, before: Arm, design: Arm, made: Build, why: str) -> None:
+        """Show the arm as it is built, in the scene and in the headline, unless another is chosen by now.
 
         Args:
-            made: The arm.
-            result: What it was built after.
+            before: The arm whose parts were asked for.
+            design: That which is built.
+            made: Its parts.
+            why: What is wrong with the parts of the first, where it is another.
         """
-        if self.result is result:
-            self.made = made
-            self.page.show_arms((design_arm(made.result, f"{result.name}, as it is built"), COLOURS[0]))
+        if self.arm is not before or design.result is None:
+            return
+        new = built_arm(made, design.name, design.result)
+        self.page.panels["Arms"].put([new] if (before.design or before.result) is design.result else [design, new], new)
+        if why:
+            errors = (millimetres(float(arm.error.max())) for arm in (new, before))
+            words = f"Parts of {before.name} do not fit: {why}. Those of {design.name} do, {{}} instead of {{}}."
+            self.built.content = f'<div class="ad"><b>{escape(words.format(*errors))}</b></div>{self.built.content}'
 
-    def search_again(self) -> None:
-        """Search an arm whose joints are as large as these motors.
+    def read_kept(self) -> None:
+        """Show parts again that were chosen for this search before, unless it has gone on since."""
+        arm, run, place = self.arm, self.run, self.place
+        if arm is None or run is None or arm.result is None or not (place / RECORD).is_file():
+            return
+        if (place / RECORD).stat().st_mtime < (run / RESULT).stat().st_mtime:
+            return
+        made, design = recorded_build(read_result(place)), replace(arm, name="chosen earlier")
+        _ = made.gap  # measured here, since that takes its time
+        self.page.work("built", lambda: self.show_built(arm, design, made, ""))
+
+    def go(self, way: int) -> None:
+        """Start the search that is offered for an arm that cannot be built.
+
+        Args:
+            way: Which of ``ways_on``.
 
         Raises:
             ArmDesignError: The recording is gone.
         """
-        if self.made is not None:
-            room = self.page.panels["Room"]
+        arm, search, room = self.arm, self.page.panels["Search"], self.page.panels["Room"]
+        if arm is None or way >= len(self.ways):
+            return
+        if self.ways[way] == ROOM and arm.built is not None:
             room.motors.value = self.family.value
-            room.room = (self.family.value, room_of_parts(self.made.result.problem.settings.body))
-        self.page.panels["Search"].begin()
-        see = link("Search", "see how far it is")
-        words = f"Searching again, with room for these motors: {see}. The arm before stays under Earlier runs."
+            room.room = (self.family.value, room_of_parts(arm.built.result.problem.settings.body))
+        elif self.ways[way] != SEED:
+            search.joints.value = str(arm.joints + 1)
+        search.begin()
+        words = f"Searching again: {link('Search', 'see how far it is')}. The arm before stays under Earlier runs."
         self.page.set_html(self.note, words)

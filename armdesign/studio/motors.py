@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from armdesign.building.build import Build, BuildOptions, build
 from armdesign.building.catalogue import find_catalogue, shipped
-from armdesign.errors import CatalogueError
+from armdesign.errors import CatalogueError, RunFolderError
+from armdesign.runs.alternatives import alternatives
 from armdesign.search.result import Result
+
+OTHERS = 3
+"""Further arms of a search at most that are built where the parts of the best do not fit."""
 
 
 def span(values: list[float], unit: str) -> str:
@@ -32,25 +38,56 @@ def family_of(words: str) -> str:
     return words.partition(":")[0]
 
 
-def best_build(result: Result, options: BuildOptions) -> Build:
-    """An arm built with brackets printed at its own angles, or with those of 0 and 90 degrees where only that fits.
+class Choice(NamedTuple):
+    """What became of some arms that were to be built.
+
+    Attributes:
+        rank: Of the arm that is built, from 1 on.
+        build: It.
+        why: What is wrong with the arms before it; empty where there is none, or where something is wrong with all.
+    """
+
+    rank: int
+    build: Build
+    why: str
+
+
+def arms_at_hand(result: Result) -> list[Result]:
+    """An arm and, of its search, the best that differ from it and do the task as well, best first."""
+    try:
+        others = alternatives(result, 1 + OTHERS)[1:]
+    except RunFolderError:  # it is not the best of a search
+        others = []
+    return [result, *(each for each in others if each.verdict.passed)]
+
+
+def buildable(arms: Sequence[Result], options: BuildOptions, told: Callable[[int, str], None]) -> Choice:
+    """The first of some arms whose parts fit, else that which comes nearest to it.
+
+    Brackets are printed at the arm's own angles; those of 0 and 90 degrees are tried where these do not fit.
 
     Args:
-        result: The arm.
-        options: What it is built of.
+        arms: Best first.
+        options: What they are built of.
+        told: Called before each try with the arm's rank and how its brackets are made; raises to end it.
 
     Raises:
-        CatalogueError: Neither can be.
+        CatalogueError: None can be built of that.
     """
-    found: list[Build] = []
-    for printed in (True, False):
-        try:
-            made = build(result, replace(options, printed=printed))
-        except CatalogueError:
-            if not printed and not found:
-                raise
-            continue
-        if not made.fault:
-            return made
-        found.append(made)
-    return min(found, key=lambda made: (-made.fits, made.result.verdict.hand_error.max))
+    found: list[Choice] = []
+    error: CatalogueError | None = None
+    for rank, arm in enumerate(arms, start=1):
+        for printed in (True, False):
+            told(rank, "printed brackets" if printed else "brackets of 0 and 90 degrees")
+            try:
+                made = build(arm, replace(options, printed=printed))
+            except CatalogueError as fault:
+                error = error or fault
+                continue
+            if not made.fault:
+                why = found[0].build.fault if found else str(error or "")
+                return Choice(rank, made, why if rank > 1 else "")
+            found.append(Choice(rank, made, ""))
+    if not found:
+        raise error or CatalogueError("there is no arm to build", value=options.catalogue)
+    return min(found, key=lambda each: (-each.build.fits, each.rank, each.build.result.verdict.hand_error.max))

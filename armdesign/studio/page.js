@@ -1,9 +1,9 @@
 // What the page does by itself: a file dropped anywhere goes to the button for files of the open panel, a click in a
-// plot goes to that moment, a link to a panel opens it, and viser's note on slow drawing goes away.
+// plot goes to that moment, a link to a panel opens it, and viser's notes on slow drawing and on uploads of another page go away.
 (() => {
   const notes = () => [...document.querySelectorAll(".mantine-Notification-root")];
-  const slow = (each) => each.textContent.startsWith("Software WebGL");
-  setInterval(() => notes().filter(slow).forEach((each) => each.querySelector("button").click()), 6000);
+  const idle = (each) => /^(Software WebGL|Uploading undefined)/.test(each.textContent);
+  setInterval(() => notes().filter(idle).forEach((each) => each.querySelector("button").click()), 1000);
   const shown = (each) => each.parentElement.querySelector("button")?.offsetParent;
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {

@@ -30,7 +30,8 @@ STYLE = """<style>
 .ad i{display:inline-block;width:10px;height:10px;border-radius:5px;margin-right:5px}
 .ad summary{color:#5c6670;cursor:pointer}.ad details{margin:6px 0}
 .ad code{display:block;background:#f1f3f5;padding:5px 7px;overflow-wrap:anywhere;font-size:11.5px}
-.ad .parts td:first-child{white-space:normal;text-align:left}.ad .parts th{padding-top:9px}
+.ad thead th,.ad tbody th,.ad .parts td:first-child{white-space:normal}
+.ad .parts td:first-child{text-align:left}.ad .parts th{padding-top:9px}
 .mantine-Notifications-root{top:auto!important;bottom:12px;width:300px!important}
 .ad .good{color:#16703c}.ad .bad{color:#b00020}.ad .soft{color:#5c6670}.ad a[data-panel]{font-weight:600;color:#1864ab}
 </style>"""
@@ -116,6 +117,8 @@ class Page:
         self.gui.main_panel.dock_right()
         self.gui.main_panel.set_width(430)
         self.headline = self.html("")
+        self.way = self.gui.add_button("", color="orange", visible=False)  # out of what is wrong with the arm
+        self.way.on_click(lambda _: self.work("start", lambda: self.panels["Parts"].go(0)))
         self.progress = self.html("")
         self.time = self.gui.add_slider("Time [s]", 0.0, 1.0, 0.01, 0.0)
         self.play = self.gui.add_button("Play")
@@ -180,15 +183,16 @@ class Page:
     def say_next(self) -> None:
         """The headline: what the arm does, or what to do next."""
         if self.arm is not None:
-            download = self.panels["Parts"]
-            words, mark = job_words(self.arm, download.made)
-            mark = mark if download.result is not None else ""  # no verdict on a search that goes on
+            chosen = self.panels["Parts"].arm
+            words, mark = job_words(self.arm)
+            mark = mark if chosen is not None else ""  # no verdict on a search that goes on
             text = f'<h4 class="{mark}">{escape(words)}</h4>{escape(self.arm.name)}, furthest off at '
             text += f"{self.arm.worst:.2f} s"
-            if download.result is not None:
-                words = "Next: choose its parts" if download.made is None else "Parts and files"
-                text += f". {link('Parts', words)}"
             result = self.arm.result
+            if self.arm is chosen:
+                text += f". {link('Parts', 'Parts and files' if chosen.built else 'Next: choose its parts')}"
+            elif chosen is not None and result is not None:
+                text += f". {link('Redesign', 'Search from it, or go back')}"
             within = None if result is None else result.problem.settings.needs.hand_tolerance
             curves = [Curve(arm.time, 1e3 * arm.error, colour, arm.name) for arm, colour in self.shown]
             level = None if within is None else 1e3 * within
@@ -203,6 +207,9 @@ class Page:
         else:
             text = "<h4>The recording is read</h4>Press Play: is the orange arm the person's? Then say "
             text += f"{link('Room', 'where the new arm may stand')}, or {link('Search', 'search it')} at once."
+        ways = self.panels["Parts"].ways if self.arm is not None and self.arm is self.panels["Parts"].arm else []
+        self.way.visible = bool(ways)
+        self.way.label = ways[0] if ways else ""
         self.set_html(self.headline, STYLE + text)
 
     @staticmethod
@@ -227,7 +234,7 @@ class Page:
 
     def span(self, start: float, end: float) -> None:
         """The time that the slider covers [s]."""
-        end = max(end, start + 0.02)
+        start, end = round(start, 3), max(np.ceil(100.0 * end - 1e-6) / 100.0, round(start, 3) + 0.02)
         if abs(self.time.min - start) > 1e-6 or abs(self.time.max - end) > 1e-6:
             self.time.min, self.time.max = start, end
             self.time.value = float(np.clip(self.time.value, start, end))

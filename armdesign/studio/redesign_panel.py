@@ -114,8 +114,8 @@ class RedesignPanel:
 
     def go_back(self) -> None:
         """Take back all changes."""
-        if self.result is not None and self.found is not None:
-            self.page.show_arms((self.found, COLOURS[0]))
+        if self.result is not None:
+            self.page.panels["Arms"].show()
             self.begin(self.result)
 
     def solve(self) -> None:

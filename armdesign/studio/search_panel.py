@@ -20,6 +20,7 @@ from armdesign.search.result import Result, likely
 from armdesign.settings.sections import read_settings
 from armdesign.studio import commands
 from armdesign.studio.arms import design_arm
+from armdesign.studio.download_panel import MOST_JOINTS
 from armdesign.studio.page import Page, command_html, link
 from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import COLOURS
@@ -27,10 +28,9 @@ from armdesign.studio.scene import COLOURS
 NOT_FOUND = "If it stays so: allow a longer arm in the panel Room, another place, or one joint more."
 MORE_FOLLOW = "Arms of more joints are tried next, by itself."
 NOT_GOOD = "Allow one joint more, or a longer arm or larger error in the panel Room."
-MOST_JOINTS = 8
 AUTO, NO_RUN = "as few as do it", "choose one"
-FEWEST, MOST_AUTO = 3, 6
-"""Joints that are tried where it is left to the search."""
+FEWEST, MOST_AUTO = 4, 6
+"""Joints that are tried where it is left to the search: parts of an arm of three that is as exact hardly ever fit."""
 EFFORTS = {
     "quick: some minutes": ("quick", 4000), "normal: an hour or so": ("normal", 50_000),
     "thorough: hours": ("thorough", 50_000),
@@ -51,11 +51,7 @@ def progress_words(run: RunStatus, joints: Sequence[int]) -> tuple[str, float]:
         joints: The numbers of joints that are tried one after another; none where only one is.
     """
     done = min(1.0, (run.iterations or 0) / (run.planned or np.inf))
-    tried = (
-        f"{run.iterations} of {run.planned} arms tried."
-        if run.iterations and run.planned
-        else "getting ready, the first time for some minutes."
-    )
+    tried = f"{run.iterations} of {run.planned} arms tried." if run.iterations and run.planned else "getting ready."
     if run.dof not in joints:
         return f"{counted(run.dof, 'joint')}: {tried}" if run.dof else tried, done
     share = (joints.index(run.dof) + done) / len(joints)
@@ -87,13 +83,11 @@ class SearchPanel:
         self.resume = gui.add_button("Go on with this search", visible=False)
         self.bar = gui.add_progress_bar(0.0, visible=False)
         self.state = page.html("Read a recording first, in the panel Recording; here the arm for it is searched.")
-        self.more = gui.add_button("Search again with one joint more", visible=False)
         self.runs = gui.add_dropdown("Earlier runs", (NO_RUN,), visible=False)
         self.command = page.html("")
         self.start.on_click(lambda _: page.work("start", self.begin))
         self.halt.on_click(lambda _: page.work("press", self.end))
         self.resume.on_click(lambda _: page.work("press", self.go_on))
-        self.more.on_click(lambda _: page.work("start", self.begin_with_more))
         self.runs.on_update(lambda _: page.work("run", self.choose_run))
         for handle in (self.joints, self.effort):
             handle.on_update(lambda _: page.work("command", self.show_command))
@@ -135,12 +129,6 @@ class SearchPanel:
             raise SettingsError("the take cannot be searched for yet", fix="See what the panel Recording says")
         self.carry_out(self.settled())
 
-    def begin_with_more(self) -> None:
-        """Start the search again, with one joint more than the arm that it has found."""
-        if self.result is not None:
-            self.joints.value = str(self.result.table.dof + 1)
-            self.begin()
-
     def carry_out(self, command: commands.Command) -> None:
         """Start a search and watch it."""
         self.process = commands.begin(command)
@@ -150,7 +138,7 @@ class SearchPanel:
         """Watch a run folder from now on."""
         self.leave()
         self.run, self.seen = folder, ("", None)
-        self.page.set_html(self.state, "<h4>Starting</h4>The first time takes some minutes longer.")
+        self.page.set_html(self.state, "<h4>Starting</h4>")
         self.page.say_next()
         self.look()
 
@@ -158,7 +146,7 @@ class SearchPanel:
         """Watch nothing; the search goes on."""
         self.run, self.result, self.stopping = None, None, False
         self.start.visible = True
-        for handle in (self.bar, self.halt, self.resume, self.more):
+        for handle in (self.bar, self.halt, self.resume):
             handle.visible = False
         for name in ("Arms", "Redesign", "Parts"):
             self.page.panels[name].forget()
@@ -241,6 +229,8 @@ class SearchPanel:
         if run.iterations and run.iterations > first and run.planned:
             left = (time.monotonic() - began) * (run.planned - run.iterations) / (run.iterations - first)
             words += f" {max(left / 60.0, 1.0):.0f} min more at most for these."
+        elif running and not run.iterations and commands.compiles(self.run):
+            words += " The kernels are compiled, once on this machine, in some minutes."
         if not self.stopping or not running:
             words = f"<b>Searching</b>, {words} {link('Search', 'Stop, or see more')}" if running else ""
             self.page.set_html(self.page.progress, words)
@@ -297,11 +287,8 @@ class SearchPanel:
         if ended:
             ways = link("Parts", "choose its parts"), link("Arms", "compare it"), link("Redesign", "change it")
             lines.append(f"<p>Next: <b>{ways[0]}</b>, or {ways[1]} with other arms, or {ways[2]} by hand.</p>")
-            self.page.panels["Parts"].begin(result, self.run)
-            self.page.panels["Redesign"].begin(result)
             self.page.panels["Arms"].begin(result, self.run)
-        self.more.visible = ended and not result.verdict.passed and result.table.dof < MOST_JOINTS
-        if self.more.visible:
+        if ended and not result.verdict.passed:
             lines.append(f"Not good enough? {NOT_GOOD}")
         if state in ("interrupted", "stopped"):
             lines.append(command_html(resume_command("search", self.run)))

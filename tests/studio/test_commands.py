@@ -7,6 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from armdesign.cli import app
+from armdesign.cli.screen import CompilationBar
 from armdesign.experiments.auto_dof.dof_records import write_auto
 from armdesign.experiments.auto_dof.dof_rule import Rule
 from armdesign.runs.checkpoint import CURRENT
@@ -44,6 +45,24 @@ def test_a_search_takes_a_free_folder(tmp_path):
     third = search_command(Settings(), tmp_path / "take.c3d", tmp_path / "runs")
     assert len({first.folder, second.folder, third.folder}) == 3
     assert "--dof=auto" in second.words
+
+
+def test_a_search_that_was_there_gives_way_to_the_next_seed(tmp_path):
+    found = []
+    for _ in range(3):
+        found.append(search_command(Settings(), tmp_path / "take.c3d", tmp_path / "runs"))
+        found[-1].folder.mkdir()
+    other = Settings().replace({"needs": {"payload": 1.0}})
+    found.append(search_command(other, tmp_path / "take.c3d", tmp_path / "runs"))
+    assert [each.folder.name for each in found] == [f"take-n3-seed{k}" for k in (0, 1, 2)] + ["take-n3-seed0-2"]
+    seeds = [tomllib.loads(each.folder.with_suffix(".toml").read_text())["search"]["seed"] for each in found]
+    assert seeds == [0, 1, 2, 0]
+
+
+def test_that_kernels_are_compiled_is_said_only_where_they_are(tmp_path):
+    assert not commands.compiles(tmp_path)
+    (tmp_path / commands.LOG).write_text(CompilationBar.text)
+    assert commands.compiles(tmp_path)
 
 
 def test_of_a_stopped_search_for_the_number_of_joints_the_best_arm_counts(tmp_path, monkeypatch):

@@ -26,9 +26,9 @@ from armdesign.settings.place import sites
 from armdesign.settings.sections import Cell, Settings
 from armdesign.studio import motors, server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm
-from armdesign.studio.arms_panel import by_reach, needed_reach
-from armdesign.studio.download_panel import GROUPS, built_html, packed
-from armdesign.studio.motors import best_build, families, family_of
+from armdesign.studio.arms_panel import ALL, ArmsPanel, CancelledError, by_reach, needed_reach
+from armdesign.studio.download_panel import GROUPS, MOST_JOINTS, ROOM, SEED, built_html, packed, ways_on
+from armdesign.studio.motors import buildable, families, family_of
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
 from armdesign.studio.redesign_panel import gradient_words, plain_name, scale_of
 from armdesign.studio.room_panel import Solid, cell_text, hand_first, longest_link, pedestal, reach_from_floor, region
@@ -235,44 +235,85 @@ def test_an_arm_on_the_floor_may_be_long_enough_to_get_to_what_the_hand_does():
     assert reach_from_floor(Recording(np.arange(3.0), {"hand": path})) == pytest.approx(1.9)
 
 
+def told(*_):
+    """Somebody who waits."""
+
+
 @pytest.mark.parametrize(
-    ("sold", "printed", "chosen"),
-    [((True, 0.01), (True, 0.001), 0.001), ((True, 0.01), (False, 0.003), 0.01), ((False, 0.03), (False, 0.06), 0.03),
-     (None, (False, 0.06), 0.06), ((False, 0.03), None, 0.03)],
-)  # fmt: skip
-def test_of_two_ways_to_make_brackets_one_that_fits_is_taken(monkeypatch, sold, printed, chosen):
-    def build(_, options):
-        made = printed if options.printed else sold
+    ("ways", "rank", "error"),
+    [
+        ([(True, 0.01), (True, 0.001)], 1, 0.01),
+        ([(False, 0.03), (True, 0.04)], 1, 0.04),
+        ([(False, 0.03), None, None, (True, 0.05)], 2, 0.05),
+        ([None, None, (False, 0.03), (True, 0.05)], 2, 0.05),
+        ([(False, 0.03), (False, 0.02), (False, 0.01), None], 1, 0.02),
+        ([None, (False, 0.02)], 1, 0.02),
+    ],
+)
+def test_the_first_arm_whose_parts_fit_is_taken(monkeypatch, ways, rank, error):
+    """What printed brackets, then those of 0 and 90 degrees, of each arm become: whether they fit, and the error."""
+
+    def build(arm, options):
+        made = ways[2 * arm + (not options.printed)]
         if made is None:
             raise CatalogueError("no such arm")
         verdict = SimpleNamespace(hand_error=SimpleNamespace(max=made[1]))
-        fault = "" if made[0] else "parts meet"
-        return SimpleNamespace(result=SimpleNamespace(verdict=verdict), fault=fault, fits=2)
+        return SimpleNamespace(result=SimpleNamespace(verdict=verdict), fault="" if made[0] else "parts meet", fits=2)
 
     monkeypatch.setattr(motors, "build", build)
-    assert best_build(None, BuildOptions("dynamixel-p")).result.verdict.hand_error.max == chosen
+    found = buildable(range(len(ways) // 2), BuildOptions("dynamixel-p"), told)
+    assert (found.rank, found.build.result.verdict.hand_error.max) == (rank, error)
+    assert bool(found.why) == (rank > 1)
 
 
-def test_where_nothing_can_be_built_it_is_said(monkeypatch):
+def test_where_nothing_can_be_built_it_is_said_and_who_does_not_wait_is_heard(monkeypatch):
     def build(*_):
         raise CatalogueError("no such arm")
 
+    def cancel(*_):
+        raise CancelledError("enough")
+
     monkeypatch.setattr(motors, "build", build)
     with pytest.raises(CatalogueError):
-        best_build(None, BuildOptions("dynamixel-p"))
+        buildable([1, 2], BuildOptions("dynamixel-p"), told)
+    with pytest.raises(CancelledError):
+        buildable([1, 2], BuildOptions("dynamixel-p"), cancel)
+
+
+def made_of(result, fault="", speed=1.0, body=None):
+    """A build as far as the page looks at it."""
+    settings = SimpleNamespace(body=body or result.problem.settings.body)
+    built = SimpleNamespace(problem=SimpleNamespace(settings=settings), verdict=result.verdict, body=result.body)
+    options = BuildOptions("rmd", printed=True)
+    warning = fault and f"NOT TO BE MADE: {fault}"
+    return SimpleNamespace(result=built, fault=fault, warning=warning, speed=speed, kit=None, options=options)
+
+
+def test_an_arm_that_cannot_be_built_has_a_way_on(result):
+    plain = design_arm(result)
+    passed = replace(plain, result=SimpleNamespace(verdict=SimpleNamespace(passed=True)))
+    failed = replace(plain, result=SimpleNamespace(verdict=SimpleNamespace(passed=False)))
+    assert ways_on(passed) == []
+    assert ways_on(failed) == ["Search an arm of 4 joints"]
+    assert ways_on(replace(failed, joints=MOST_JOINTS)) == []
+    body = result.problem.settings.body
+    wider = replace(body, joint_diameter=body.joint_diameter + 0.02)
+    built = replace(plain, built=made_of(result), design=result)
+    assert ways_on(built) == []
+    assert ways_on(replace(built, built=made_of(result, "parts meet"))) == ["Search an arm of 4 joints", SEED]
+    assert ways_on(replace(built, built=made_of(result, "parts meet", body=wider)))[0] == ROOM
 
 
 def test_an_arm_is_called_good_only_once_its_parts_fit(result):
     arm = design_arm(result)
     arm = replace(arm, error=np.full(len(arm.time), 0.004))
-    made = SimpleNamespace(result=result, fault="", speed=0.166)
-    assert job_words(arm, None)[1] == ""
-    assert job_words(arm, SimpleNamespace(result=None, fault="", speed=1.0))[1] == ""  # another arm's parts
-    words, mark = job_words(arm, made)
+    words, mark = job_words(arm)
+    assert (mark, "does the job" in words.lower()) == ("", False)
+    words, mark = job_words(replace(arm, built=made_of(result, speed=0.166)))
     assert (mark, "16 %" in words) == ("good", True)
-    words, mark = job_words(arm, SimpleNamespace(result=result, fault="J1 meets J2", speed=1.0))
+    words, mark = job_words(replace(arm, built=made_of(result, "J1 meets J2")))
     assert (mark, "J1 meets J2" in words) == ("bad", True)
-    assert job_words(replace(arm, error=np.full(len(arm.time), 0.04)), None)[1] == "bad"
+    assert job_words(replace(arm, error=np.full(len(arm.time), 0.04)))[1] == "bad"
 
 
 def test_a_search_leaves_the_room_that_motors_and_brackets_take():
@@ -298,8 +339,34 @@ def test_progress_counts_all_numbers_of_joints_that_may_be_tried():
 
 def test_parts_are_listed_by_how_one_comes_by_them(result):
     bill = "part,quantity,unit,group\nNot an arm,0,,\nX4,3,piece,bought\n<flange>,2,piece,printed\nsum,,,\n"
-    made = SimpleNamespace(result=result, fault="", speed=1.0, kit=None, options=BuildOptions("rmd", printed=True))
-    text = built_html(made, bill)
+    text = built_html(made_of(result), bill)
     assert all(word in text for word in ("To be bought", "To be printed", "&lt;flange&gt;"))
     assert "Not an arm" not in text
+    assert "<details>" not in text
+    faulty = built_html(made_of(result, "parts meet"), bill)
+    assert faulty.index("parts meet") < faulty.index("<details>") < faulty.index("X4")  # folded away
     assert set(GROUPS) == set(part_lists.GROUPS)
+
+
+def test_arms_that_are_added_for_comparison_do_not_become_the_chosen_one(result):
+    seen = []
+    chosen = SimpleNamespace(arm=None)
+    chosen.begin = lambda arm, run: setattr(chosen, "arm", arm)
+    redesign = SimpleNamespace(begin=seen.append)
+    page = SimpleNamespace(panels={"Parts": chosen, "Redesign": redesign}, set_html=lambda *_: None)
+    page.show_arms = lambda *shown: setattr(page, "shown", [arm.name for arm, _ in shown])
+    handles = {name: SimpleNamespace(value=SORTS[0], options=()) for name in ("which", "sort")}
+    best = design_arm(result, "best arm")
+    panel = SimpleNamespace(page=page, run=None, chosen=None, arms=[best], note=None, table=None, **handles)
+    panel.show = lambda choose=None: ArmsPanel.show(panel, choose)
+    panel.show()
+    better = replace(best, name="alternative 2", error=best.error / 2.0)
+    ArmsPanel.put(panel, [better])
+    assert panel.which.value == ALL
+    assert (chosen.arm, page.shown[0], len(page.shown)) == (best, "best arm", 2)  # the headline is about the first
+    panel.which.value = "alternative 2"
+    panel.show()
+    assert (chosen.arm, page.shown, len(seen)) == (better, ["alternative 2"], 2)
+    built = replace(better, name="alternative 2, as built", design=result)
+    ArmsPanel.put(panel, [built], built)
+    assert (chosen.arm, page.shown, seen[-1]) == (built, [built.name], result)
