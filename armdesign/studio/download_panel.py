@@ -345,7 +345,7 @@ class DownloadPanel:
     def read_kept(self) -> None:
         """Show parts again that were chosen for this search before, unless it has gone on since."""
         arm, run, place = self.arm, self.run, self.place
-        if arm is None or run is None or arm.result is None or not (place / RECORD).is_file():
+        if arm is None or run is None or not ((place / RECORD).is_file() and (run / RESULT).is_file()):
             return
         if (place / RECORD).stat().st_mtime < (run / RESULT).stat().st_mtime:
             return

@@ -1,5 +1,6 @@
 """What the page is made of, without a browser: takes, arms, plots, the cell, the guard."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -24,7 +25,7 @@ from armdesign.search.prepare import prepare
 from armdesign.search.result import Result
 from armdesign.settings.place import sites
 from armdesign.settings.sections import Cell, Settings
-from armdesign.studio import motors, server
+from armdesign.studio import download_panel, motors, server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm
 from armdesign.studio.arms_panel import ALL, ArmsPanel, CancelledError, by_reach, needed_reach
 from armdesign.studio.download_panel import GROUPS, MOST_JOINTS, ROOM, SEED, built_html, packed, ways_on
@@ -370,3 +371,25 @@ def test_arms_that_are_added_for_comparison_do_not_become_the_chosen_one(result)
     built = replace(better, name="alternative 2, as built", design=result)
     ArmsPanel.put(panel, [built], built)
     assert (chosen.arm, page.shown, seen[-1]) == (built, [built.name], result)
+
+
+def test_parts_that_were_chosen_before_are_shown_again_unless_the_search_has_gone_on(result, tmp_path, monkeypatch):
+    arm, run, kept = design_arm(result, "best arm"), tmp_path / "runs" / "a", tmp_path / "build" / "a"
+    shown = []
+    page = SimpleNamespace(work=lambda _, wish: wish())
+    panel = SimpleNamespace(arm=arm, run=run, place=kept, page=page, show_built=lambda *made: shown.append(made))
+    monkeypatch.setattr(download_panel, "read_result", lambda place: place)
+    monkeypatch.setattr(download_panel, "recorded_build", lambda place: SimpleNamespace(of=place, gap=None))
+    for file in (kept / download_panel.RECORD, run / download_panel.RESULT):
+        download_panel.DownloadPanel.read_kept(panel)
+        assert shown == []
+        file.parent.mkdir(parents=True)
+        file.touch()
+    os.utime(run / download_panel.RESULT, (0, 0))
+    download_panel.DownloadPanel.read_kept(panel)
+    ((before, design, made, why),) = shown
+    assert (before, design.result, made.of, why) == (arm, result, kept, "")
+    os.utime(kept / download_panel.RECORD, (0, 0))
+    os.utime(run / download_panel.RESULT, (1, 1))
+    download_panel.DownloadPanel.read_kept(panel)
+    assert len(shown) == 1
