@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
@@ -22,7 +23,7 @@ def main() -> None:
     """Open the run, choose its parts, go to the moment of the largest error, and take the picture."""
     run, picture = map(Path, sys.argv[1:3])
     server, guard = open_server()
-    studio = Page(server, Path())
+    studio = Page(server, Path(tempfile.mkdtemp()))  # where no parts are kept yet
     studio.lay_out(PANELS)
     studio.panels["Search"].open_run(run)
     with sync_playwright() as playwright:
@@ -30,7 +31,7 @@ def main() -> None:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(120_000)  # software draws the scene
         page.goto(guard.address)
-        page.get_by_text("Does the job to").first.wait_for(timeout=60_000)
+        page.get_by_text("Follows the hand to").first.wait_for(timeout=60_000)
         page.get_by_role("tab", name="Parts", exact=True).click()
         page.get_by_role("button", name="Choose the parts").click()
         page.get_by_text("its parts fit").first.wait_for(timeout=400_000)

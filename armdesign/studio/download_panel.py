@@ -122,10 +122,17 @@ def built_html(made: Build, bill: str) -> str:
 
 
 def all_files(made: Build) -> dict[str, str | bytes]:
-    """All that an arm is made by: lists, assembly steps, drawings, and solids where Open CASCADE is there."""
+    """All that an arm is made by: lists, assembly steps, drawings, and solids where Open CASCADE is there.
+
+    Of one that is not to be made there are no drawings and solids.
+
+    Args:
+        made: The arm.
+    """
     files: dict[str, str | bytes] = dict(part_lists(made))
     if made.assembly is not None:
         files[ASSEMBLY] = assembly_page(made)
+    if made.assembly is not None and not made.fault:
         files |= {name: sheets for name, sheets in drawings(made).items() if name.endswith(".pdf")}
         with suppress(MissingExtraError):
             files |= stl_files(made) | step_files(made)
@@ -228,8 +235,6 @@ class DownloadPanel:
         if run != self.run:
             self.family.value = self.page.panels["Room"].motors.value
         self.arm, self.run, self.ways = arm, run, ways_on(arm)
-        for folder in self.folders:
-            folder.visible = True
         if arm.built is not None:
             options = arm.built.options
             self.family.value = next(words for words in families() if family_of(words) == options.catalogue)
@@ -240,6 +245,8 @@ class DownloadPanel:
         where += "." if arm.built is None else f", and what is chosen in <b>{escape(str(self.place))}</b>."
         self.page.set_html(self.note, f"<h4>{escape(arm.name)}</h4>{where}")
         self.show_choice()
+        for folder in self.folders:
+            folder.visible = True
 
     def fitting(self) -> Build | None:
         """The build that is shown, where it is of the motors that are chosen."""
@@ -308,7 +315,7 @@ class DownloadPanel:
         def told(rank: int, how: str) -> None:
             if self.cancelled:
                 raise CancelledError("the choice of parts was cancelled")
-            counted = f"{('Best', '2nd', '3rd', '4th')[rank - 1]} arm of {len(arms)}" if len(arms) > 1 else "The arm"
+            counted = f"{('1st', '2nd', '3rd', '4th')[rank - 1]} arm of {len(arms)}" if len(arms) > 1 else "The arm"
             self.page.set_html(self.built, f"{counted}, {how} ...")
 
         try:

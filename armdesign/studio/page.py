@@ -25,8 +25,9 @@ STYLE = """<style>
 .mantine-Tabs-tab{padding:8px 7.5px}
 .ad{margin:6px 12px;font-size:13.5px;line-height:1.45}.ad svg{width:100%;font:10px sans-serif;fill:#333}
 .ad svg[data-start]{cursor:pointer}.ad h4{margin:2px 0;font-size:15px}.ad ul{margin:4px 0;padding-left:18px}
-.ad table{border-collapse:collapse;width:100%}.ad td,.ad th{padding:3px 5px;text-align:right;white-space:nowrap}
-.ad th:first-child{text-align:left;font-weight:600}.ad tr{border-bottom:1px solid #e2e5e9}.ad .wide{overflow-x:auto}
+.ad table{border-collapse:collapse;width:100%}.ad td,.ad th{padding:3px 4px;text-align:right;white-space:nowrap}
+.ad th:first-child{text-align:left;font-weight:600}.ad tr{border-bottom:1px solid #e2e5e9}
+.ad .wide{overflow-x:auto;font-size:12.5px}
 .ad i{display:inline-block;width:10px;height:10px;border-radius:5px;margin-right:5px}
 .ad summary{color:#5c6670;cursor:pointer}.ad details{margin:6px 0}
 .ad code{display:block;background:#f1f3f5;padding:5px 7px;overflow-wrap:anywhere;font-size:11.5px}
