@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from armdesign.building.catalogue import Actuator
 
+MIXED = "feed each voltage by wires of its own: a cable that takes the higher one on destroys the lower"
+"""What several supplies on one arm take, whose usual cables carry bus and supply together."""
+
 
 @dataclass(frozen=True)
 class Supply:
@@ -31,10 +34,11 @@ class Supply:
         most = "currents are not published"
         if self.current is not None:
             most = f"up to {self.current:.3g} A, were all at their peak torque at once"
-        return (
+        words = (
             f"{'Supply' if len(self.voltages) < 2 else 'Supplies'}: {volts}, {most}; "
             f"bus: {' and '.join(self.buses) or 'not published'}."
         )
+        return words if len(self.voltages) < 2 else f"{words} {MIXED}."
 
     def volts(self, actuator: Actuator) -> float | None:
         """Which of its voltages an actuator is fed with [V]; None where it is not published."""
@@ -59,6 +63,7 @@ class Supply:
             *((f"power supply {each:g} V{current}", 1) for each in self.voltages),
             *((f"adapter from the computer to {bus}", 1) for bus in self.buses),
             ("cable along the arm, from actuator to actuator", self.count),
+            *([(MIXED, 1)] if len(self.voltages) > 1 else []),
         ]
 
 

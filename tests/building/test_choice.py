@@ -105,7 +105,11 @@ def test_supply_of_dynamixels():
     assert [name for name, _ in needs.open_items if "supply" in name] == [
         "power supply 12 V, 4.9 A were all at their peak torque at once"
     ]
-    assert supply_of([middle, high]).voltages == (12.0, 24.0)
+    mixed = supply_of([middle, high])
+    assert mixed.voltages == (12.0, 24.0)
+    assert "destroys" in mixed.words
+    assert "destroys" not in needs.words
+    assert sum("destroys" in name for name, _ in mixed.open_items) == 1
     assert supply_of([high, middle]).buses == ("RS-485",)
     assert supply_of([high, small]).buses == ("RS-485", "TTL")
     unknown = replace(small, voltage=None, max_voltage=None, interface="", peak_current=None)
