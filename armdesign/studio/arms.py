@@ -20,6 +20,8 @@ from armdesign.studio.takes import nearest
 
 Place = Callable[[int], Array]
 """Where an arm's links are in a frame of the task: frame number to poses, shape (L, 4, 4), base first."""
+BUILT = ", as built"
+"""What the name of an arm as it is built ends with."""
 SORTS = ("largest error", "mean error", "joints", "length", "mass")
 
 
@@ -87,7 +89,7 @@ def built_arm(made: Build, name: str, design: Result) -> Arm:
         name: What the design is called.
         design: The design.
     """
-    return replace(design_arm(made.result, f"{name}, as built"), built=made, design=design)
+    return replace(design_arm(made.result, f"{name}{BUILT}"), built=made, design=design)
 
 
 def ready_made_arm(row: ArmScore, result: Result) -> Arm:

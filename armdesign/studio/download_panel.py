@@ -19,7 +19,7 @@ from armdesign.building.build_files import drawings, step_files, stl_files
 from armdesign.building.part_lists import BILL, part_lists
 from armdesign.building.record import RECORD, build_record, recorded_build
 from armdesign.building.room import leaves_room, room_of_parts
-from armdesign.errors import ArmDesignError, MissingExtraError, SettingsError
+from armdesign.errors import ArmDesignError, CatalogueError, MissingExtraError, SettingsError
 from armdesign.export.export_files import export
 from armdesign.export.formats import FORMATS
 from armdesign.export.trajectory.exporting import FILES
@@ -28,7 +28,7 @@ from armdesign.runs.folder import RESULT
 from armdesign.runs.reading import read_result
 from armdesign.runs.writing import write_files, write_result
 from armdesign.search.result import Result
-from armdesign.studio.arms import Arm, built_arm, design_arm, millimetres
+from armdesign.studio.arms import BUILT, Arm, built_arm, design_arm, millimetres
 from armdesign.studio.arms_panel import CancelledError
 from armdesign.studio.commands import shown
 from armdesign.studio.motors import arms_at_hand, buildable, families, family_of
@@ -139,16 +139,19 @@ def all_files(made: Build) -> dict[str, str | bytes]:
     return files
 
 
-def ways_on(arm: Arm) -> list[str]:
+def ways_on(arm: Arm, *, refused: bool = False) -> list[str]:
     """What to do about an arm that cannot be built or does not do its task, best first; nothing where it can.
 
     Args:
         arm: A design, or an arm as it is built.
+        refused: Whether nothing can be built after the design, not even with a fault.
     """
     result, made = arm.design or arm.result, arm.built
-    if result is None or (result.verdict.passed if made is None else not made.fault):
+    if result is None or not (refused or (made.fault if made else not result.verdict.passed)):
         return []
     ways = [f"Search an arm of {arm.joints + 1} joints"] if arm.joints < MOST_JOINTS else []
+    if refused:
+        return [*ways, SEED]
     if made is None:
         return ways
     if made.kit or leaves_room(result.problem.settings.body, made.result.problem.settings.body):
@@ -234,19 +237,30 @@ class DownloadPanel:
         """
         if run != self.run:
             self.family.value = self.page.panels["Room"].motors.value
-        self.arm, self.run, self.ways = arm, run, ways_on(arm)
+        self.arm, self.run = arm, run
+        self.offer(arm, ways_on(arm))
         if arm.built is not None:
             options = arm.built.options
             self.family.value = next(words for words in families() if family_of(words) == options.catalogue)
         self.page.set_html(self.built, "" if arm.built is None else built_html(arm.built, part_lists(arm.built)[BILL]))
-        self.again.visible = len(self.ways) > 1
-        self.again.label = self.ways[-1] if self.ways else ""
         where = f"Its search lies in <b>{escape(str(run))}</b>" if (run / RESULT).is_file() else "The best so far"
         where += "." if arm.built is None else f", and what is chosen in <b>{escape(str(self.place))}</b>."
         self.page.set_html(self.note, f"<h4>{escape(arm.name)}</h4>{where}")
         self.show_choice()
         for folder in self.folders:
             folder.visible = True
+
+    def offer(self, arm: Arm, ways: list[str]) -> None:
+        """Offer what helps an arm, the first below the headline, unless another is chosen by now.
+
+        Args:
+            arm: The arm.
+            ways: As of ``ways_on``.
+        """
+        if arm is self.arm:
+            self.ways, self.again.visible = ways, len(ways) > 1
+            self.again.label = ways[-1] if ways else ""
+            self.page.say_next()
 
     def fitting(self) -> Build | None:
         """The build that is shown, where it is of the motors that are chosen."""
@@ -322,12 +336,14 @@ class DownloadPanel:
             rank, made, why = buildable(arms, BuildOptions(family_of(self.family.value), speed="auto"), told)
         except ArmDesignError as error:
             self.page.set_html(self.built, f'<b class="bad">{escape(str(error))}</b>')
+            if isinstance(error, CatalogueError):
+                self.page.work("built", lambda: self.offer(arm, ways_on(arm, refused=True)))
             raise
         finally:
             self.halt.visible = False
         write_result(place, made.result)
         write_files(place, {**part_lists(made), RECORD: build_record(made)})
-        design = design_arm(arms[rank - 1], arm.name.removesuffix(", as built") if rank == 1 else f"alternative {rank}")
+        design = design_arm(arms[rank - 1], arm.name.removesuffix(BUILT) if rank == 1 else f"alternative {rank}")
         self.page.work("built", lambda: self.show_built(arm, design, made, why))
         return encoded(made, all_files(made), run)  # drawings take some seconds, so it is shown before
 
@@ -346,7 +362,8 @@ class DownloadPanel:
         self.page.panels["Arms"].put([new] if (before.design or before.result) is design.result else [design, new], new)
         if why:
             errors = (millimetres(float(arm.error.max())) for arm in (new, before))
-            words = f"Parts of {before.name} do not fit: {why}. Those of {design.name} do, {{}} instead of {{}}."
+            first = before.name.removesuffix(BUILT)
+            words = f"The {first} cannot be built: {why}. {design.name.capitalize()} can, to {{}} instead of {{}}."
             self.built.content = f'<div class="ad"><b>{escape(words.format(*errors))}</b></div>{self.built.content}'
 
     def read_kept(self) -> None:

@@ -297,6 +297,7 @@ def test_an_arm_that_cannot_be_built_has_a_way_on(result):
     assert ways_on(passed) == []
     assert ways_on(failed) == ["Search an arm of 4 joints"]
     assert ways_on(replace(failed, joints=MOST_JOINTS)) == []
+    assert ways_on(passed, refused=True) == ["Search an arm of 4 joints", SEED]
     body = result.problem.settings.body
     wider = replace(body, joint_diameter=body.joint_diameter + 0.02)
     built = replace(plain, built=made_of(result), design=result)
