@@ -9,6 +9,8 @@ from armdesign.building.shop import envelope, shop_of
 from armdesign.settings.sections import Body
 
 MARGIN, GRAVITY = 1.2, 9.81
+LITTLE = 2e-3
+"""Room that no search is repeated for [m]."""
 TUBES = {"tube_diameter": 0.025, "tube_wall": 0.002, "tube_density": 2700.0}
 """Thin enough that flanges and brackets have room between motors [m, kg/m^3]."""
 
@@ -59,7 +61,7 @@ def leaves_room(searched: Body, built: Body) -> bool:
         searched: The body that the arm was searched with.
         built: The build's.
     """
-    return all(getattr(searched, name) >= size for name, size in room_of_parts(built).items())
+    return all(getattr(searched, name) >= size - LITTLE for name, size in room_of_parts(built).items())
 
 
 def room_flags(body: Body) -> str:
