@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from html import escape
@@ -121,22 +121,25 @@ def built_html(made: Build, bill: str) -> str:
     return f"<b>As it is built</b><ul>{said}</ul>{table}"
 
 
-def all_files(made: Build) -> dict[str, str | bytes]:
+def all_files(made: Build, run: Path) -> dict[str, bytes]:
     """All that an arm is made by: lists, assembly steps, drawings, and solids where Open CASCADE is there.
 
-    Of one that is not to be made there are no drawings and solids.
+    Of one that is not to be made there are no drawings and solids, but what is wrong with it.
 
     Args:
         made: The arm.
+        run: The folder of its search.
     """
     files: dict[str, str | bytes] = dict(part_lists(made))
     if made.assembly is not None:
         files[ASSEMBLY] = assembly_page(made)
-    if made.assembly is not None and not made.fault:
+    if made.fault:
+        files[FAULT] = f"{made.warning}.\n{made.remedy(run)}\n"
+    elif made.assembly is not None:
         files |= {name: sheets for name, sheets in drawings(made).items() if name.endswith(".pdf")}
         with suppress(MissingExtraError):
             files |= stl_files(made) | step_files(made)
-    return files
+    return {name: text if isinstance(text, bytes) else text.encode() for name, text in files.items()}
 
 
 def ways_on(arm: Arm, *, refused: bool = False) -> list[str]:
@@ -149,26 +152,11 @@ def ways_on(arm: Arm, *, refused: bool = False) -> list[str]:
     result, made = arm.design or arm.result, arm.built
     if result is None or not (refused or (made.fault if made else not result.verdict.passed)):
         return []
-    ways = [f"Search an arm of {arm.joints + 1} joints"] if arm.joints < MOST_JOINTS else []
-    if refused:
-        return [*ways, SEED]
-    if made is None:
-        return ways
-    if made.kit or leaves_room(result.problem.settings.body, made.result.problem.settings.body):
-        return [*ways, SEED]
-    return [ROOM, *ways]
-
-
-def encoded(made: Build, files: Mapping[str, str | bytes], run: Path) -> dict[str, bytes]:
-    """Files of a build as a download, with what is wrong with it.
-
-    Args:
-        made: The build.
-        files: Its files by name.
-        run: The folder of its search.
-    """
-    said = {FAULT: f"{made.warning}.\n{made.remedy(run)}\n"} if made.fault else {}
-    return {name: text if isinstance(text, bytes) else text.encode() for name, text in {**said, **files}.items()}
+    more = [f"Search an arm of {arm.joints + 1} joints"] if arm.joints < MOST_JOINTS else []
+    if refused or made is None:
+        return [*more, SEED] if refused else more
+    left = made.kit or leaves_room(result.problem.settings.body, made.result.problem.settings.body)
+    return [*more, SEED] if left else [ROOM, *more]
 
 
 class DownloadPanel:
@@ -240,8 +228,8 @@ class DownloadPanel:
         self.arm, self.run = arm, run
         self.offer(arm, ways_on(arm))
         if arm.built is not None:
-            options = arm.built.options
-            self.family.value = next(words for words in families() if family_of(words) == options.catalogue)
+            known = {family_of(words): words for words in families()}  # but a file of somebody's own
+            self.family.value = known.get(arm.built.options.catalogue, self.family.value)
         self.page.set_html(self.built, "" if arm.built is None else built_html(arm.built, part_lists(arm.built)[BILL]))
         where = f"Its search lies in <b>{escape(str(run))}</b>" if (run / RESULT).is_file() else "The best so far"
         where += "." if arm.built is None else f", and what is chosen in <b>{escape(str(self.place))}</b>."
@@ -322,7 +310,7 @@ class DownloadPanel:
         if arm is None or run is None:
             raise SettingsError("there is no arm any more", fix="Search one first")
         if made is not None:
-            return encoded(made, all_files(made), run)
+            return all_files(made, run)
         arms = arms_at_hand(arm.design or result)
         self.cancelled, self.halt.visible = False, True
 
@@ -345,7 +333,7 @@ class DownloadPanel:
         write_files(place, {**part_lists(made), RECORD: build_record(made)})
         design = design_arm(arms[rank - 1], arm.name.removesuffix(BUILT) if rank == 1 else f"alternative {rank}")
         self.page.work("built", lambda: self.show_built(arm, design, made, why))
-        return encoded(made, all_files(made), run)  # drawings take some seconds, so it is shown before
+        return all_files(made, run)  # drawings take some seconds, so it is shown before
 
     def show_built(self, before: Arm, design: Arm, made: Build, why: str) -> None:
         """Show the arm as it is built, in the scene and in the headline, unless another is chosen by now.
@@ -361,10 +349,10 @@ class DownloadPanel:
         new = built_arm(made, design.name, design.result)
         self.page.panels["Arms"].put([new] if (before.design or before.result) is design.result else [design, new], new)
         if why:
-            errors = (millimetres(float(arm.error.max())) for arm in (new, before))
-            first = before.name.removesuffix(BUILT)
-            words = f"The {first} cannot be built: {why}. {design.name.capitalize()} can, to {{}} instead of {{}}."
-            self.built.content = f'<div class="ad"><b>{escape(words.format(*errors))}</b></div>{self.built.content}'
+            now, then = (millimetres(float(arm.error.max())) for arm in (new, before))
+            words = f"The {before.name.removesuffix(BUILT)} cannot be built: {why}. "
+            words += f"{design.name.capitalize()} can, to {now} instead of {then}."
+            self.built.content = f'<div class="ad"><b>{escape(words)}</b></div>{self.built.content}'
 
     def read_kept(self) -> None:
         """Show parts again that were chosen for this search before, unless it has gone on since."""
