@@ -219,6 +219,7 @@ def test_commands_of_the_first_screen_are_commands(both):
         assert program == "armdesign"
         help_text = CliRunner().invoke(app, [command, "--help"]).output
         assert all(f"{word} " in help_text for word in words if word.startswith("--"))
+        assert command != "build" or "--catalogue" in words  # which it cannot do without
 
 
 def test_a_build_is_not_told_to_pick_motors_but_to_have_its_parts_made(both, tmp_path):
