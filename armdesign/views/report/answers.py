@@ -212,7 +212,9 @@ def next_steps(run: Result, others: Sequence[OtherArm]) -> list[NextStep]:
             found.append(NextStep(text, f"armdesign export {place} --format drawing,step"))
             found.append(NextStep("See how exactly its parts have to be made.", f"armdesign tolerance {place}"))
         else:
-            found.append(NextStep("Pick motors and tubes, with a list of parts.", f"armdesign build {place} --catalogue rmd"))
+            found.append(
+                NextStep("Pick motors and tubes, with a list of parts.", f"armdesign build {place} --catalogue rmd")
+            )
         found.append(NextStep("Hand it to a simulator or a planner.", f"armdesign export {place} --package my_arm"))
         text = "Hold it against robots that can be bought; the report then shows both."
         found.append(NextStep(text, f"armdesign compare {place} ur5 panda --json {shlex.quote(folder + '/' + OTHERS)}"))
