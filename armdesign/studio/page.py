@@ -235,7 +235,8 @@ class Page:
 
     def span(self, start: float, end: float) -> None:
         """The time that the slider covers [s]."""
-        start, end = round(start, 3), max(np.ceil(100.0 * end - 1e-6) / 100.0, round(start, 3) + 0.02)
+        start = round(start, 3)
+        end = max(float(np.ceil(100.0 * end - 1e-6)) / 100.0, start + 0.02)
         if abs(self.time.min - start) > 1e-6 or abs(self.time.max - end) > 1e-6:
             self.time.min, self.time.max = start, end
             self.time.value = float(np.clip(self.time.value, start, end))

@@ -30,6 +30,7 @@ from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, orde
 from armdesign.studio.arms_panel import ALL, ArmsPanel, CancelledError, by_reach, needed_reach
 from armdesign.studio.download_panel import GROUPS, MOST_JOINTS, ROOM, SEED, built_html, packed, ways_on
 from armdesign.studio.motors import buildable, families, family_of
+from armdesign.studio.page import Page
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
 from armdesign.studio.redesign_panel import gradient_words, plain_name, scale_of
 from armdesign.studio.room_panel import Solid, cell_text, hand_first, longest_link, pedestal, reach_from_floor, region
@@ -396,3 +397,11 @@ def test_parts_that_were_chosen_before_are_shown_again_unless_the_search_has_gon
     os.utime(run / download_panel.RESULT, (1, 1))
     download_panel.DownloadPanel.read_kept(panel)
     assert len(shown) == 1
+
+
+def test_the_time_of_an_arm_that_is_slowed_down_ends_at_a_round_number():
+    page = SimpleNamespace(time=SimpleNamespace(min=0.0, max=2.4, value=2.0))
+    Page.span(page, 0.0, 2.4 / 0.57)
+    assert (page.time.min, page.time.max, page.time.value) == (0.0, 4.22, 2.0)
+    Page.span(page, 1.2, 1.2)
+    assert (page.time.min, page.time.max) == pytest.approx((1.2, 1.22))
