@@ -15,7 +15,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.demonstration.cleaning.gaps import find_gaps, find_repeats, seconds
 from armdesign.demonstration.points.guess import Arm
-from armdesign.demonstration.points.selection import arm_paths, guess_of
+from armdesign.demonstration.points.selection import NAMED, arm_paths, guess_of
 from armdesign.demonstration.recording import Recording
 
 _WIDTH = 80
@@ -91,6 +91,7 @@ def summarise(recording: Recording) -> Summary:
     first, *others = recording.points or ("",)
     told = [step.details.get("declared") for step in about.steps if step.name == "rate"]
     declared = next((float(rate) for rate in told if isinstance(rate, int | float)), about.rate)
+    words = guess.sentence if guess.arm else f"{guess.sentence}. Name those of the arm to a search, as in {NAMED}"
     in_order = f"Without --base and --points a search takes the base {first} and follows {', '.join(others)}."
     return Summary(
         source=recording.source,
@@ -106,7 +107,7 @@ def summarise(recording: Recording) -> Summary:
         orientations=tuple(_coverage(name, values, time) for name, values in recording.orientations.items()),
         bodies=dict(about.bodies),
         arms=tuple(_arm(arm, recording, about.captured and arm is guess.arm) for arm in guess.arms),
-        guess=guess.sentence if about.captured or not others else in_order,
+        guess=words if about.captured or not others else in_order,
         steps=(*(step.sentence for step in about.steps), *_unsaid(recording)),
     )
 

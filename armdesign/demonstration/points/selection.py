@@ -20,6 +20,8 @@ ORIGIN = "origin"
 """Name of the base where there is no base point: the points of a recording count from its origin."""
 CARRIER = "carrier "
 """What comes before the name of a body that carries something, among the points and orientations of a selection."""
+NAMED = "--base SHOULDER --points elbow=A+B,wrist=C,hand=D"
+"""How the points of an arm are named, where their names are not known."""
 RIGID = 0.01
 """Residual, root mean square, up to which markers count as being on one rigid body [m]."""
 
@@ -293,7 +295,7 @@ def _completed(
         return base or quoted(next(iter(recording.points))), points, None, ()  # named by the user, in order
     if guess.arm is None:
         listed = ", ".join(quoted(name) for name in nearest("", known))
-        flags = "--points elbow=A+B,wrist=C,hand=D" if base else "--base SHOULDER --points elbow=A+B,wrist=C,hand=D"
+        flags = NAMED[NAMED.index("--points") :] if base else NAMED
         message = f"{source}: {guess.sentence[0].lower()}{guess.sentence[1:]}; its points are {listed}"
         raise TaskError(message, value=known, fix=f"Name those of the arm, as in {flags}")
     step = Step("guess", guess.sentence, {"base": guess.arm.base, "points": list(guess.arm.points)})
