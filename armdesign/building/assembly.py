@@ -24,7 +24,7 @@ from armdesign.bodies.arm_body import ArmBody, polyline
 from armdesign.bodies.cylinder import Cylinder
 from armdesign.building.brackets import Knot, TurnError, anchor, bracket, corner
 from armdesign.building.catalogue import CIRCLES, Actuator
-from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Part, Placed, Rod, Screws
+from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Part, Placed, Prism, Rod, Screws
 from armdesign.building.shop import (
     FLOOR,
     GAP,
@@ -42,6 +42,9 @@ from armdesign.building.shop import (
 )
 from armdesign.building.tube_joints import Joint, spacer, tool_spacer, tubed
 from armdesign.errors import CatalogueError
+
+RIM = 9e-3
+"""From the edge of the base's plate to the screws into the floor [m]."""
 
 
 def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop, apart: Collection[int] = ()) -> Assembly:
@@ -63,13 +66,13 @@ def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop, apart: Col
         )  # fmt: skip
     n = arm.table.dof
     plate = next((part for part in arm.parts if part.name == "base plate"), None)
-    base = None if plate is None else base_plate(plate.solid, shop)
+    base = None if plate is None else base_face(plate.solid, shop)
     best: dict[float, tuple[float, tuple[float, ...], tuple[Chain, ...]]] = {0.0: (0.0, (), ())}
     for link in range(n + 1):
         points, faults = way(arm, link), []
         after: dict[float, tuple[float, tuple[float, ...], tuple[Chain, ...]]] = {}
         for (before, (mass, signs, chains)), sign in product(best.items(), (1.0, -1.0) if link < n else (0.0,)):
-            first = None if base is None else base[1]
+            first = base
             if link:
                 first = actuator_face(arm, link, link, actuators[link - 1], before)
                 first = first._replace(aside=link in apart)
@@ -86,8 +89,10 @@ def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop, apart: Col
             raise telling(faults)
         best = after
     _, signs, chains = next(iter(best.values()))
-    placed = [] if base is None else [base[0]]
-    screws = [] if base is None else [Screws("M6", base[0].part.sizes["thickness"] + 9e-3, 4, ("B", FLOOR))]
+    placed, screws = [], []
+    if plate is not None and base is not None:
+        placed.append(base_plate(plate.solid, base, chains[0].placed[0] if chains[0].placed else None, shop))
+        screws.append(Screws("M6", plate.solid.length + 9e-3, 4, ("B", FLOOR)))
     for link, chain in enumerate(chains):
         if link:
             placed.append(placed_actuator(arm, link, actuators[link - 1], signs[link - 1]))
@@ -167,29 +172,53 @@ def placed_actuator(arm: ArmBody, joint: int, actuator: Actuator, sign: float) -
     return Placed(replace(part, note=note), f"J{joint}", joint, pose)
 
 
-def base_plate(plate: Cylinder, shop: Shop) -> tuple[Placed, Face]:
-    """The plate at the base and its face.
+def base_face(plate: Cylinder, shop: Shop) -> Face:
+    """The face of the plate at the base.
 
     Args:
         plate: In base_link's frame.
         shop: What it is made for.
     """
-    radius, height = plate.radius, plate.length
     top, normal = plate_face(plate)
+    return Face("B", top, normal, 0.0, plate.radius, BoltCircle(2.0 * max(shop.half, 0.45 * plate.radius), 4, "M5"))
+
+
+def base_plate(plate: Cylinder, face: Face, on: Placed | None, shop: Shop) -> Placed:
+    """The plate at the base: tapped where its bracket is drilled, the heads of the floor's screws beside that.
+
+    Args:
+        plate: In base_link's frame.
+        face: Its face.
+        on: The bracket on it; None for none.
+        shop: What it is made for.
+    """
+    radius, height, circle = plate.radius, plate.length, face.circle
+    pose = frame(face.normal, np.array([1.0, 0.0, 0.0]), plate.pose[:3, 3])
     half = np.array([0.0, 0.0, height / 2.0])
-    circle = BoltCircle(2.0 * max(shop.half, 0.45 * radius), 4, "M5")
-    feet = BoltCircle(2.0 * (radius - 9e-3), 4, "M6")
-    if feet.diameter < circle.diameter + 16e-3:
-        radius = circle.diameter / 2.0 + 17e-3
-        feet = BoltCircle(2.0 * (radius - 9e-3), 4, "M6")
+    if circle.diameter + 16e-3 > 2.0 * (radius - RIM):
+        radius = circle.diameter / 2.0 + 8e-3 + RIM
+    turn, feet_turn = 0.0, np.pi / 4.0
+    if on is not None:  # its x is at an angle to the plate's, and its z the other way about
+        x, y = (pose[:3, :3].T @ on.pose[:3, 0])[:2]
+        turn = float(np.arctan2(y, x)) - on.part.sizes["turn of the face's circle"]
+        corners = np.concatenate([s.ends.reshape(-1, 3) for s in on.part.solids if isinstance(s, Prism)])[:, [0, 2]]
+        turns = np.radians(np.arange(0.0, 90.0, 7.5))
+        while True:
+            feet = np.array([BoltCircle(2.0 * (radius - RIM), 4, "M6").places(t) for t in turns])
+            beside = np.maximum(corners.min(axis=0) - feet, feet - corners.max(axis=0)).clip(0.0)
+            gaps = np.round(np.linalg.norm(beside, axis=-1).min(axis=1), 9)
+            if gaps.max() >= SCREWS["M6"][2] / 2.0 + 1e-3:
+                break
+            radius += 1e-3
+        feet_turn = float(np.arctan2(y, x) - turns[int(np.argmax(gaps))])
+    floor = BoltCircle(2.0 * (radius - RIM), 4, "M6")
     use = "bracket (tapped through)"
-    holes = drilled(circle.places(), -half[2], half[2], SCREWS["M5"][1], use)
-    holes += drilled(feet.places(np.pi / 4.0), -half[2], half[2], SCREWS["M6"][0], "floor")
+    holes = drilled(circle.places(turn), -half[2], half[2], SCREWS["M5"][1], use)
+    holes += drilled(floor.places(feet_turn), -half[2], half[2], SCREWS["M6"][0], "floor")
     sizes = {"diameter": 2.0 * radius, "thickness": height}
     part = shop.part("base plate", [Rod(-half, half, radius)], holes, sizes=sizes,
-                     circles={use: circle, "floor": feet})  # fmt: skip
-    pose = frame(normal, np.array([1.0, 0.0, 0.0]), plate.pose[:3, 3])
-    return Placed(part, "B", 0, pose), Face("B", top, normal, 0.0, radius, circle)
+                     circles={use: circle, "floor": floor})  # fmt: skip
+    return Placed(part, "B", 0, pose)
 
 
 class Chain(NamedTuple):

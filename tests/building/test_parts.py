@@ -207,6 +207,89 @@ def test_what_is_joined_touches_and_its_screws_meet(assembly):
             assert sorted(away)[1] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.fixture(scope="module")
+def at_random():
+    """Arms put together of several tubes, materials and actuators: tables, parts, and what they are made for."""
+    rng, found = np.random.default_rng(7), []
+    small = [SIZES["X4-36"], SIZES["X4-10"], SIZES["X4-10"]]
+    known = [dataclasses.replace(a, circles={"output": (0.025, 4, "M3"), "housing": (0.03, 6, "M3")}) for a in small]
+    while len(found) < 10:
+        rows = rng.uniform([-1.5, 0.0, 0.0], [1.5, 0.3, 0.3], (4, 3))
+        rows[0, 1] *= rng.integers(2)
+        made = ALUMINIUM if len(found) % 2 else PRINTED
+        shop, chosen = (
+            dataclasses.replace(SHOP, diameter=float(rng.choice([0.02, 0.03])), made=made),
+            [CHOSEN, small, known][rng.integers(3)],
+        )
+        table = DHTable.from_rows(rows)
+        try:
+            found.append((table, assemble(arm_of(table, chosen, shop), chosen, shop), shop))
+        except CatalogueError:
+            continue
+    return found
+
+
+def lines_of(each, sizes):
+    """Ends of the axes of a part's holes of some diameters, in its link's frame, shape (k, 2, 3)."""
+    held = [h for h in each.part.holes if any(abs(2.0 * h.radius - size) < 1e-9 for size in sizes)]
+    ends = np.array([(h.start, h.end) for h in held]).reshape(-1, 2, 3)
+    return ends @ each.pose[:3, :3].T + each.pose[:3, 3]
+
+
+def test_holes_that_screws_join_lie_on_the_same_axes(at_random):
+    seen = set()
+    for _, made, shop in at_random:
+        parts = {each.mark: each for each in made.placed}
+        for screws in made.screws:
+            names = [mark for mark in (*screws.joins, screws.spacer) if mark]
+            if screws.maker or not set(names) <= set(parts) or any(parts[mark].part.bought for mark in names):
+                continue
+            sizes = (shop.pin_hole,) if screws.nut else SCREWS[screws.thread][:2]
+            first, *others = (lines_of(parts[mark], sizes) for mark in names)
+            for other in others:
+                meet = 0
+                for start, end in first:
+                    way = (end - start) / np.linalg.norm(end - start)
+                    meet += any(np.linalg.norm(np.cross(line - start, way), axis=1).max() < 5e-5 for line in other)
+                assert meet >= screws.count * (1 + screws.nut), (names, meet)
+            seen.add((parts[names[0]].part.kind, parts[names[1]].part.kind))
+    assert {("base plate", "bracket"), ("tube flange", "bracket"), ("tube", "tube flange")} <= seen
+
+
+def test_heads_are_clear_of_all_that_stands_beside_them(at_random):
+    for _, made, _shop in at_random:
+        for screws in made.screws:
+            across = screws.nut or screws.maker or screws.joins[1] == TOOL
+            if across or not (screws.joins[1] == FLOOR or screws.joins[0].startswith("L")):
+                continue
+            owner = next(each for each in made.placed if each.mark == screws.joins[0])
+            radius, high = SCREWS[screws.thread][2] / 2.0, 1e-3 * float(screws.thread[1:])
+            up = owner.pose[:3, 2]  # of flanges and plates away from what they are screwed to
+            level = owner.part.sizes.get("thickness", 0.0) / (2.0 if screws.joins[1] == FLOOR else 1.0)
+            for line in lines_of(owner, SCREWS[screws.thread][:1]):
+                foot = line[0] + ((owner.pose[:3, 3] + level * up - line[0]) @ up) * up
+                head = (foot + 1e-5 * up, foot + high * up, radius)
+                for each in made.of_link(owner.link):
+                    for form in each.part.solids if owner.part.kind != "spacer" else ():
+                        gap = head_gap(head, form, each.pose)
+                        assert gap > 0.0, (screws.joins, each.mark, gap)
+
+
+def head_gap(cylinder, form, pose):
+    """Distance of a cylinder (start, end, radius) to a convex form at a pose."""
+    if isinstance(form, Rod):
+        ends = [pose[:3, :3] @ x + pose[:3, 3] for x in (form.start, form.end)]
+        return between(cylinder, (*ends, form.radius))
+    points = form.ends.reshape(-1, 3) @ pose[:3, :3].T + pose[:3, 3]
+    corners = coal.StdVec_Vec3s()
+    corners.extend(list(points))
+    hull = coal.Convex.convexHull(corners, False, "")
+    at = along(*cylinder[:2])
+    rod = coal.Cylinder(cylinder[2], float(np.linalg.norm(cylinder[1] - cylinder[0])))
+    ways = coal.Transform3s(at[:3, :3], at[:3, 3]), coal.Transform3s(np.eye(3), np.zeros(3))
+    return coal.distance(rod, ways[0], hull, ways[1], coal.DistanceRequest(), coal.DistanceResult())
+
+
 SPACED = DHTable.from_rows([[0.1, 0.0, 0.3], [-1.2, 0.11, 0.0], [0.4, 0.35, 0.0], [0.7, 0.2, 0.12]])
 """An arm with a spacer between its first two actuators."""
 SHORT = DHTable.from_rows([[0.1, 0.0, 0.3], [-1.2, 0.06, 0.16], [0.4, 0.35, 0.0], [0.7, 0.075, 0.0]])
