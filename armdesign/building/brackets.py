@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from armdesign._types import Array
+from armdesign.building.part_tolerances import ANGLE
 from armdesign.building.parts import SCREWS, BoltCircle, Part, Placed, Prism, Rod, Screws
 from armdesign.building.shop import GAP, WEDGE, Face, Seat, Shop, frame, scribed, unit
 from armdesign.errors import CatalogueError
@@ -25,8 +26,8 @@ TURNS = {
     "side": (np.radians(40.0), np.radians(115.0)), "standing": (np.radians(40.0), np.radians(110.0)),
 }  # fmt: skip
 """Kinds of bracket, and the angles between tube and face's normal that they make."""
-
-
+FLAT = ANGLE / 2.0
+"""A wedge's angle below which it is made flat: half of what angles may be off [rad]."""
 INNER = 3e-3
 """Radius that a mill leaves in an inner corner, where there is room for it [m]."""
 
@@ -171,7 +172,11 @@ def inner_radius(reach: float, theta: float) -> dict[str, float]:
 
 def wedge_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float]:
     """Half the length of a wedge along the tilt, half its width, and its height under the tube's middle [m]."""
-    long = max(face.circle.edge, shop.half * np.cos(theta))
+    theta = theta if theta >= FLAT else 0.0
+    c, s, radius = np.cos(theta), np.sin(theta), SCREWS[shop.circle.thread][1] / 2.0
+    # of what is not drilled here no screw has to be missed: the tapped holes are at 45 degrees, away from the high side
+    far = shop.circle.diameter / 2.0 * (np.cos(np.pi / 4.0) if face.circle.maker else 1.0)
+    long = float(max(face.circle.edge, shop.half * c, (far + radius) * c + shop.tapped * s + shop.web))
     return long, max(face.circle.edge, shop.half), WEDGE + long * np.tan(theta)
 
 
@@ -180,6 +185,7 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
 
     The face's screws go down through it, their heads sunk below the upper side, ``WEDGE`` - 6 mm above the face.
     """
+    theta = theta if theta >= FLAT else 0.0
     long, wide, middle = wedge_size(face, theta, shop)
     h, rise = face.height, long * np.tan(theta)
     corners = np.array([[-long, h], [long, h], [long, h + middle - rise], [-long, h + middle + rise]])
@@ -188,7 +194,7 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
     clear, _, head = SCREWS[face.circle.thread]
     under = WEDGE - 6e-3
     owns = np.radians(np.arange(0.0, 360.0 / face.circle.count, 7.5))
-    turns = np.radians(np.arange(0.0, 90.0, 7.5))
+    turns = np.radians([45.0] if face.circle.maker else np.arange(0.0, 90.0, 7.5))
     taps_at = [tapped_holes(seat, u, e, turn, shop.tapped, shop) for turn in turns]
     drilled = np.array([[np.linspace(tap.start, tap.end, 5) for tap in taps] for taps in taps_at])[..., [0, 2]]
     bolts = np.array([face.circle.places(own) for own in owns])
@@ -317,7 +323,10 @@ def corner(
     back, onward = ways
     opening = float(np.arccos(np.clip(back @ onward, -1.0, 1.0)))
     c, s = np.cos(opening / 2.0), np.sin(opening / 2.0)
-    away = max(shop.half * c / s, shop.tapped + 1e-3)
+    # no hole of one side comes out of the other: at its mouth, at its end
+    far, radius = shop.circle.diameter / 2.0, SCREWS[shop.circle.thread][1] / 2.0
+    inside = (far + radius) * np.sin(opening) + shop.web - min(0.0, shop.tapped * np.cos(opening))
+    away = float(max(shop.half * c / s, shop.tapped + 1e-3, inside / (1.0 - np.cos(opening))))
     pose = np.eye(4)
     middle = back + onward
     pose[:3, 2] = unit(np.cross(onward, back))

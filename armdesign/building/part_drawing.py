@@ -156,7 +156,8 @@ def tilted_ways(part: Part) -> list[Array]:
     for hole in part.holes:
         way = (hole.end - hole.start) / np.linalg.norm(hole.end - hole.start)
         way = way if (hole.start + hole.end - 2.0 * middle) @ way > 0.0 else -way
-        square, known = np.abs(way).max() >= 1.0 - 1e-6, any(way @ other > 1.0 - 1e-6 for other in found)
+        square = any(looks_along(view, way) for view in PART_VIEWS)
+        known = any(way @ other > 1.0 - 1e-6 for other in found)
         if part.kind != "tube" and not square and not known:
             found.append(way)
     return found
@@ -294,11 +295,11 @@ def draw_hole(labels: Labels, hole: Rod, view: View, factor: float) -> None:
     """
     start, end = factor * view.flat([hole.start, hole.end])
     along, radius = end - start, factor * hole.radius
-    if np.linalg.norm(along) < 1e-6:
+    if looks_along(view, hole.end - hole.start):
         labels.sheet.area(circle(end, radius), "thin", "none")
         for reach in (radius + 1.0) * np.eye(2):
             labels.sheet.line(end - reach, end + reach, pen="thin" if radius < 2.0 else "axis")
-    elif abs(float((hole.end - hole.start) @ view.towards)) < 1e-9:
+    elif abs(float((hole.end - hole.start) @ view.towards)) < np.sin(ANGLE) * np.linalg.norm(hole.end - hole.start):
         way = along / np.linalg.norm(along)
         side = radius * np.array([-way[1], way[0]])
         for by in (side, -side):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.building.part_tolerances import ANGLE
 from armdesign.building.parts import SCREWS, Part, Rod
 from armdesign.building.projection import View
 from armdesign.building.sheet import number
@@ -123,5 +124,5 @@ def hole_rows(part: Part, views: list[View]) -> Iterator[tuple[str, str, str]]:
 
 
 def looks_along(view: View, way: Array) -> bool:
-    """Whether a view shows holes of a direction as circles."""
-    return bool(np.linalg.norm(view.flat(way)) < 1e-6 * np.linalg.norm(way))
+    """Whether a view shows holes of a direction as circles, to half of what angles may be off."""
+    return bool(np.linalg.norm(view.flat(way)) < np.sin(ANGLE / 2.0) * np.linalg.norm(way))

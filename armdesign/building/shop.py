@@ -70,6 +70,11 @@ class Shop:
         return 2e-3 * float(self.circle.thread[1:])
 
     @property
+    def web(self) -> float:
+        """Least material that is left beside tapped holes [m]."""
+        return 1.5e-3 if self.made == ALUMINIUM else 2e-3
+
+    @property
     def bite(self) -> float:
         """How far screws go into tapped holes at least, one and a half times their diameter [m]."""
         return 1.5e-3 * float(self.circle.thread[1:])

@@ -2,7 +2,7 @@
 
 import dataclasses
 import xml.etree.ElementTree as ET
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,8 +15,8 @@ from armdesign.bodies.cylinder import along
 from armdesign.building.assembly import assemble
 from armdesign.building.brackets import Knot, anchor, bracket, corner
 from armdesign.building.catalogue import find_catalogue
-from armdesign.building.part_drawing import PART_VIEWS, dimension_rows, marked
-from armdesign.building.part_holes import hole_rows
+from armdesign.building.part_drawing import PART_VIEWS, dimension_rows, marked, part_view, square_to, tilted_ways
+from armdesign.building.part_holes import hole_rows, looks_along
 from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod
 from armdesign.building.parts_clearance import parts_gap
@@ -273,6 +273,60 @@ def test_heads_are_clear_of_all_that_stands_beside_them(at_random):
                     for form in each.part.solids if owner.part.kind != "spacer" else ():
                         gap = head_gap(head, form, each.pose)
                         assert gap > 0.0, (screws.joins, each.mark, gap)
+
+
+def in_material(part, points):
+    """Whether points, shape (k, 3), are in the convex forms of a part."""
+    found = np.zeros(len(points), bool)
+    for form in part.solids:
+        if isinstance(form, Prism):
+            edges = np.roll(form.polygon, -1, axis=0) - form.polygon
+            unit = edges / np.linalg.norm(edges, axis=1)[:, None]
+            off = points[:, None, :2] - form.polygon[None]
+            side = unit[:, 0] * off[..., 1] - unit[:, 1] * off[..., 0]
+            found |= (side > -1e-7).all(axis=1) & (np.abs(points[:, 2]) < form.width / 2 + 1e-7)
+        else:
+            u = (form.end - form.start) / np.linalg.norm(form.end - form.start)
+            high = (points - form.start) @ u
+            away = np.linalg.norm(points - form.start - high[:, None] * u, axis=1)
+            found |= (
+                (high > -1e-7) & (high < np.linalg.norm(form.end - form.start) + 1e-7) & (away < form.radius + 1e-7)
+            )
+    return found
+
+
+def thin_walls(part, least):
+    """Places beside and below the tapped holes of a part that have less wall than they should."""
+    for hole in part.holes:
+        if "tapped" in hole.use:
+            way = (hole.end - hole.start) / np.linalg.norm(hole.end - hole.start)
+            across = np.linalg.svd(way[None])[2][1:]
+            turns = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+            ring = np.cos(turns)[:, None] * across[0] + np.sin(turns)[:, None] * across[1]
+            depths = np.linspace(hole.start, hole.end, 9)
+            points = (depths[:, None] + (hole.radius + least) * ring).reshape(-1, 3)
+            yield from points[~in_material(part, points)]
+
+
+def test_tapped_holes_keep_their_walls_along_their_depth(at_random):
+    for _, made, shop in at_random:
+        least = 1.5e-3 if shop.made == ALUMINIUM else 2e-3
+        for each in made.placed:
+            assert not list(thin_walls(each.part, least)), (each.mark, each.part.note)
+
+
+@pytest.mark.parametrize("made", [ALUMINIUM, PRINTED])
+def test_wedges_and_corners_of_every_angle_keep_walls(made):
+    least = 1.5e-3 if made == ALUMINIUM else 2e-3
+    for diameter, wide, maker in product((0.016, 0.025, 0.03, 0.06), (0.04, 0.1), ("", "its maker")):
+        shop = dataclasses.replace(SHOP, diameter=diameter, made=made)
+        for theta in np.radians([0.0, 10.0, 22.7, 40.0, 64.0]):
+            way = np.array([np.sin(theta), 0.0, np.cos(theta)])
+            wedge = bracket(face_of(wide, maker=maker), "wedge", way, 1, shop)[0].part
+            assert not list(thin_walls(wedge, least)), (diameter, wide, theta)
+        for opening in np.radians([40.0, 90.0, 120.0, 150.0, 170.0]):
+            ways = np.array([1.0, 0.0, 0.0]), np.array([np.cos(opening), np.sin(opening), 0.0])
+            assert not list(thin_walls(corner("L1-C1", np.zeros(3), ways, 1, shop)[0].part, least)), opening
 
 
 def head_gap(cylinder, form, pose):
@@ -555,6 +609,21 @@ def test_hole_tables_say_what_to_drill():
     made, _, _ = bracket(face_of(), "wedge", np.array([0.0, 0.0, 1.0]), 1, SHOP)
     words = [row[1] for row in hole_rows(made.part, [])]
     assert words[0] == "4 × M4 tapped, 8 deep: tube"
+
+
+@pytest.mark.parametrize("theta", [0.02, 0.05, 0.08, 0.11, 30.0])
+def test_every_circle_is_seen_and_wedges_less_tilted_than_sheets_tell_are_flat(theta):
+    for kind, turned in (("wedge", theta), ("angle", 90.0 - theta), ("angle", 90.0 + theta)):
+        way = np.array([np.sin(np.radians(turned)), 0.0, np.cos(np.radians(turned))])
+        part = bracket(face_of(), kind, way, 1, SHOP)[0].part
+        if kind == "wedge":
+            assert (part.sizes["low side"] == part.sizes["high side"]) == (part.sizes["angle"] == 0.0) == (theta < 0.1)
+        views = [*PART_VIEWS, *(square_to(way, "V") for way in tilted_ways(part))]
+        assert all("first at" in where for _, words, where in hole_rows(part, views) if "M4" in words)
+        for view in views:
+            if any(looks_along(view, hole.end - hole.start) for hole in part.holes):
+                shown = {m.points.shape[0] for m in part_view(part, view, 1.0).marks if hasattr(m, "points")}
+                assert max(shown) > 20  # circles
 
 
 def test_corner_holds_its_tubes_on_their_axes():
