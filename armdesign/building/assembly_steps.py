@@ -176,18 +176,17 @@ def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Ste
 
 
 def part_words(new: Sequence[tuple[Placed, list[Solid]]]) -> list[str]:
-    """The parts of a link in their order; of tubes the length and how their second hole is turned."""
+    """The parts of a link in their order; of tubes the length and how their scribe lines are turned."""
     parts = ", ".join(f"{each.mark} ({each.part.name})" for each, _ in new)
     words = [f"From the inner to the outer end: {parts}."]
     for each, _ in new:
         if each.part.kind == "tube":
             sizes = each.part.sizes
-            turn = np.degrees(sizes["turn of second hole"])
-            clocked = "in line with the first" if abs(turn) < 0.01 else (
-                f"turned {'anticlockwise' if turn > 0.0 else 'clockwise'} by {number(abs(turn), 2)}° against the "
-                "first, seen on the outer end"
-            )  # fmt: skip
-            words.append(f"Tube {each.mark}: {number(1e3 * sizes['length'])} mm long, its outer pin hole {clocked}.")
+            turn = number(np.degrees(sizes["turn of S"]), 2)
+            words.append(
+                f"Tube {each.mark}: {number(1e3 * sizes['length'])} mm long; S of {each.mark}-b is {turn}° from S of "
+                f"{each.mark}-a, clockwise seen from the inner end."
+            )
     return words
 
 

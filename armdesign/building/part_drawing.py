@@ -109,10 +109,14 @@ def notes(part: Part) -> list[str]:
             if part.note == "wedge":
                 under = number(1e3 * part.sizes["under heads"], 2)
                 lines.append(f"Sink their heads to {under} mm above the face, clear of the tapped holes.")
-    if part.scribes:
+    if part.kind == "tube":
+        lines.append("S: scribe line at each end. A flange is in as it has to be when its line meets this one.")
+    elif part.scribes:
         lines.append("S: scribe line, over the edge, too. A flange is on as it has to be when its line meets this one.")
     if part.kind == "tube":
-        lines.append("Front view: on the end at B. Angles against A are positive anticlockwise there.")
+        turn = number(np.degrees(part.sizes["turn of S"]), 2)
+        lines.append(f"S of -b is {turn}° from S of -a, 0 to 360°, clockwise seen from the inner end, which is at -a.")
+        lines.append("Front view: on the outer end, at -b; there it is anticlockwise.")
     return lines
 
 
@@ -211,11 +215,13 @@ def part_view(part: Part, view: View, scale: float, tilted: Sequence[View] = ())
         draw_middle(labels, np.zeros(2), box, scale)
     for group in hole_groups(part):
         draw_group(labels, part, group, view, scale, box)
-    for scribe in part.scribes:
+    for scribe, end in zip(part.scribes, "ab" if part.kind == "tube" else " " * len(part.scribes), strict=True):
         ends = factor * view.flat(scribe)
+        if part.kind == "tube" and looks_along(view, scribe[1] - scribe[0]):  # a notch in the end
+            ends[1] *= 1.0 - 2.0 / np.linalg.norm(ends[1])
         if np.linalg.norm(ends[1] - ends[0]) > 1.0:
             sheet.line(*ends, pen="heavy")
-            labels.leader("S", ends.mean(axis=0))
+            labels.leader("S" if end == " " else f"S at -{end}", ends.mean(axis=0))
     bores = {round(2e3 * h.radius, 2): h for h in part.holes if not h.use and looks_along(view, h.end - h.start)}
     for size, hole in bores.items():
         labels.leader(f"⌀{number(size, 2)}", factor * view.flat(hole.end) + 0.35 * scale * size)
@@ -251,7 +257,7 @@ def draw_group(labels: Labels, part: Part, group: HoleGroup, view: View, scale: 
         ends = np.array([factor * view.flat(hole.end) for hole in group.holes])
         sheet.line(*(1.1 * ends), pen="axis")
         labels.leader(group.letter, ends[0])
-        turn = part.sizes.get("turn of second hole", 0.0)
+        turn = part.sizes.get("turn of S", 0.0)
         if group.letter != "A" and abs(turn) > 1e-4:
             half = float(np.linalg.norm(ends[0])) * 0.6
             turns = np.linspace(0.0, turn, 20)

@@ -110,14 +110,16 @@ def hole_rows(part: Part, views: list[View]) -> Iterator[tuple[str, str, str]]:
         elif part.kind == "tube":
             end = part.sizes["length"] - group.holes[0].end[2]
             near = min(end, group.holes[0].end[2])
-            turn = np.degrees(part.sizes["turn of second hole"])
-            where = f"{number(1e3 * near, 2)} from {'one end' if group.letter == 'A' else 'the other'}"
-            way = "in line with A" if abs(turn) < 0.005 else f"{number(turn, 2)}° to A"
-            where += f", {way}" if group.letter != "A" else ""
+            where = (
+                f"{number(1e3 * near, 2)} from the end at {'-a' if group.letter == 'A' else '-b'}, in line with S there"
+            )
         else:
             where = f"{number(1e3 * part.sizes['hole from disc'], 2)} from the disc"
             where += ", in line with S" if part.scribes else ""
         yield group.letter, group.words, where
+    if part.kind == "tube":
+        turn = number(np.degrees(part.sizes["turn of S"]), 2)
+        yield "S", "scribe lines, 15 long, at both ends", f"-b {turn}° from -a, clockwise seen from -a"
     for use, circle in part.circles.items():
         if circle.maker:
             yield "–", f"{use}: not drilled here", f"by the maker's drawing, {circle.maker}"

@@ -162,9 +162,9 @@ def cut_list(build: Build) -> str:
 
     The first line of a build that is not to be made says so, with a length of 0.
     """
-    heads = ("mark", "tube", "length [mm]", "outer diameter [mm]", "pin holes from the ends [mm]",
-             "outer pin hole turned [deg]", "inner end to", "its angle [deg]", "outer end to",
-             "its angle [deg]")  # fmt: skip
+    turned = "S of -b from S of -a, 0 to 360, clockwise seen from the inner end [deg]"
+    heads = ("mark", "tube", "length [mm]", "outer diameter [mm]", "pin holes from the ends [mm]", turned,
+             "inner end to", "its angle [deg]", "outer end to", "its angle [deg]")  # fmt: skip
     warning = [(build.warning, "", "0", *[""] * 7)] if build.warning else []
     return csv_table(heads, [*warning, *cuts(build)])
 
@@ -196,7 +196,7 @@ def cuts(build: Build) -> list[tuple[str, ...]]:
             other = held.get(f"{each.mark}-{end}", "")
             angle = by_mark[other].part.sizes.get("angle") if other in by_mark else None
             ends += [other or "tool", "" if angle is None else f"{np.degrees(angle):.2f}"]
-        turn = np.degrees(sizes["turn of second hole"])
+        turn = np.degrees(sizes["turn of S"])
         rows.append(
             (each.mark, each.part.name, f"{1e3 * sizes['length']:.2f}", f"{1e3 * sizes['diameter']:g}",
              f"{1e3 * sizes['hole from end']:.2f}", f"{round(turn, 2) + 0.0:.2f}", *ends)

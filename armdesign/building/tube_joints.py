@@ -10,7 +10,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.building.parts import SCREWS, Part, Placed, Prism, Rod, Screws
-from armdesign.building.shop import GAP, SHORTEST_SPACER, SHORTEST_TUBE, TOOL, Seat, Shop, drilled, frame, scribed
+from armdesign.building.shop import GAP, SHORTEST_SPACER, SHORTEST_TUBE, TOOL, Seat, Shop, drilled, frame
 from armdesign.errors import CatalogueError
 
 TOOL_NOTE = "screwed on from the tool's side, before the tool"
@@ -21,6 +21,9 @@ ACROSS = "screw across"
 TOGETHER = "hole across: with tube and spigot put together, drilled once through both, so that the screw has no play"
 BOTH = "its hole is drilled through both together"
 IN_LINE = "scribe lines S of both in line"
+ONE_WAY = "S of tube and flange in line, else it is half a turn wrong"
+SCRIBED = 15e-3
+"""Length of the scribe lines on tubes, from their ends [m]."""
 TOOL_FLANGE = 6e-3
 """Thickness of a tool's own flange, for the length of its screws [m]."""
 
@@ -79,14 +82,18 @@ def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
         (flange(deep, shop), frame(u, a, first.point), first),
         (tool_plate(deep, shop) if hand else flange(deep, shop), frame(-u, b, second.point), second),
     )
-    turn = round(float(np.arctan2(np.cross(a, b) @ u, a @ b)), 9)
-    turn = float((turn + np.pi / 2.0) % np.pi - np.pi / 2.0)  # the holes go through both walls
+    turn = float(np.arctan2(np.cross(a, b) @ u, a @ b)) % (2.0 * np.pi)
+    turn = 0.0 if 2.0 * np.pi - turn < 1e-6 else turn
     pose = frame(u, a, first.point + shop.flange * u)
     placed = [Placed(tube(length, deep / 2.0, turn, shop), mark, joint.link, pose)]
     screws = []
     for letter, (part, place, seat) in zip("ab", ends, strict=True):
         pinned, own = shop.pin, f"{mark}-{letter}"
-        screws.append(Screws(pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, own), nut=True, note=BOTH))
+        screws.append(
+            Screws(
+                pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, own), nut=True, note=f"{BOTH}; {ONE_WAY}"
+            )
+        )
         held = Screws(shop.circle.thread, shop.flange + shop.bite, shop.circle.count, (own, seat.mark), note=IN_LINE)
         screws.append(tool_screws(own, joint.cap(shop), shop) if seat.mark == TOOL else held)
         placed.insert(2 * (letter == "b"), Placed(part, own, joint.link, place))
@@ -107,14 +114,14 @@ def tool_screws(mark: str, deep: float, shop: Shop) -> Screws:
 
 
 def tube(length: float, from_end: float, turn: float, shop: Shop) -> Part:
-    """A tube along z from 0, with a hole across either end, the first along x, the second turned by an angle.
+    """A tube along z from 0, with a hole across and a scribe line at either end: at the first x, the second turned.
 
     Its bore is a hole like the others.
 
     Args:
         length: [m].
         from_end: Of the holes [m].
-        turn: Of the second from the first, about the axis [rad].
+        turn: From the first line to the second, clockwise seen from the first end, 0 to 2 pi [rad].
         shop: What it is of.
     """
     radius, bore = shop.diameter / 2.0, shop.diameter / 2.0 - shop.wall
@@ -126,8 +133,10 @@ def tube(length: float, from_end: float, turn: float, shop: Shop) -> Part:
         holes += [Rod(middle + side * bore * way, middle + side * radius * way, shop.pin_hole / 2.0, True, ACROSS)
                   for side in (1.0, -1.0)]  # fmt: skip
     sizes = {"diameter": shop.diameter, "wall": shop.wall, "length": length, "hole from end": from_end,
-             "hole": shop.pin_hole, "turn of second hole": turn}  # fmt: skip
-    return shop.part("tube", [Rod(*ends, radius)], holes, sizes=sizes, note=TOGETHER)
+             "hole": shop.pin_hole, "turn of S": turn}  # fmt: skip
+    scribes = tuple(radius * np.array([np.cos(angle_), np.sin(angle_), 0.0]) + np.array([[0.0, 0.0, z] for z in along])
+                    for angle_, along in ((0.0, (0.0, SCRIBED)), (turn, (length, length - SCRIBED))))  # fmt: skip
+    return shop.part("tube", [Rod(*ends, radius)], holes, sizes=sizes, note=TOGETHER, scribes=scribes)
 
 
 def _spigot(deep: float, thickness: float, shop: Shop) -> tuple[list[Rod], list[Rod], dict[str, float]]:
@@ -144,6 +153,13 @@ def _spigot(deep: float, thickness: float, shop: Shop) -> tuple[list[Rod], list[
     return [solid], holes, sizes
 
 
+def _flange_scribes(radius: float, thickness: float, shop: Shop) -> tuple[Array, ...]:
+    """Scribe lines along x on a disc: on its side at the tube from there to the rim, and over the rim."""
+    ends = (shop.diameter / 2.0, thickness), (radius, thickness), (radius, 0.0)
+    points = np.array([[x, 0.0, z] for x, z in ends])
+    return points[:2], points[1:]
+
+
 def flange(deep: float, shop: Shop) -> Part:
     """A disc from z = 0 on with a spigot that goes into a tube, the hole across it between those of the disc.
 
@@ -155,8 +171,7 @@ def flange(deep: float, shop: Shop) -> Part:
     solids, holes, sizes = _spigot(deep, t, shop)
     clear = SCREWS[shop.circle.thread][0]
     holes += drilled(shop.circle.places(np.pi / shop.circle.count), 0.0, t, clear, "bracket")
-    rim = shop.half * np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]) + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, t]])
-    scribes = (*scribed(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, t]), shop.half), rim)
+    scribes = _flange_scribes(shop.half, t, shop)
     sizes = {"diameter": 2.0 * shop.half, "thickness": t, **sizes}
     return shop.part("tube flange", [Rod(np.zeros(3), np.array([0.0, 0.0, t]), shop.half), *solids], holes, sizes=sizes,
                      circles={"bracket": shop.circle}, note=TOGETHER, scribes=scribes)  # fmt: skip
@@ -176,7 +191,8 @@ def tool_plate(deep: float, shop: Shop) -> Part:
     sizes = {"diameter": 2.0 * circle.edge, "thickness": t, **sizes}
     disc = Rod(np.zeros(3), np.array([0.0, 0.0, t]), circle.edge)
     return shop.part("tool plate", [disc, *solids], holes, sizes=sizes,
-                     circles={use: circle}, note=TOGETHER)  # fmt: skip
+                     circles={use: circle}, note=TOGETHER,
+                     scribes=_flange_scribes(circle.edge, t, shop))  # fmt: skip
 
 
 def spacer(joint: Joint, nodes: Sequence[Placed | None], shop: Shop) -> tuple[list[Placed], list[Screws]]:

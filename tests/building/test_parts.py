@@ -466,7 +466,7 @@ def test_what_parts_may_be_off_adds_up_along_a_link(assembly):
     rows = {name: off for part, _ in assembly.counted().values() if not part.bought
             for name, _, off in dimension_rows(part)}  # fmt: skip
     assert (rows["spigot"], rows["hole"]) == ("bore −0.05 / −0.1", "+0.1 / 0 mm")
-    assert (rows["angle"], rows["turn of second hole"]) == ("±0.2°", "±0.2°")  # as drawn
+    assert (rows["angle"], rows["turn of S"]) == ("±0.2°", "±0.2°")  # as drawn
     assert rows["tube's plate from middle"] == "±0.3 mm"
 
 
@@ -605,10 +605,33 @@ def test_hole_tables_say_what_to_drill():
         "B": ("4 × ⌀4.5 clearance, M4: bracket", "on ⌀39, first at 45° in front view"),
     }
     rows = [row[1:] for row in hole_rows(tube(0.2, 0.015, 0.3, SHOP), [])]
-    assert rows[1] == ("⌀4 screw across, both walls", "15 from the other, 17.19° to A")
+    assert rows[1] == ("⌀4 screw across, both walls", "15 from the end at -b, in line with S there")
+    assert rows[2][1] == "-b 17.19° from -a, clockwise seen from -a"
     made, _, _ = bracket(face_of(), "wedge", np.array([0.0, 0.0, 1.0]), 1, SHOP)
     words = [row[1] for row in hole_rows(made.part, [])]
     assert words[0] == "4 × M4 tapped, 8 deep: tube"
+
+
+def test_lines_on_tubes_meet_those_of_both_flanges_in_one_way_only(at_random):
+    over = set()
+    for _, made, _shop in at_random:
+        parts = {each.mark: each for each in made.placed}
+        for each in made.placed:
+            if each.part.kind != "tube":
+                continue
+            u, ways = each.pose[:3, 2], []
+            for scribe, letter in zip(each.part.scribes, "ab", strict=True):
+                other = parts[f"{each.mark}-{letter}"]
+                own = each.pose[:3, :3] @ scribe[0] + each.pose[:3, 3]
+                held = [other.pose[:3, :3] @ x + other.pose[:3, 3] for x in np.concatenate(other.part.scribes)]
+                assert min(np.linalg.norm(own - x) for x in held) < 2e-5
+                ways.append(other.pose[:3, 0])
+            turn = each.part.sizes["turn of S"]  # seen from the inner end, along u: clockwise
+            turned = np.cos(turn) * ways[0] + np.sin(turn) * np.cross(u, ways[0])
+            assert turned == pytest.approx(ways[1], abs=2e-3)
+            assert 0.0 <= turn < 2.0 * np.pi
+            over.add(turn > np.pi)
+    assert over == {True, False}
 
 
 @pytest.mark.parametrize("theta", [0.02, 0.05, 0.08, 0.11, 30.0])
