@@ -159,7 +159,12 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
     figures = [
         ("Joints", run.table.joints if any(loads.prismatic) else str(run.table.dof)),
         ("Length, tool included", f"{number(1e3 * run.table.length, 0)} mm"),
-        ("Moving mass, assumed", f"{number(loads.masses[1:].sum() + payload, 2)} kg"),
+        (
+            "Moving mass"
+            if run.problem.settings.body.modules
+            else "Moving mass, assumed",  # a build's is that of its parts
+            f"{number(loads.masses[1:].sum(), 2)} kg" + (f" and {number(payload, 2)} kg of payload" if payload else ""),
+        ),
         (
             f"Largest {'force' if pulls else 'torque'}, joint {strongest + 1}",
             f"{number(peak[strongest], 1)} {'N' if pulls else 'N m'}",
