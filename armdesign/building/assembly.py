@@ -216,8 +216,10 @@ def base_plate(plate: Cylinder, face: Face, on: Placed | None, shop: Shop) -> Pl
     holes = drilled(circle.places(turn), -half[2], half[2], SCREWS["M5"][1], use)
     holes += drilled(floor.places(feet_turn), -half[2], half[2], SCREWS["M6"][0], "floor")
     sizes = {"diameter": 2.0 * radius, "thickness": height}
+    rim = np.array([[radius - 5e-3, 0.0, half[2]], [radius, 0.0, half[2]], [radius, 0.0, -half[2]]])
+    scribes = (rim[:2], rim[1:]) if abs(face.normal[0]) < 1e-6 else ()  # on a wall before or behind, x is no way on it
     part = shop.part("base plate", [Rod(-half, half, radius)], holes, sizes=sizes,
-                     circles={use: circle, "floor": floor})  # fmt: skip
+                     circles={use: circle, "floor": floor}, scribes=scribes)  # fmt: skip
     return Placed(part, "B", 0, pose)
 
 

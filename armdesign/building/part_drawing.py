@@ -109,8 +109,12 @@ def notes(part: Part) -> list[str]:
             if part.note == "wedge":
                 under = number(1e3 * part.sizes["under heads"], 2)
                 lines.append(f"Sink their heads to {under} mm above the face, clear of the tapped holes.")
+    if part.note == "wedge":
+        lines.append("Depths of tapped holes are those of the thread; the drill may come out at the face.")
     if part.kind == "tube":
         lines.append("S: scribe line at each end. A flange is in as it has to be when its line meets this one.")
+    elif part.scribes and part.kind == "base plate":
+        lines.append("x: scribe line, over the edge, too, towards x of the base. Angles of holes are against it.")
     elif part.scribes:
         lines.append("S: scribe line, over the edge, too. A flange is on as it has to be when its line meets this one.")
     if part.kind == "tube":
@@ -211,17 +215,18 @@ def part_view(part: Part, view: View, scale: float, tilted: Sequence[View] = ())
     if faces and looks_along(view, np.array([0.0, 1.0, 0.0])):  # of brackets, whose axis of the actuator is y
         for reach in 5.0 * np.eye(2):
             sheet.line(-reach, reach, pen="thin")
-        labels.leader("axis of the actuator", np.zeros(2))
+        labels.leader("face, to be drilled about this axis of the actuator", np.zeros(2))
         draw_middle(labels, np.zeros(2), box, scale)
     for group in hole_groups(part):
         draw_group(labels, part, group, view, scale, box)
-    for scribe, end in zip(part.scribes, "ab" if part.kind == "tube" else " " * len(part.scribes), strict=True):
+    for scribe, end in zip(part.scribes, "ab" if part.kind == "tube" else "  ", strict=False):
         ends = factor * view.flat(scribe)
         if part.kind == "tube" and looks_along(view, scribe[1] - scribe[0]):  # a notch in the end
             ends[1] *= 1.0 - 2.0 / np.linalg.norm(ends[1])
         if np.linalg.norm(ends[1] - ends[0]) > 1.0:
             sheet.line(*ends, pen="heavy")
-            labels.leader("S" if end == " " else f"S at -{end}", ends.mean(axis=0))
+            plain = "x" if part.kind == "base plate" else "S"
+            labels.leader(plain if end == " " else f"S at -{end}", ends.mean(axis=0))
     bores = {round(2e3 * h.radius, 2): h for h in part.holes if not h.use and looks_along(view, h.end - h.start)}
     for size, hole in bores.items():
         labels.leader(f"⌀{number(size, 2)}", factor * view.flat(hole.end) + 0.35 * scale * size)

@@ -18,6 +18,8 @@ GROUPS = ("bought", "cut", "made", "printed", "screws", "not chosen")
 """How one comes by what a bill of materials lists, in its order."""
 LENGTHS = (4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 70, 80, 90, 100, 110, 120, 150, 200)
 """Of screws, under the head (ISO 4762) [mm]."""
+SHORT = 0.5
+"""By how much they may be shorter: js15 up to 50 mm [mm]."""
 
 
 class Row(NamedTuple):
@@ -120,8 +122,9 @@ def made_rows(build: Build) -> list[Row]:
 
 
 def screw_length(screws: Screws) -> int:
-    """The shortest standard length that is long enough, under the head [mm]."""
-    return next(length for length in LENGTHS if length >= 1e3 * screws.length - 1e-6)
+    """The shortest standard length that is long enough, under the head; with a nut also where it is short [mm]."""
+    least = 1e3 * screws.length + (SHORT if screws.nut else 0.0)
+    return next(length for length in LENGTHS if length >= least - 1e-6)
 
 
 def shortened(screws: Screws) -> str:

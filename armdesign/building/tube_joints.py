@@ -110,7 +110,14 @@ def tool_screws(mark: str, deep: float, shop: Shop) -> Screws:
     """
     circle = shop.tool_circle
     bites = min(deep, 1e-3 * float(circle.thread[1:]))
-    return Screws(circle.thread, TOOL_FLANGE + bites, circle.count, (mark, TOOL), most=TOOL_FLANGE + deep)
+    return Screws(
+        circle.thread,
+        TOOL_FLANGE + bites,
+        circle.count,
+        (mark, TOOL),
+        most=TOOL_FLANGE + deep,
+        note=f"for a tool whose own flange is {1e3 * TOOL_FLANGE:g} mm thick",
+    )
 
 
 def tube(length: float, from_end: float, turn: float, shop: Shop) -> Part:

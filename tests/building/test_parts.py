@@ -17,8 +17,9 @@ from armdesign.building.brackets import Knot, anchor, bracket, corner
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import PART_VIEWS, dimension_rows, marked, part_view, square_to, tilted_ways
 from armdesign.building.part_holes import hole_rows, looks_along
+from armdesign.building.part_lists import screw_length
 from armdesign.building.part_tolerances import link_deviations
-from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod
+from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod, Screws
 from armdesign.building.parts_clearance import parts_gap
 from armdesign.building.shop import ALUMINIUM, FLOOR, GAP, PRINTED, TOOL, Face, Shop, envelope, generic_circle
 from armdesign.building.tolerance import Tolerances
@@ -647,6 +648,14 @@ def test_every_circle_is_seen_and_wedges_less_tilted_than_sheets_tell_are_flat(t
             if any(looks_along(view, hole.end - hole.start) for hole in part.holes):
                 shown = {m.points.shape[0] for m in part_view(part, view, 1.0).marks if hasattr(m, "points")}
                 assert max(shown) > 20  # circles
+
+
+def test_screws_with_a_nut_reach_through_it_where_they_are_short(at_random):
+    across = [screws for _, made, _ in at_random for screws in made.screws if screws.nut]
+    assert across
+    assert all(screw_length(screws) >= 1e3 * screws.length + 0.5 for screws in across)
+    assert screw_length(Screws("M3", 29.8e-3, 1, ("a", "b"), nut=True)) == 35  # one of 30 can be 29.58 long
+    assert screw_length(Screws("M3", 29.8e-3, 1, ("a", "b"))) == 30
 
 
 def test_corner_holds_its_tubes_on_their_axes():
