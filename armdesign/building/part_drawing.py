@@ -215,7 +215,7 @@ def part_view(part: Part, view: View, scale: float, tilted: Sequence[View] = ())
     if faces and looks_along(view, np.array([0.0, 1.0, 0.0])):  # of brackets, whose axis of the actuator is y
         for reach in 5.0 * np.eye(2):
             sheet.line(-reach, reach, pen="thin")
-        labels.leader("face, to be drilled about this axis of the actuator", np.zeros(2))
+        labels.leader("face, to be drilled", np.zeros(2))
         draw_middle(labels, np.zeros(2), box, scale)
     for group in hole_groups(part):
         draw_group(labels, part, group, view, scale, box)
