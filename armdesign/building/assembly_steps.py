@@ -11,6 +11,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.exact import ExactScene
+from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.building.arm_drawing import degrees
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.catalogue import Actuator
@@ -24,6 +25,7 @@ from armdesign.building.supply import Supply
 from armdesign.feasibility.words import base_words
 from armdesign.kinematics.base_pose import MOUNTINGS
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.motion import SmoothMotion
 
 ASSEMBLY = "assembly.html"
 PICTURE, ROUND = (150.0, 150.0), 34.0
@@ -61,12 +63,14 @@ class Check(NamedTuple):
         joints: Angle of every joint, in words.
         tool: Where the tool is, from the middle of the base, in millimetres.
         note: What to know before going there.
+        held: Which actuators it asks for more than they bear for long; empty for none.
     """
 
     name: str
     joints: list[str]
     tool: list[str]
     note: str
+    held: str
 
 
 def assembly_page(build: Build) -> str:
@@ -299,9 +303,32 @@ def poses_to_check(build: Build) -> list[Check]:
     scene = ExactScene(result.body)
     poses = {"zero": np.zeros(result.table.dof), "start of the motion": q[0], "middle of the motion": q[len(q) // 2]}
     return [
-        Check(name, joint_words(pose, result.table), tool_words(result.table, pose, foot(build)), touching(scene, pose))
+        Check(
+            name, joint_words(pose, result.table), tool_words(result.table, pose, foot(build)), touching(scene, pose),
+            holding(build, pose),
+        )
         for name, pose in poses.items()
+    ]  # fmt: skip
+
+
+def holding(build: Build, pose: Array) -> str:
+    """Which actuators a pose asks for more than they bear for long, at rest and without load; empty for none.
+
+    Args:
+        build: The build.
+        pose: Joint angles, shape (n,) [rad].
+    """
+    result, rest = build.result, np.zeros((1, len(pose)))
+    still = SmoothMotion(pose[None], rest, rest)
+    torques = np.abs(joint_torques(result.body, still, gravity=base_gravity(result.base_pose))[0])
+    heavy = [
+        f"J{joint} {torque:.2g} N m, and bears {actuator.rated_torque:.2g} N m for long"
+        for joint, (torque, actuator) in enumerate(zip(torques, build.choice.actuators, strict=True), start=1)
+        if torque > actuator.rated_torque
     ]
+    return (
+        f"Without any load it takes of {'; of '.join(heavy)}: hold the arm up, or leave this pose out." if heavy else ""
+    )
 
 
 def joint_words(q: Array, table: DHTable) -> list[str]:

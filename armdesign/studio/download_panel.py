@@ -23,7 +23,7 @@ from armdesign.errors import ArmDesignError, CatalogueError, MissingExtraError, 
 from armdesign.export.export_files import export
 from armdesign.export.formats import FORMATS
 from armdesign.export.trajectory.exporting import FILES
-from armdesign.feasibility.words import hand_words, pace, sentence
+from armdesign.feasibility.words import base_words, hand_words, pace, sentence
 from armdesign.runs.folder import RESULT
 from armdesign.runs.reading import read_result
 from armdesign.runs.writing import write_files, write_result
@@ -103,7 +103,10 @@ def built_html(made: Build, bill: str) -> str:
         f"It moves at {pace(made.speed)}.",
         f"What moves weighs {result.body.moving_mass:.1f} kg.",
     ]
+    lines += [base_words(result.base_pose)] if result.placed else []
     lines += [] if made.kit else [f"Its brackets {how}."]
+    if made.assembly is not None and any(each.maker for each in made.assembly.screws):
+        lines.append("Where a motor is bolted on they are not drilled: its maker's drawing says how.")
     said = "".join(f"<li>{escape(line)}</li>" for line in lines)
     if made.fault:
         said = f"<li class=bad><b>{escape(made.warning)}.</b></li>{said}"

@@ -275,7 +275,9 @@ class SearchPanel:
             words = summary(result.verdict, result.problem.settings, result.base_pose)[:-1]  # motors decide the speed
             mark = "" if result.verdict.passed else ' class="bad"'  # good only once its parts fit
             items = "".join(f"<li{mark if k == 1 else ''}>{escape(line)}</li>" for k, line in enumerate(words))
-            lines.append(f"<ul>{items}</ul>")
+            lines.append(
+                f"<p>As it was searched; with its parts chosen it stands and moves as Parts says.</p><ul>{items}</ul>"
+            )
         if result.facts is not None and ended:
             sure = result.facts.agreement
             better = "" if sure is None else f" That a thorough search finds a better one is {likely(sure.chance)}."

@@ -12,9 +12,10 @@ import pytest
 from typer.testing import CliRunner
 
 import armdesign
+from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.building import tubes
 from armdesign.building.assembly import assemble
-from armdesign.building.assembly_steps import HUNG, base_place, screw_words, surface
+from armdesign.building.assembly_steps import HUNG, base_place, holding, screw_words, surface
 from armdesign.building.build import BuildOptions, build, changed, chosen_parts, thinner
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import part_sheet
@@ -31,6 +32,7 @@ from armdesign.cli.tolerance_command import part_deviations
 from armdesign.errors import CatalogueError, SettingsError
 from armdesign.export.mjcf import robot_mjcf
 from armdesign.export.robot_file import finished_robot
+from armdesign.kinematics.motion import SmoothMotion
 from armdesign.runs.reading import read_result
 from armdesign.runs.writing import write_result
 from armdesign.search.evaluation import evaluate_design
@@ -190,6 +192,17 @@ def test_what_the_base_is_screwed_to_is_named(made):
     assert "at most 14.5 mm under the head" in screw_words([deep])[0]
     own = replace(screws, joins=("J2", "J2-L1"))
     assert "holes of J2" in screw_words([own])[0]
+
+
+def test_a_pose_that_asks_more_than_an_actuator_bears_for_long_is_said(made):
+    pose = made.result.evaluation.path.q[0]
+    still = SmoothMotion(*(np.stack([each]) for each in (pose, 0.0 * pose, 0.0 * pose)))
+    needed = np.abs(joint_torques(made.result.body, still, gravity=base_gravity(made.result.base_pose))[0])
+    for share, heavy in ((0.99, True), (1.01, False)):
+        sizes = tuple(replace(a, rated_torque=share * x) for a, x in zip(made.choice.actuators, needed, strict=True))
+        said = holding(replace(made, choice=replace(made.choice, actuators=sizes)), pose)
+        assert bool(said) == heavy
+        assert all(f"J{joint} " in said for joint in range(1, len(pose) + 1)) == heavy
 
 
 def test_what_is_wrong_with_a_build_is_said(made):

@@ -285,10 +285,13 @@ def test_where_nothing_can_be_built_it_is_said_and_who_does_not_wait_is_heard(mo
 def made_of(result, fault="", speed=1.0, body=None):
     """A build as far as the page looks at it."""
     settings = SimpleNamespace(body=body or result.problem.settings.body)
-    built = SimpleNamespace(problem=SimpleNamespace(settings=settings), verdict=result.verdict, body=result.body)
+    problem, body = SimpleNamespace(settings=settings), result.body
+    built = SimpleNamespace(problem=problem, verdict=result.verdict, body=body, placed=True, base_pose=result.base_pose)
     options = BuildOptions("rmd", printed=True)
     warning = fault and f"NOT TO BE MADE: {fault}"
-    return SimpleNamespace(result=built, fault=fault, warning=warning, speed=speed, kit=None, options=options)
+    made = SimpleNamespace(result=built, fault=fault, warning=warning, speed=speed, kit=None, options=options)
+    made.assembly = SimpleNamespace(screws=(SimpleNamespace(maker="the output of X4"),))
+    return made
 
 
 def test_an_arm_that_cannot_be_built_has_a_way_on(result):
@@ -347,6 +350,8 @@ def test_parts_are_listed_by_how_one_comes_by_them(result):
     text = built_html(made_of(result), bill)
     assert all(word in text for word in ("To be bought", "To be printed", "&lt;flange&gt;"))
     assert "Not an arm" not in text
+    assert "The base is at x" in text
+    assert "maker&#x27;s drawing" in text
     assert "<details>" not in text
     faulty = built_html(made_of(result, "parts meet"), bill)
     assert faulty.index("parts meet") < faulty.index("<details>") < faulty.index("X4")  # folded away
