@@ -147,7 +147,7 @@ class ArmsPanel:
             page.panels["Parts"].begin(self.chosen, self.run)
             page.panels["Redesign"].begin(self.chosen.design or self.chosen.result)
         seen = sorted(seen, key=lambda arm: arm is not self.chosen)  # the headline is about the first
-        page.set_html(self.note, f"<h4>{escape(arms[0].name)} is first by {self.sort.value}</h4>")
+        page.set_html(self.note, f"<h4>Best by {self.sort.value}: {escape(arms[0].name)}</h4>")
         page.set_html(self.table, arms_table(arms, [colours[arm.name] for arm in arms]))
         page.show_arms(*((arm, colours[arm.name]) for arm in seen))
         if self.run is not None and (self.run / RESULT).is_file():

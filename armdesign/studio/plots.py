@@ -106,7 +106,9 @@ def gap_picture(names: Sequence[str], seen: Array, time: Array) -> str:
             f'<rect x="{LEFT}" y="{y:.1f}" width="{RIGHT - LEFT}" height="{height * 0.8:.1f}" fill="#7fb3d5"/>'
         )
         if height >= 9.0:
-            parts.append(f'<text x="{LEFT - 4}" y="{y + 9:.1f}" text-anchor="end">{escape(names[i][:8])}</text>')
+            fit = f' textLength="{LEFT - 6}" lengthAdjust="spacingAndGlyphs"' if len(names[i]) > 7 else ""
+            label = f'<text x="{LEFT - 4}" y="{y + 9:.1f}" text-anchor="end"{fit}>{escape(names[i][:8])}</text>'
+            parts.append(label)
         for c in np.flatnonzero(seen[i] < 1.0):
             shade = 0.35 + 0.65 * (1.0 - seen[i, c])
             parts.append(
