@@ -10,6 +10,7 @@ import numpy as np
 from armdesign.building.build import Build
 from armdesign.building.kit import EXACT, Kit, KitArm
 from armdesign.building.parts import Screws
+from armdesign.building.shop import ALUMINIUM
 from armdesign.files import csv_table
 
 BILL = "parts.csv"
@@ -90,8 +91,8 @@ def bought_rows(build: Build) -> list[Row]:
         name = f"tube {body.tube_diameter * 1e3:g} x {body.tube_wall * 1e3:g} mm" if tube is None else tube.name
         mass = float(np.pi * body.tube_wall * (body.tube_diameter - body.tube_wall) * body.tube_density)
         source, price = ("assumed", None) if tube is None else (build.options.stock or "aluminium", tube.price)
-        placed = () if build.assembly is None else build.assembly.placed
-        material = next((each.part.material for each in placed if each.part.kind == "tube"), "")
+        density = body.tube_density if tube is None else tube.density
+        material = "aluminium" if abs(density - ALUMINIUM[1]) < 150.0 else f"{density:g} kg/m^3"
         rows.append(Row(name, round(sum(lengths) / 1e3, 4), "m", "cut", material, source, mass, price))
     return rows
 

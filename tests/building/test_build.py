@@ -112,7 +112,7 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
         {mark: 1e3 * length for mark, length in tubes.items()}, abs=0.006
     )
     assert [row[0] for row in bought(built, BILL)[-len(parts) :]] == [row["part"] for row in parts]
-    listed = {row["part"]: (row["group"], int(row["quantity"])) for row in parts if row["material"] == "aluminium"}
+    listed = {row["part"]: (row["group"], int(row["quantity"])) for row in parts if row["group"] == "made"}
     counted = {name: ("made", len(each)) for name, (part, each) in assembly.counted().items()
                if not part.bought and part.kind != "tube"}  # fmt: skip
     assert listed == counted
