@@ -7,8 +7,6 @@ from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 
-from armdesign.search.backends.processes import available_cores
-
 try:
     import fcntl
 except ImportError:  # Windows
@@ -23,11 +21,6 @@ WITHOUT_KERNELS = {"demonstration", "settings", "swarm"}
 def pytest_collection_modifyitems(items):
     """What needs no compiled kernel comes first: workers do that while one compiles."""
     items.sort(key=lambda item: WITHOUT_KERNELS.isdisjoint(item.path.parts))
-
-
-def pytest_xdist_auto_num_workers():
-    """Half as many workers again as cores: for two fifths of their time tests wait for processes and browsers."""
-    return (3 * available_cores() + 1) // 2
 
 
 def pytest_addoption(parser):

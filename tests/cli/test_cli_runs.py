@@ -89,7 +89,7 @@ def test_interrupted_search_stands_where_its_state_stands(begun, packaged, line,
     assert (line(place, "run")[1], line(place, "run")[3]) == ("interrupted", "3/50")
 
 
-@pytest.mark.parametrize(("rule", "progress"), [(("--iterations", 2), "2/2"), (("--time-limit", 1e-4), "-")])
+@pytest.mark.parametrize(("rule", "progress"), [(("--iterations", 2), "2/2"), (("--time-limit", 1e-4), "1/200")])
 def test_search_that_has_ended_without_a_valid_arm_has_failed(run, packaging, place, line, rule, progress):
     outcome = run("search", packaging, "--dof", 2, "--particles", 4, *rule, "--out", "runs/none")
     assert outcome.exit_code == 4, outcome.output

@@ -173,7 +173,9 @@ def test_help_documents_every_option(invoke):
     text = " ".join(outcome.output.split())
     for section in (Body, LimitOptions, SimulationOptions, TagOptions):
         for entry in (
-            each for each in fields(section) if each.name not in ("kind", "module_slide", "modules", "inertials")
+            each
+            for each in fields(section)
+            if each.name not in ("kind", "module_slide", "modules", "inertials", "post")
         ):
             assert f"--{entry.name.replace('_', '-')}" in text
     for name in (*FORMATS, "ros2-bag", "--overwrite", "--convention", "--rate", "--speed"):

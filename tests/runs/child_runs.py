@@ -88,7 +88,7 @@ class Child:
         return self.log.read_text()
 
 
-def until(condition, seconds=60.0):
+def until(condition, seconds=180.0):
     """Wait until the condition holds; whether it came to."""
     deadline = time.monotonic() + seconds
     while not (met := condition()) and time.monotonic() < deadline:

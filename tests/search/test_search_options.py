@@ -80,7 +80,7 @@ def test_every_parameter_is_tried():
         ("design", "dof"), ("fitness", "scenario"), ("search", "particles"),
         ("search", "iterations"), ("search", "prune"),
         ("cell", "obstacles"), ("cell", "obstacle_units"), ("design", "joints"), ("design", "travel"),
-        ("body", "modules"), ("body", "inertials"),
+        ("body", "modules"), ("body", "inertials"), ("body", "post"),
     }  # fmt: skip
     every = {(kind.title(), name) for kind in SECTIONS for name in kind.names()}
     assert every == tried | elsewhere
