@@ -271,10 +271,9 @@ def thinner(result: Result, options: BuildOptions) -> list[Tube]:
     if options.stock is not None or of_kit or body.tube_diameter != Body().tube_diameter:
         return []
     payload = result.problem.settings.needs.payload if options.payload is None else options.payload
-    force, paths = payload * base_gravity(result.base_pose), [q for _, q in motions(result.evaluation, result.problem)]
     return [
         tube for tube in find_stock("aluminium").tubes[::-1]
-        if tube.name in THINNER and worst_deflection(result.body, paths, force, tube) <= options.deflection
+        if tube.name in THINNER and sag_with(result, payload, tube) <= options.deflection
     ]  # fmt: skip
 
 
@@ -329,8 +328,7 @@ def chosen_parts(
     if options.stock is not None:
         tube, sag = choose_tube(plain, find_stock(options.stock), options, payload)
     elif tube is not None and payload > 0.0:
-        paths = [q for _, q in motions(plain.evaluation, plain.problem)]
-        sag = worst_deflection(plain.body, paths, payload * base_gravity(plain.base_pose), tube)
+        sag = sag_with(plain, payload, tube)
     if tube is not None:
         changes["body"] |= {"tube_diameter": tube.diameter, "tube_wall": tube.wall, "tube_density": tube.density}
     if kit is not None:
@@ -507,6 +505,18 @@ def slowed(problem: DesignProblem, share: float) -> DesignProblem:
     return DesignProblem(problem.settings, seen, unseen)
 
 
+def sag_with(result: Result, payload: float, tube: Tube) -> float:
+    """How far the tool sags under a payload in the worst pose of the motions, with other tubes [m].
+
+    Args:
+        result: The arm.
+        payload: Point mass at the tool [kg].
+        tube: What its tubes are of.
+    """
+    paths = [q for _, q in motions(result.evaluation, result.problem)]
+    return worst_deflection(result.body, paths, payload * base_gravity(result.base_pose), tube)
+
+
 def choose_tube(result: Result, stock: Stock, options: BuildOptions, payload: float) -> tuple[Tube, float]:
     """The lightest or cheapest tube with which the tool sags little enough, and how far it does.
 
@@ -518,14 +528,12 @@ def choose_tube(result: Result, stock: Stock, options: BuildOptions, payload: fl
             "tubes are chosen by how far the payload bends them, and there is none", value=payload,
             fix="Give --payload, or leave --stock out",
         )  # fmt: skip
-    force = payload * base_gravity(result.base_pose)
     tubes = [each for each in stock.tubes if options.least == "mass" or each.price is not None]
     if not tubes:
         raise CatalogueError(f"no price is known of any tube in '{options.stock}'", fix="Choose by --for mass")
-    paths = [q for _, q in motions(result.evaluation, result.problem)]
     sags = {}
     for each in sorted(tubes, key=lambda t: t.area * t.density if options.least == "mass" else float(t.price or 0.0)):
-        sags[each.name] = worst_deflection(result.body, paths, force, each)
+        sags[each.name] = sag_with(result, payload, each)
         if sags[each.name] <= options.deflection:
             return each, sags[each.name]
     name = min(sags, key=lambda name: sags[name])

@@ -10,7 +10,7 @@ from armdesign._types import Array
 from armdesign.building.arm_drawing import Pose, arm_sheet, arranged, degrees, words_of_scale
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.labels import Labels
-from armdesign.building.part_holes import HoleGroup, hole_groups, hole_rows, looks_along
+from armdesign.building.part_holes import HoleGroup, direction, hole_groups, hole_rows, looks_along
 from armdesign.building.part_tolerances import ANGLE, ANGLES, deviation
 from armdesign.building.parts import Part, Placed, Rod, file_name
 from armdesign.building.projection import SHADES, View, draw_solids, slanted, solids_of
@@ -46,7 +46,7 @@ def drawing_files(build: Build) -> dict[str, str | bytes]:
         sheets[file_name(name)] = part_sheet(places, title, f"{k} of {of}")
     if build.fault:
         for sheet in sheets.values():
-            sheet.text(f"NOT TO BE MADE: {build.fault}"[:150], (27.0, 284.4), "left", 3.0, bold=True)
+            sheet.text(build.warning[:150], (27.0, 284.4), "left", 3.0, bold=True)
     return {
         "drawing/drawings.pdf": pdf_of(sheets.values()),
         **{f"drawing/{name}.svg": svg_of(sheet) for name, sheet in sheets.items()},
@@ -112,15 +112,16 @@ def notes(part: Part) -> list[str]:
     if part.note == "wedge":
         lines.append("Depths of tapped holes are those of the thread; the drill may come out at the face.")
     if part.kind == "tube":
-        lines.append("S: scribe line at each end. A flange is in as it has to be when its line meets this one.")
+        turn = number(np.degrees(part.sizes["turn of S"]), 2)
+        lines += [
+            "S: scribe line at each end. A flange is in as it has to be when its line meets this one.",
+            f"S of -b is {turn}° from S of -a, 0 to 360°, clockwise seen from the inner end, which is at -a.",
+            "Front view: on the outer end, at -b; there it is anticlockwise.",
+        ]
     elif part.scribes and part.kind == "base plate":
         lines.append("x: scribe line, over the edge, too, towards x of the base. Angles of holes are against it.")
     elif part.scribes:
         lines.append("S: scribe line, over the edge, too. A flange is on as it has to be when its line meets this one.")
-    if part.kind == "tube":
-        turn = number(np.degrees(part.sizes["turn of S"]), 2)
-        lines.append(f"S of -b is {turn}° from S of -a, 0 to 360°, clockwise seen from the inner end, which is at -a.")
-        lines.append("Front view: on the outer end, at -b; there it is anticlockwise.")
     return lines
 
 
@@ -162,7 +163,7 @@ def tilted_ways(part: Part) -> list[Array]:
     middle = part.inertial.com
     found: list[Array] = []
     for hole in part.holes:
-        way = (hole.end - hole.start) / np.linalg.norm(hole.end - hole.start)
+        way = direction(hole)
         way = way if (hole.start + hole.end - 2.0 * middle) @ way > 0.0 else -way
         square = any(looks_along(view, way) for view in PART_VIEWS)
         known = any(way @ other > 1.0 - 1e-6 for other in found)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 
+from armdesign.bodies.loads import GRAVITY
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.shop import envelope, shop_of
 from armdesign.settings.sections import Body
 
-MARGIN, GRAVITY = 1.2, 9.81
+MARGIN = 1.2
+"""Factor on the torques that are needed."""
 LITTLE = 2e-3
 """Room that no search is repeated for [m]."""
 TUBES = {"tube_diameter": 0.025, "tube_wall": 0.002, "tube_density": 2700.0}
@@ -31,7 +33,7 @@ def room_for_motors(family: str, reach: float, payload: float) -> dict[str, floa
     """
     catalogue = find_catalogue(family)
     sizes = sorted(catalogue.actuators, key=lambda a: a.mass)
-    able = [a for a in sizes if a.rated_torque >= MARGIN * GRAVITY * reach / 3.0 * (payload + 0.4 + 1.5 * a.mass)]
+    able = [a for a in sizes if a.rated_torque >= -MARGIN * GRAVITY[2] * reach / 3.0 * (payload + 0.4 + 1.5 * a.mass)]
     most = able[0].mass if able else sizes[-1].mass
     shop = shop_of(Body(**TUBES), None, printed=True)  # type: ignore[arg-type]
     taken = [envelope(a, shop) if catalogue.kit is None else (a.diameter, a.length) for a in sizes if a.mass <= most]
