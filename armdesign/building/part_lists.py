@@ -7,14 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from armdesign.building import BILL, CUTS
 from armdesign.building.build import Build
 from armdesign.building.kit import EXACT, Kit, KitArm
 from armdesign.building.parts import Screws
 from armdesign.building.shop import ALUMINIUM
 from armdesign.files import csv_table
 
-BILL = "parts.csv"
-CUTS = "cuts.csv"
 GROUPS = ("bought", "cut", "made", "printed", "screws", "not chosen")
 """How one comes by what a bill of materials lists, in its order."""
 LENGTHS = (4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 70, 80, 90, 100, 110, 120, 150, 200)

@@ -6,6 +6,7 @@ import json
 from dataclasses import asdict
 from typing import Any
 
+from armdesign.building import RECORD
 from armdesign.building.assembly import assemble
 from armdesign.building.build import BOUGHT, Build, BuildOptions
 from armdesign.building.catalogue import Actuator
@@ -16,8 +17,6 @@ from armdesign.building.tubes import Tube
 from armdesign.errors import CatalogueError, RunFolderError
 from armdesign.files import read_json
 from armdesign.search.result import Result
-
-RECORD = "build.json"
 
 
 def build_record(build: Build) -> str:

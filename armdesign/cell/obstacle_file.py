@@ -6,12 +6,10 @@ import difflib
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
-import trimesh
-import yourdfpy
 from scipy.spatial.transform import Rotation
 
 from armdesign._types import Array
@@ -19,6 +17,9 @@ from armdesign.cell.obstacles import Box, Cylinder, Mesh, Obstacle, Obstacles, P
 from armdesign.errors import ObstacleError, counted
 from armdesign.files import is_number
 from armdesign.settings.kinds import LENGTHS
+
+if TYPE_CHECKING:
+    import trimesh
 
 MESHES = (".stl", ".obj", ".ply")
 SMALLEST, LARGEST = 1e-3, 100.0
@@ -265,6 +266,8 @@ def read_mesh(path: Path, scale: float | Array) -> Mesh:
         raise ObstacleError(f"{path} is no mesh by its ending", value=path.suffix, allowed=list(MESHES))
     if not path.is_file():
         raise ObstacleError(f"there is no mesh {path}", value=str(path), fix="Paths count from the folder of the file")
+    import trimesh  # noqa: PLC0415 (a third of a second, for all searches)
+
     try:
         loaded = trimesh.load(path, file_type=path.suffix[1:].lower(), force="mesh", process=True)
     except Exception as error:  # trimesh raises whatever its readers do
@@ -330,6 +333,8 @@ def read_scene(path: Path) -> list[Obstacle]:
         raise ObstacleError(f"the scene {path} is not valid XML: {first_line(error)}", value=str(path)) from error
     if root.tag != "robot":
         raise ObstacleError(f"the scene {path} holds <{root.tag}>", value=root.tag, allowed="a URDF, <robot>")
+    import yourdfpy  # noqa: PLC0415 (loads trimesh)
+
     try:
         scene = yourdfpy.URDF.load(
             str(path), build_scene_graph=True, build_collision_scene_graph=False, load_meshes=False,

@@ -7,11 +7,12 @@ from typing import Annotated
 
 import typer
 
+from armdesign.building import RECORD
 from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
 from armdesign.building.build import Build, BuildOptions
 from armdesign.building.build import build as build_of
 from armdesign.building.part_lists import part_lists
-from armdesign.building.record import RECORD, build_record
+from armdesign.building.record import build_record
 from armdesign.cli.check_command import FAILED
 from armdesign.cli.command_errors import one_sentence_errors
 from armdesign.cli.command_options import OUTPUT, OverwriteOption, QuietOption, number_of, option

@@ -10,8 +10,9 @@ from typing import Annotated
 
 import typer
 
+from armdesign.building import RECORD
 from armdesign.building.part_tolerances import link_deviations
-from armdesign.building.record import RECORD, recorded_build
+from armdesign.building.record import recorded_build
 from armdesign.building.tolerance import Band, ClearanceBand, Tolerances
 from armdesign.building.tolerance import tolerance as tolerance_of
 from armdesign.cli.command_errors import one_sentence_errors

@@ -5,8 +5,7 @@ from __future__ import annotations
 from itertools import takewhile
 from pathlib import Path
 
-from armdesign.building.part_lists import BILL, CUTS
-from armdesign.building.record import RECORD
+from armdesign.building import BILL, CUTS, RECORD
 from armdesign.errors import RunFolderError
 
 SETTINGS, TASK, TASK_JSON, RESULT = "settings.toml", "task.csv", "task.json", "result.json"

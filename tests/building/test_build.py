@@ -13,17 +13,17 @@ from typer.testing import CliRunner
 
 import armdesign
 from armdesign.bodies.loads import base_gravity, joint_torques
-from armdesign.building import tubes
+from armdesign.building import BILL, RECORD, tubes
 from armdesign.building.assembly import assemble
 from armdesign.building.assembly_steps import HUNG, base_place, holding, screw_words, surface
 from armdesign.building.build import BuildOptions, build, changed, chosen_parts, thinner
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_drawing import part_sheet
-from armdesign.building.part_lists import BILL, GROUPS, part_lists
+from armdesign.building.part_lists import GROUPS, part_lists
 from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import Assembly, file_name
 from armdesign.building.parts_clearance import PartsGap
-from armdesign.building.record import RECORD, build_record, recorded_build
+from armdesign.building.record import build_record, recorded_build
 from armdesign.building.room import room_of_parts
 from armdesign.building.sheet import number
 from armdesign.building.shop import FLOOR, TOOL, shop_of

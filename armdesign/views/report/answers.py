@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from armdesign.building.record import RECORD
+from armdesign.building import RECORD
 from armdesign.cell.obstacles import Plane
 from armdesign.errors import counted
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs

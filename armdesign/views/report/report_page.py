@@ -10,7 +10,7 @@ import jinja2
 import numpy as np
 
 from armdesign._version import __version__
-from armdesign.building.part_lists import BILL, CUTS
+from armdesign.building import BILL, CUTS
 from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import resolved_options

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from armdesign.building.record import RECORD
+from armdesign.building import RECORD
 from armdesign.cli import app
 from armdesign.export.options import LimitOptions, RobotOptions
 from armdesign.feasibility.violations import figure
