@@ -38,6 +38,7 @@ from armdesign.building.shop import (
     circle_of,
     drilled,
     frame,
+    housing_of,
     unit,
 )
 from armdesign.building.tube_joints import Joint, spacer, tool_spacer, tubed
@@ -95,7 +96,8 @@ def assemble(arm: ArmBody, actuators: Sequence[Actuator], shop: Shop, apart: Col
         screws.append(Screws("M6", plate.solid.length + 9e-3, 4, ("B", FLOOR)))
     for link, chain in enumerate(chains):
         if link:
-            placed.append(placed_actuator(arm, link, actuators[link - 1], signs[link - 1]))
+            held = next((each for each in chain.placed if each.mark == f"J{link}-L{link}"), None)
+            placed.append(placed_actuator(arm, link, actuators[link - 1], signs[link - 1], held))
         placed += chain.placed
         screws += chain.screws
     return Assembly(tuple(named(placed)), tuple(screws), tuple(sorted(apart)))
@@ -143,31 +145,45 @@ def actuator_face(arm: ArmBody, joint: int, link: int, actuator: Actuator, sign:
         actuator: The actuator.
         sign: The end of it, along its axis.
     """
-    axis = np.array([0.0, 0.0, 1.0]) if link == joint else joint_axis(arm, joint)
-    circle = circle_of(actuator, "housing" if link == joint else "output")
-    return Face(f"J{joint}", arm.sphere(joint, link), sign * axis, actuator.length / 2.0, actuator.diameter / 2.0,
-                circle)  # fmt: skip
+    holds, box = link == joint, housing_of(actuator)
+    axis = np.array([0.0, 0.0, 1.0]) if holds else joint_axis(arm, joint)
+    radius = box.near if box is not None and holds else actuator.diameter / 2.0
+    return Face(f"J{joint}", arm.sphere(joint, link), sign * axis, actuator.length / 2.0, radius,
+                circle_of(actuator, "housing" if holds else "output"), False, box, holds,
+                circle_of(actuator, "output").edge)  # fmt: skip
 
 
-def placed_actuator(arm: ArmBody, joint: int, actuator: Actuator, sign: float) -> Placed:
-    """An actuator as a cylinder, its z from the output to the housing's face.
+def placed_actuator(arm: ArmBody, joint: int, actuator: Actuator, sign: float, held: Placed | None) -> Placed:
+    """An actuator as a cylinder, or as a box with its output, its z from the output to the housing's face.
+
+    The long end of a box points away from where the tube of the bracket that holds it leans to, towards -x.
 
     Args:
         arm: The arm.
         joint: Its joint.
         actuator: The actuator.
         sign: The end of its housing's face, along the joint's axis.
+        held: The bracket that holds its housing; None for none.
     """
     half, radius = np.array([0.0, 0.0, actuator.length / 2.0]), actuator.diameter / 2.0
-    rod = Rod(-half, half, radius)
-    circles = {end: circle_of(actuator, end) for end in CIRCLES}
+    solids: list[Prism | Rod] = [Rod(-half, half, radius)]
+    if actuator.box is not None:
+        near, far, width = actuator.box
+        y, deep = width / 2.0, actuator.length - actuator.horn
+        solids = [Prism(np.array([[-far, -y], [near, -y], [near, y], [-far, y]]), deep, actuator.horn / 2.0)]
+        if actuator.horn:
+            solids.append(Rod(-half, -half + [0.0, 0.0, actuator.horn], circle_of(actuator, "output").diameter / 2.0))
+    circles = {end: circle_of(actuator, end) for end in CIRCLES if end == "output" or not actuator.side_holes}
     sizes = {"diameter": actuator.diameter, "length": actuator.length}
+    volume = sum(each.moments()[0] for each in solids)
     note = f"{actuator.family}; output towards link {joint - 1}"
     if any(circle.maker for circle in circles.values()):
         note += f"; drill its brackets by its maker's drawing{f' ({actuator.sheet})' if actuator.sheet else ''}"
-    part = Part("actuator", actuator.name, (rod,), (), "actuator", actuator.mass / rod.moments()[0], sizes,
+    part = Part("actuator", actuator.name, tuple(solids), (), "actuator", actuator.mass / volume, sizes,
                 circles, bought=True, note=note.split("; output")[0])  # fmt: skip
     pose = np.diag([1.0, sign, sign, 1.0])
+    if held is not None and actuator.box is not None:
+        pose[:3, 0], pose[:3, 1] = held.pose[:3, 0], sign * np.cross([0.0, 0.0, 1.0], held.pose[:3, 0])
     pose[:3, 3] = arm.sphere(joint, joint)
     return Placed(replace(part, note=note), f"J{joint}", joint, pose)
 

@@ -18,7 +18,20 @@ from scipy.spatial import ConvexHull
 from armdesign._types import Array
 from armdesign.building.part_tolerances import ANGLE
 from armdesign.building.parts import SCREWS, BoltCircle, Part, Placed, Prism, Rod, Screws
-from armdesign.building.shop import GAP, WEDGE, Face, Seat, Shop, frame, scribed, unit
+from armdesign.building.shop import (
+    CHEEK,
+    CHEEK_EDGE,
+    CHEEK_PLAY,
+    GAP,
+    WEDGE,
+    Face,
+    Housing,
+    Seat,
+    Shop,
+    frame,
+    scribed,
+    unit,
+)
 from armdesign.errors import CatalogueError
 
 TURNS = {
@@ -28,6 +41,9 @@ TURNS = {
 """Kinds of bracket, and the angles between tube and face's normal that they make."""
 FLAT = ANGLE / 2.0
 """A wedge's angle below which it is made flat: half of what angles may be off [rad]."""
+BY_CHEEKS = "through its cheeks into both sides of the housing"
+HELD = "housing"
+"""What the holes in cheeks are for."""
 INNER = 3e-3
 """Radius that a mill leaves in an inner corner, where there is room for it [m]."""
 
@@ -77,6 +93,8 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
     pose[:3, 2] = np.cross(pose[:3, 0], pose[:3, 1])
     pose[:3, 3] = face.middle
     made = {"wedge": wedge, "angle": angle, "side": angle, "standing": standing}[kind](face, theta, shop)
+    cheeked = face.housing if face.holds and face.housing is not None and len(face.housing.holes) else None
+    made = made if cheeked is None else with_cheeks(made, cheeked, face, shop)
     sizes = made.part.sizes
     u, e = np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
     across = np.cos(sizes["turn of the tube's circle"]) * e + np.sin(sizes["turn of the tube's circle"]) * np.cross(
@@ -88,8 +106,13 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
         made.part, scribes=scribed(turn.T @ seat.between(shop.circle), made.seat, shop.half, sizes["width"] / 2.0)
     )
     thread, joins = face.circle.thread, (face.mark, mark)
-    screws = Screws(thread, made.under + 1.5e-3 * float(thread[1:]), face.circle.count, joins)
-    if face.circle.maker:
+    bite = min(1.5e-3 * float(thread[1:]), face.circle.deep - 0.5e-3)
+    screws = Screws(thread, made.under + bite, face.circle.count, joins, most=made.under + face.circle.deep)
+    if cheeked is not None:
+        most = CHEEK + cheeked.depth
+        least = min(most, CHEEK + 3e-3)
+        screws = Screws(cheeked.thread, least, 2 * len(cheeked.holes), joins, most=most, note=BY_CHEEKS)
+    elif face.circle.maker:
         screws = Screws("", made.under, 0, joins, maker=face.circle.maker)
     return Placed(part, mark, link, pose), seat, screws
 
@@ -119,6 +142,32 @@ def anchor(knot: Knot, kind: str, along: Array, shop: Shop) -> Array:
     lean = along - (along @ face.normal) * face.normal
     point: Array = face.middle + (face.height + y) * face.normal + x * lean / max(float(np.linalg.norm(lean)), 1e-9)
     return point
+
+
+def with_cheeks(made: Made, housing: Housing, face: Face, shop: Shop) -> Made:
+    """A bracket on the back of a box with a cheek on either side, drilled for the screws into the sides.
+
+    Args:
+        made: The bracket.
+        housing: The box.
+        face: Its back.
+        shop: What it is made for.
+    """
+    reach, _ = housing.pad(shop)
+    x, y = float(housing.holes[:, 0].max()) + CHEEK_EDGE, float(housing.holes[:, 1].min()) - CHEEK_EDGE
+    outline = np.array([[-reach, y], [x, y], [x, face.height], [-reach, face.height]])
+    inner = housing.half + CHEEK_PLAY
+    cheeks = [Prism(outline, CHEEK, z * (inner + CHEEK / 2.0)) for z in (1.0, -1.0)]
+    clear = SCREWS[housing.thread][0] / 2.0
+    holes = [Rod(np.array([*place, z * inner]), np.array([*place, z * (inner + CHEEK)]), clear, use=HELD)
+             for z in (1.0, -1.0) for place in housing.holes]  # fmt: skip
+    sizes = {**made.part.sizes, "between cheeks": 2.0 * inner, "cheek": CHEEK, "cheeks' depth": face.height - y,
+             "cheeks from axis": -x, "cheeks' end from axis": reach}  # fmt: skip
+    circles = {name: circle for name, circle in made.part.circles.items() if name != "face"}
+    circles[HELD] = BoltCircle(0.0, len(holes), housing.thread)
+    part = replace(made.part, solids=(*made.part.solids, *cheeks), holes=(*holes, *made.part.holes), sizes=sizes,
+                   circles=circles)  # fmt: skip
+    return made._replace(part=part)
 
 
 class Made(NamedTuple):
@@ -174,10 +223,12 @@ def wedge_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, floa
     """Half the length of a wedge along the tilt, half its width, and its height under the tube's middle [m]."""
     theta = theta if theta >= FLAT else 0.0
     c, s, radius = np.cos(theta), np.sin(theta), SCREWS[shop.circle.thread][1] / 2.0
+    held = face.housing is not None and face.holds  # a block on a plate that covers the box
+    edge, plate = (0.0, shop.plate) if held else (face.circle.edge, 0.0)
     # of what is not drilled here no screw has to be missed: the tapped holes are at 45 degrees, away from the high side
-    far = shop.circle.diameter / 2.0 * (np.cos(np.pi / 4.0) if face.circle.maker else 1.0)
-    long = float(max(face.circle.edge, shop.half * c, (far + radius) * c + shop.tapped * s + shop.web))
-    return long, max(face.circle.edge, shop.half), WEDGE + long * np.tan(theta)
+    far = shop.circle.diameter / 2.0 * (np.cos(np.pi / 4.0) if held or face.circle.maker else 1.0)
+    long = float(max(edge, shop.half * c, (far + radius) * c + shop.tapped * s + shop.web))
+    return long, max(edge, shop.half), WEDGE + plate + long * np.tan(theta)
 
 
 def wedge(face: Face, theta: float, shop: Shop) -> Made:
@@ -188,13 +239,15 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
     theta = theta if theta >= FLAT else 0.0
     long, wide, middle = wedge_size(face, theta, shop)
     h, rise = face.height, long * np.tan(theta)
-    corners = np.array([[-long, h], [long, h], [long, h + middle - rise], [-long, h + middle + rise]])
+    held = face.housing is not None and face.holds
+    foot = h + shop.plate if held else h
+    corners = np.array([[-long, foot], [long, foot], [long, h + middle - rise], [-long, h + middle + rise]])
     u, e = np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
     seat = np.array([0.0, h + middle, 0.0])
     clear, _, head = SCREWS[face.circle.thread]
     under = WEDGE - 6e-3
     owns = np.radians(np.arange(0.0, 360.0 / face.circle.count, 7.5))
-    turns = np.radians([45.0] if face.circle.maker else np.arange(0.0, 90.0, 7.5))
+    turns = np.radians([45.0] if held or face.circle.maker else np.arange(0.0, 90.0, 7.5))
     taps_at = [tapped_holes(seat, u, e, turn, shop.tapped, shop) for turn in turns]
     drilled = np.array([[np.linspace(tap.start, tap.end, 5) for tap in taps] for taps in taps_at])[..., [0, 2]]
     bolts = np.array([face.circle.places(own) for own in owns])
@@ -211,11 +264,17 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
         "high side": middle + rise, "under heads": under, "face above middle": h,
         "turn of the tube's circle": float(turn), "tapped depth": shop.tapped,
     }  # fmt: skip
-    if face.circle.maker:
+    solids = [Prism(corners, 2.0 * wide)]
+    if held or face.circle.maker:
         sunk = []
     else:
         sizes |= {"turn of the face's circle": float(own), "counterbore": 2.0 * sunk[1].radius}
-    part = shop.part("bracket", [Prism(corners, 2.0 * wide)], [*sunk, *taps], sizes=sizes,
+    if held:
+        back, half = face.pad(shop)
+        pad = np.array([[-back, h], [long, h], [long, foot], [-back, foot]])
+        solids.append(Prism(pad, 2.0 * half))
+        sizes |= {"plate": shop.plate, "plate's width": 2.0 * half, "back": back}
+    part = shop.part("bracket", solids, [*sunk, *taps], sizes=sizes,
                      circles={"face": face.circle, "tube (tapped)": shop.circle}, note="wedge")  # fmt: skip
     return Made(part, seat, under)
 
@@ -226,8 +285,7 @@ def angle_plane(face: Face, theta: float, shop: Shop) -> float:
     beside = face.radius + GAP
     inner = beside * s + (h * c if c > 0.0 else (h + GAP) * -c)
     if not face.aside and shop.half * s - inner * c > h:  # it reaches beyond the other face, where the other bracket is
-        back, wide = face.circle.edge, max(face.circle.edge, shop.half)
-        beside = max(beside, float(np.hypot(back, wide)) + GAP)
+        beside = max(beside, face.across(shop) + GAP)
         inner = max(inner, beside * s + shop.half * abs(c))
     return float(inner)
 
@@ -247,7 +305,7 @@ def angle(face: Face, theta: float, shop: Shop) -> Made:
     Where the face has to keep aside, the second plate is all above the body's middle.
     """
     s, c, h, t = np.sin(theta), np.cos(theta), face.height, shop.plate
-    back, wide = face.circle.edge, max(face.circle.edge, shop.half)
+    back, wide = face.pad(shop)
     inner, up = angle_plane(face, theta, shop), side_shift(face, theta, shop) if face.aside else 0.0
     u, e = np.array([s, c, 0.0]), np.array([c, -s, 0.0])
 

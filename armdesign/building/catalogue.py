@@ -12,9 +12,17 @@
     ...
 
 ``FIGURES`` has all figures of an actuator; ``building/kit.py`` says what a [kit] of links and brackets is. A housing is
-round, by diameter and length, or a box, by width, height and depth with the ``axis`` that its output turns about. At
-least one of rated and peak torque is there; the other is taken to be the same, or by the family's ``rated_share`` of
-the peak.
+round, by diameter and length, or a box, by width, height and depth with the ``axis`` that its output turns about. Of a
+box, ``axis_from_end`` is how far that axis is from the near end of the longer side across it (the middle where it is
+left out), ``horn`` how far the output's face stands out of the box, and ``side_holes`` are the tapped holes in either
+side that is across the shorter one, for the screws that hold it:
+
+    side_holes = { along = [14.0, 30.0], across = [6.0, 38.0], thread = "M2.5", depth = 4.0 }
+
+in the family's lengths, ``along`` the axis from the face that the output is on, ``across`` from the axis towards the
+far end, a hole for each pair of both. At least one of rated and peak torque is there; the other is taken to be the
+same, or by the family's ``rated_share`` of the peak. A family's ``position`` is what its actuators read of their own
+position, ``{ range = 360.0, middle = 180.0 }`` in degrees, counterclockwise as the output is looked at.
 """
 
 from __future__ import annotations
@@ -51,6 +59,8 @@ FIGURES: Mapping[str, str] = {
     "width": "length",
     "height": "length",
     "depth": "length",
+    "axis_from_end": "length",
+    "horn": "length",
     "output_offset": "length",
     "rotor_inertia": "kg m^2",
     "ratio": "",
@@ -61,15 +71,17 @@ FIGURES: Mapping[str, str] = {
     "price": "",
     "output_circle": "length",
     "output_screws": "",
+    "output_depth": "length",
     "housing_circle": "length",
     "housing_screws": "",
 }
 """Numbers that an actuator may have, and what they measure; the first ones by the family's units."""
-OPTIONAL = ("currency", "rated_share", "kit", "order")
+OPTIONAL = ("currency", "rated_share", "kit", "order", "position")
 WORDS = ("name", "axis", "interface", "sheet", "note", "output_thread", "housing_thread")
 CIRCLES = ("output", "housing")
 """Ends of an actuator with a bolt circle: '_circle' is its diameter, '_screws' how many, '_thread' such as M3."""
 BOX = ("width", "height", "depth")
+SIDES = "side_holes"
 STRONGEST, WEAKEST = 150.0, 0.1
 """Peak torque over mass of actuators, at most and at least [N m / kg]: harmonic drives reach some 140."""
 DENSEST, LIGHTEST = 12000.0, 200.0
@@ -105,8 +117,8 @@ class Actuator:
         no_load_speed: Its speed without load [rad/s].
         rated_speed: Its speed at the rated torque [rad/s]; None where it is not published.
         mass: Its mass [kg].
-        diameter: Diameter of the cylinder about its axis that stands for its housing [m].
-        length: Its length along the axis [m].
+        diameter: Diameter of the cylinder about its axis that its housing is in, wherever that is turned to [m].
+        length: Its length along the axis, from the end of its housing to the face of its output [m].
         rotor_inertia: Of the rotor, before the gear [kg m^2]; None where it is not published.
         ratio: Of the gear; None where it is not published.
         angle_range: How far it turns in all [rad]; None where without end.
@@ -122,6 +134,15 @@ class Actuator:
             published.
         order: What is added to its name in an order, by the bus; without those that nothing is added for.
         maker: Who makes it; empty where that is not recorded.
+        box: Of a box whose axis' place is known: from the axis to its near end, to its far end, and its width across
+            both [m]; None for other housings, which count as round.
+        horn: How far the output's face stands out of a box [m].
+        output_depth: How deep screws may go into its output [m]; None where that is not known.
+        side_holes: Tapped holes in either side of a box: ``along`` the axis from its front [m], ``across`` from the
+            axis to the far end [m], ``thread`` and ``depth`` [m]; empty where they are not known.
+        note: What a mechanic has to know of it.
+        position: ``range`` of what it reads of its own position, from 0 on, counterclockwise as its output is looked
+            at, and the ``middle`` of it [rad]; empty where that is not known.
     """
 
     family: str
@@ -146,6 +167,20 @@ class Actuator:
     output_offset: float | None = None
     order: Mapping[str, str] = field(default_factory=dict)
     maker: str = ""
+    box: tuple[float, float, float] | None = None
+    horn: float = 0.0
+    output_depth: float | None = None
+    side_holes: Mapping[str, Any] = field(default_factory=dict)
+    position: Mapping[str, float] = field(default_factory=dict)
+    note: str = ""
+
+    @property
+    def volume(self) -> float:
+        """Of its housing [m^3]."""
+        if self.box is None:
+            return math.pi * self.diameter**2 / 4.0 * self.length
+        near, far, width = self.box
+        return (near + far) * width * (self.length - self.horn)
 
     @property
     def buses(self) -> tuple[str, ...]:
@@ -258,11 +293,11 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
     sources = tuple(Source(e["document"], e["date"], tuple(e["figures"])) for e in content["source"])
     sourced = {figure for source in sources for figure in source.figures}
     share, actuators = content.get("rated_share"), []
-    faults += [f"{path.name}: figure '{name}' has no source" for name in ("rated_share", "kit", "order")
+    faults += [f"{path.name}: figure '{name}' has no source" for name in ("rated_share", "kit", "order", "position")
                if name in content and name not in sourced]  # fmt: skip
     for k, entry in enumerate(content["actuator"], start=1):
         name = entry.get("name", f"number {k}")
-        wrong = [*entry_faults(entry, share), *(f"figure '{f}' has no source" for f in entry if f in FIGURES
+        wrong = [*entry_faults(entry, share), *(f"figure '{f}' has no source" for f in entry if f in (*FIGURES, SIDES)
                                                 and f not in sourced)]  # fmt: skip
         if not wrong:
             actuator = made(entry, content, scales, share)
@@ -319,6 +354,12 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
     order: Any = content.get("order", {})
     if not isinstance(order, dict) or not all(isinstance(text, str) for text in order.values()):
         yield f"'order' is {order!r}, not texts by the interface, such as {{ TTL = '-T' }}"
+    position: Any = content.get("position", {"range": 360.0, "middle": 180.0})
+    whole = (
+        isinstance(position, dict) and set(position) == {"range", "middle"} and all(map(is_number, position.values()))
+    )
+    if not whole or not 0.0 < position["middle"] < position["range"]:
+        yield f"'position' is {position!r}, not such as {{ range = 360.0, middle = 180.0 }}, in degrees"
     if not isinstance(content.get("currency", ""), str):
         yield f"'currency' is {content['currency']!r}, not a text"
     units: Any = content.get("units")
@@ -333,7 +374,7 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
             yield "a [[source]] needs 'document', 'date' and 'figures', a list of names"
             continue
         for name in fields["figures"]:
-            if name not in (*FIGURES, *WORDS, "rated_share", "kit", "order"):
+            if name not in (*FIGURES, *WORDS, SIDES, *OPTIONAL[1:]):
                 yield f"a [[source]] names the unknown figure '{name}'"
     for entry in content["actuator"] if isinstance(content.get("actuator"), list) else ():
         if not isinstance(entry, dict):
@@ -351,8 +392,10 @@ def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]
         if name in WORDS:
             if not isinstance(value, str) or not value:
                 yield f"'{name}' is {value!r}, not a text"
+        elif name == SIDES:
+            yield from side_faults(value)
         elif name not in FIGURES:
-            yield f"unknown figure '{name}'; allowed: {', '.join((*WORDS, *FIGURES))}"
+            yield f"unknown figure '{name}'; allowed: {', '.join((*WORDS, *FIGURES, SIDES))}"
         elif not is_number(value) or value < 0.0 or (value == 0.0 and name != "output_offset"):
             yield f"'{name}' is {value!r}; allowed: a number above 0"
     for name in ("name", "mass", "no_load_speed"):
@@ -377,6 +420,31 @@ def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]
         yield "the housing is missing: 'diameter' and 'length', or 'width', 'height', 'depth' and 'axis'"
     elif any(box) and entry.get("axis") not in BOX:
         yield f"'axis' is {entry.get('axis')!r}; allowed: {', '.join(BOX)}, the one along which the output turns"
+    elif all(box) and is_number(entry.get("axis_from_end")):
+        half = max(entry[name] for name in BOX if name != entry["axis"] and is_number(entry[name])) / 2.0
+        if entry["axis_from_end"] > half:
+            yield (
+                f"'axis_from_end' is {entry['axis_from_end']}; allowed: at most {half:g}, half of the longer side "
+                "across the axis, since it is from the near end"
+            )
+    box_alone = [name for name in ("axis_from_end", "horn", SIDES) if name in entry]
+    if box_alone and not all(box):
+        yield f"'{box_alone[0]}' is of a housing that is a box, by 'width', 'height', 'depth' and 'axis'"
+    if "axis_from_end" not in entry and box_alone and all(box):
+        yield f"'{box_alone[0]}' needs 'axis_from_end', too"
+
+
+def side_faults(holes: object) -> Iterator[str]:
+    """What is wrong with the holes in the sides of a box."""
+    table: dict[str, Any] = holes if isinstance(holes, dict) else {}
+    rows = [table.get(name) for name in ("along", "across")]
+    right = all(isinstance(row, list) and row and all(is_number(x) and x > 0.0 for x in row) for row in rows)
+    depth: Any = table.get("depth")
+    if not right or not is_number(depth) or depth <= 0.0 or table.get("thread") not in SCREWS or len(table) != 4:
+        yield (
+            f"'{SIDES}' is {holes!r}; it has 'along' and 'across', lists of numbers above 0, 'depth' above 0, and "
+            f"'thread', one of {', '.join(SCREWS)}"
+        )
 
 
 def made(
@@ -392,9 +460,13 @@ def made(
     """
     si = {name: float(entry[name]) * scales.get(kind, 1.0) for name, kind in FIGURES.items() if name in entry}
     peak = si.get("peak_torque", si.get("rated_torque", 0.0))
+    size, sides, box = scales["length"], entry.get(SIDES, {}), None
     if "axis" in entry:
-        across = [si[name] for name in BOX if name != entry["axis"]]
-        si |= {"diameter": math.hypot(*across), "length": si[entry["axis"]]}
+        width, height = sorted(si[name] for name in BOX if name != entry["axis"])
+        near = si.get("axis_from_end", height / 2.0)
+        box = (near, height - near, width) if "axis_from_end" in si else None
+        si |= {"diameter": 2.0 * math.hypot(height - near, width / 2.0),
+               "length": si[entry["axis"]] + si.get("horn", 0.0)}  # fmt: skip
     turn = si.get("angle_range")
     return Actuator(
         content["family"],
@@ -415,13 +487,22 @@ def made(
         price=si.get("price"),
         interface=entry.get("interface", ""),
         sheet=entry.get("sheet", ""),
+        note=entry.get("note", ""),
         circles={
             end: (si[f"{end}_circle"], int(si[f"{end}_screws"]), entry[f"{end}_thread"])
             for end in CIRCLES if f"{end}_circle" in entry
         },
         output_offset=si.get("output_offset"),
         order=dict(content.get("order", {})),
+        position={name: math.radians(value) for name, value in content.get("position", {}).items()},
         maker=content["maker"],
+        box=box,
+        horn=si.get("horn", 0.0),
+        output_depth=si.get("output_depth"),
+        side_holes={} if not sides else dict(
+            sides, along=[size * x for x in sides["along"]], across=[size * x for x in sides["across"]],
+            depth=size * sides["depth"],
+        ),
     )  # fmt: skip
 
 
@@ -438,7 +519,7 @@ def implausible(actuator: Actuator, units: Mapping[str, str]) -> Iterator[str]:
         yield f"its max_voltage of {actuator.most_voltage:g} V is below the {actuator.voltage:g} V of its figures"
     if actuator.rated_speed is not None and actuator.rated_speed > actuator.no_load_speed:
         yield f"its rated speed of {actuator.rated_speed:.4g} rad/s is above that without load"
-    volume = math.pi * actuator.diameter**2 / 4.0 * actuator.length
+    volume = actuator.volume
     density = actuator.mass / volume
     if not LIGHTEST <= density <= DENSEST:
         yield (

@@ -259,6 +259,9 @@ def draw_group(labels: Labels, part: Part, group: HoleGroup, view: View, scale: 
         target = ends[int(np.argmax(ends.sum(axis=1)))] + 0.7 * factor * group.holes[0].radius
         labels.leader(group.letter, target)
         draw_middle(labels, middle, box, scale)
+    elif part.kind == "bracket":  # in cheeks, by the hole table
+        if looks_along(view, group.way) and group.way @ view.towards > 0.0:
+            labels.leader(group.letter, factor * view.flat(group.holes[0].end))
     elif not group.circle and looks_along(view, np.array([0.0, 0.0, 1.0])):  # both walls, from the end
         ends = np.array([factor * view.flat(hole.end) for hole in group.holes])
         sheet.line(*(1.1 * ends), pen="axis")

@@ -113,6 +113,12 @@ def hole_rows(part: Part, views: list[View]) -> Iterator[tuple[str, str, str]]:
             where = (
                 f"{number(1e3 * near, 2)} from the end at {'-a' if group.letter == 'A' else '-b'}, in line with S there"
             )
+        elif part.kind == "bracket":  # in cheeks
+            x, y = (sorted({round(1e3 * float(place), 2) for place in np.abs(row)}) for row in (
+                [hole.start[0] for hole in group.holes],
+                [part.sizes["face above middle"] - hole.start[1] for hole in group.holes],
+            ))  # fmt: skip
+            where = f"{' and '.join(map(number, x))} from the axis, {' and '.join(map(number, y))} from the plate"
         else:
             where = f"{number(1e3 * part.sizes['hole from disc'], 2)} from the disc"
             where += ", in line with S" if part.scribes else ""

@@ -38,12 +38,14 @@ class BoltCircle:
         thread: Of their screws, one of ``SCREWS``.
         maker: Of which end of which actuator its maker's drawing gives the real one, where the catalogue does not:
             then this one is only what room is left for, and not drilled; "" where it is known.
+        deep: How deep screws may go into what has its threads, where somebody else makes that [m].
     """
 
     diameter: float
     count: int
     thread: str
     maker: str = ""
+    deep: float = float("inf")
 
     def places(self, turn: float = 0.0) -> Array:
         """Middles of the holes, the first at an angle from x [rad], shape (count, 2) [m]."""
@@ -58,20 +60,23 @@ class BoltCircle:
 
 @dataclass(frozen=True, eq=False)
 class Prism:
-    """A convex polygon in the x-y plane, drawn out along z, half to either side.
+    """A convex polygon in the x-y plane, drawn out along z, half to either side of its middle.
 
     Attributes:
         polygon: Its corners, counterclockwise, shape (K, 2) [m].
         width: How wide it is along z [m].
+        z: Of its middle [m].
     """
 
     polygon: Array
     width: float
+    z: float = 0.0
 
     @property
     def ends(self) -> Array:
         """Corners of its lower and of its upper face, shape (2, K, 3) [m]."""
-        return np.stack([np.insert(self.polygon, 2, z, axis=1) for z in (-self.width / 2.0, self.width / 2.0)])
+        half = self.width / 2.0
+        return np.stack([np.insert(self.polygon, 2, self.z + z, axis=1) for z in (-half, half)])
 
     def moments(self) -> tuple[float, Array, Array]:
         """Volume, first moments (3,) and second moments (3, 3) about the origin: int dV, int x dV, int x x^T dV."""
@@ -84,6 +89,10 @@ class Prism:
             first[:2] += self.width * area * total / 3.0
             second[:2, :2] += self.width * area / 12.0 * (corners.T @ corners + np.outer(total, total))
             second[2, 2] += area * self.width**3 / 12.0
+        if self.z:
+            first[2] = self.z * volume
+            second[2, 2] += self.z**2 * volume
+            second[2, :2] = second[:2, 2] = self.z * first[:2]
         return volume, first, second
 
 

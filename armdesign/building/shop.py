@@ -20,6 +20,8 @@ SHORTEST_SPACER, SHORTEST_TUBE, WEDGE = 10e-3, 24e-3, 10e-3
 """Least lengths of spacers and tubes, and least thickness of wedges: what their screws take [m]."""
 ALUMINIUM, PRINTED = ("aluminium", 2700.0), ("PETG, printed solid", 1270.0)
 """What parts are made of, and its density [kg/m^3]."""
+CHEEK, CHEEK_EDGE, CHEEK_PLAY = 3e-3, 4e-3, 0.1e-3
+"""Of the cheeks beside a box: thickness, what is left about their holes' middles, and their play beside it [m]."""
 FLOOR, TOOL = "floor", "tool"
 """In place of a mark: what the base's plate is screwed to, and what the tool plate holds."""
 TOOL_CIRCLES = (BoltCircle(0.0315, 4, "M5"), BoltCircle(0.05, 4, "M6"), BoltCircle(0.08, 6, "M8"))
@@ -122,6 +124,48 @@ def shop_of(body: Body, tube: Tube | None, *, printed: bool) -> Shop:
     return Shop(body.tube_diameter, body.tube_wall, made, PRINTED if printed else ALUMINIUM)
 
 
+class Housing(NamedTuple):
+    """A housing that is a box, in the frame of the bracket that holds it: y its face's normal, its long end towards -x.
+
+    The bracket lies on its back and has a cheek on either side, which screws go through into its sides.
+
+    Attributes:
+        near: From the axis to its near end [m].
+        far: To its far end [m].
+        half: Half of its width along z [m].
+        front: Height of the face that its output is on, above the middle [m].
+        holes: Of either side, x and y, shape (k, 2) [m]; none where they are not known, and it has no cheeks.
+        thread: Of the holes.
+        depth: Theirs [m].
+    """
+
+    near: float
+    far: float
+    half: float
+    front: float
+    holes: Array
+    thread: str = ""
+    depth: float = 0.0
+
+    def pad(self, shop: Shop) -> tuple[float, float]:
+        """How far what lies on its back reaches towards its far end, and half of its width [m]."""
+        if not len(self.holes):
+            return self.far, max(self.half, shop.half)
+        return float(-self.holes[:, 0].min()) + CHEEK_EDGE, max(self.half + CHEEK_PLAY + CHEEK, shop.half)
+
+
+def housing_of(actuator: Actuator) -> Housing | None:
+    """The box of an actuator; None where it counts as round."""
+    if actuator.box is None:
+        return None
+    near, far, width = actuator.box
+    front, sides = actuator.horn - actuator.length / 2.0, actuator.side_holes
+    if not sides:
+        return Housing(near, far, width / 2.0, front, np.empty((0, 2)))
+    holes = np.array([[-x, front + y] for y in sides["along"] for x in sides["across"]])
+    return Housing(near, far, width / 2.0, front, holes, sides["thread"], sides["depth"])
+
+
 class Face(NamedTuple):
     """What a bracket can be bolted on, in a link's frame.
 
@@ -130,9 +174,12 @@ class Face(NamedTuple):
         middle: Of the body behind it, m_j, shape (3,) [m].
         normal: Its own, shape (3,).
         height: Of the face above the middle [m].
-        radius: Of the body behind it [m].
+        radius: Of the body behind it, which turns against the bracket, or to which the bracket is fixed [m].
         circle: Its holes.
         aside: Whether brackets on it keep to their side of the middle.
+        housing: The body behind it where that is a box; None for a round one.
+        holds: Whether the bracket holds the box, which it then moves with.
+        edge: Of what is bolted on the opposite face of a box that the bracket holds: how far that reaches [m].
     """
 
     mark: str
@@ -142,6 +189,22 @@ class Face(NamedTuple):
     radius: float
     circle: BoltCircle
     aside: bool = False
+    housing: Housing | None = None
+    holds: bool = False
+    edge: float = 0.0
+
+    def pad(self, shop: Shop) -> tuple[float, float]:
+        """How far what lies on it reaches backwards, and half of its width [m]."""
+        if self.housing is not None and self.holds:
+            return self.housing.pad(shop)
+        return self.circle.edge, max(self.circle.edge, shop.half)
+
+    def across(self, shop: Shop) -> float:
+        """Radius of what turns at the other end of the body behind it [m]."""
+        if self.housing is None:
+            return float(np.hypot(*self.pad(shop)))
+        sides = (self.edge, max(self.edge, shop.half)) if self.holds else self.housing.pad(shop)
+        return float(np.hypot(*sides))
 
 
 class Seat(NamedTuple):
@@ -181,8 +244,11 @@ def generic_circle(diameter: float, maker: str = "its maker") -> BoltCircle:
 def circle_of(actuator: Actuator, end: str) -> BoltCircle:
     """The bolt circle at an end of an actuator, one of ``CIRCLES``; one to leave room for where it is not known."""
     known = actuator.circles.get(end)
-    maker = f"{end} of {actuator.name}"
-    return generic_circle(actuator.diameter, maker) if known is None else BoltCircle(*known)
+    if known is not None:
+        deep = actuator.output_depth if end == "output" else None
+        return BoltCircle(*known, deep=float("inf") if deep is None else deep)
+    wide = actuator.diameter if actuator.box is None else actuator.box[2]
+    return generic_circle(wide, f"{end} of {actuator.name}")
 
 
 def envelope(actuator: Actuator, shop: Shop) -> tuple[float, float]:

@@ -72,12 +72,12 @@ def formed(form: Prism | Rod, *, drilled: bool = False) -> Any:  # noqa: ANN401
             end = end + (BEYOND + 2.0 * MM * form.radius) * way
         frame = gp.gp_Ax2(gp.gp_Pnt(*start.tolist()), gp.gp_Dir(*way.tolist()))
         return prim.BRepPrimAPI_MakeCylinder(frame, MM * form.radius, float(np.linalg.norm(end - start))).Shape()
-    outline, half = build.BRepBuilderAPI_MakePolygon(), MM * form.width / 2.0
-    for x, y in (MM * form.polygon).tolist():
-        outline.Add(gp.gp_Pnt(x, y, -half))
+    outline = build.BRepBuilderAPI_MakePolygon()
+    for corner in (MM * form.ends[0]).tolist():
+        outline.Add(gp.gp_Pnt(*corner))
     outline.Close()
     face = build.BRepBuilderAPI_MakeFace(outline.Wire(), True).Face()
-    return prim.BRepPrimAPI_MakePrism(face, gp.gp_Vec(0.0, 0.0, 2.0 * half)).Shape()
+    return prim.BRepPrimAPI_MakePrism(face, gp.gp_Vec(0.0, 0.0, MM * form.width)).Shape()
 
 
 def together(shapes: Iterable[Any]) -> Any:  # noqa: ANN401

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.building.brackets import HELD
 from armdesign.building.parts import SCREWS, Part, Placed, Prism, Rod, Screws
 from armdesign.building.shop import GAP, SHORTEST_SPACER, SHORTEST_TUBE, TOOL, Seat, Shop, drilled, frame
 from armdesign.errors import CatalogueError
@@ -271,12 +272,14 @@ def drilled_through(node: Placed, seat: Seat, across: Array, long: float, shop: 
             or (heights - wide * abs(e[1]) > pad.polygon[:, 1].max()).all()
         ):
             return None
+        if HELD in part.circles and abs(start[2]) + wide > part.sizes["between cheeks"] / 2.0:
+            return None
         holes += [Rod(start, floor, clear / 2.0, use="tube (through)"), Rod(floor, back, wide, use="tube (through)")]
     sizes = dict(part.sizes) | {
         "turn of the tube's circle": float(np.arctan2(f @ np.cross(u, e), f @ e)), "counterbore": 2.0 * wide,
         "under heads": under,
     }  # fmt: skip
-    circles = {"face": part.circles["face"], "tube (through)": circle}
+    circles = {name: own for name, own in part.circles.items() if name in ("face", HELD)} | {"tube (through)": circle}
     return replace(node, part=replace(part, holes=tuple(holes), sizes=sizes, circles=circles, scribes=()))
 
 

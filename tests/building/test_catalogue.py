@@ -35,6 +35,9 @@ length = 30.0
 """
 
 
+BOXED = 'width = 30.0\nheight = 40.0\ndepth = 20.0\naxis = "depth"\n'
+
+
 @pytest.fixture
 def faults(tmp_path):
     """The faults of a catalogue with other text in it."""
@@ -65,6 +68,18 @@ def test_box_becomes_the_cylinder_about_it(tmp_path):
     assert (actuator.diameter, actuator.length) == pytest.approx((0.05, 0.02))
 
 
+def test_box_is_in_the_cylinder_that_its_long_end_sweeps(tmp_path):
+    text = HEAD.replace('"depth"]', '"depth", "axis_from_end", "horn", "side_holes"]') + ONE
+    holes = 'side_holes = { along = [4.0], across = [5.0, 20.0], thread = "M2", depth = 3.0 }'
+    file = tmp_path / "mine.toml"
+    file.write_text(text.replace("diameter = 40.0\nlength = 30.0", f"{BOXED}axis_from_end = 10.0\nhorn = 2.0\n{holes}"))
+    actuator = examine(file)[0].actuators[0]
+    assert (actuator.diameter, actuator.length) == pytest.approx((2.0 * math.hypot(0.03, 0.015), 0.022))
+    assert actuator.box == pytest.approx((0.01, 0.03, 0.03))
+    assert actuator.volume == pytest.approx(0.03 * 0.04 * 0.02)
+    assert (actuator.side_holes["across"], actuator.side_holes["depth"]) == (pytest.approx([0.005, 0.02]), 0.003)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -84,6 +99,11 @@ def test_box_becomes_the_cylinder_about_it(tmp_path):
         ('date = "2026-03"\n', "", ("[[source]]",)),
         ("mass = 100.0", "mass = 100.0\noutput_screws = 4", ("output has only output_screws", "_thread")),
         ("mass = 100.0", 'mass = 100.0\nhousing_thread = "M7"', ("'housing_thread' is 'M7'", "M2.5")),
+        ("mass = 100.0", "mass = 100.0\nhorn = 2.0", ("'horn' is of a housing that is a box", "'horn' has no source")),
+        ("diameter = 40.0\nlength = 30.0", f"{BOXED}axis_from_end = 21.0", ("at most 20", "the near end")),
+        ("diameter = 40.0\nlength = 30.0", f"{BOXED}horn = 2.0", ("'horn' needs 'axis_from_end'",)),
+        ("mass = 100.0", "mass = 100.0\nside_holes = { along = [3.0] }", ("'side_holes' is", "'across'", "M2.5")),
+        ("[[source]]", "position = { range = 360.0 }\n[[source]]", ("'position' is", "middle = 180.0")),
     ],
 )
 def test_every_fault_has_its_sentence(faults, old, new, words):
@@ -118,6 +138,8 @@ def test_figures_are_those_of_the_data_sheets():
     servo, drive = by_name["XM540-W270"], by_name["X8-25"]
     assert (servo.peak_torque, servo.rated_torque, servo.mass) == pytest.approx((10.6, 2.12, 0.165))
     assert (drive.rated_torque, drive.diameter, drive.price) == pytest.approx((10.0, 0.098, 470.0))
+    near, far, width = servo.box
+    assert (near, far, width, servo.horn) == pytest.approx((0.01375, 0.04475, 0.0335, 0.0026))
     # half the speed at half the torque of a servo; through the rated point of a drive
     assert servo.no_load_speed - servo.slope * 5.3 == pytest.approx(servo.no_load_speed / 2.0)
     assert drive.no_load_speed - drive.slope * 10.0 == pytest.approx(drive.rated_speed)
@@ -145,7 +167,7 @@ def test_commands(tmp_path):
 WRONG = ("0", "-1", "nan", "inf", "1e400", "9" * 400, "true", "'x'", "''", "[]", "[1]", "[{}]", "{}", "{a = 1}", "")
 
 
-@pytest.mark.parametrize("name", ["hebi", "rmd", "stock"])
+@pytest.mark.parametrize("name", ["dynamixel-x", "hebi", "rmd", "stock"])
 def test_damaged_files_are_refused_in_words_or_read(name, tmp_path):
     """Lines of a file that is shipped go, or get a wrong value or key: nothing but a CatalogueError comes of it."""
     stock = resources.files("armdesign.building") / "stock" / "aluminium.toml"
