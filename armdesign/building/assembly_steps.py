@@ -15,6 +15,7 @@ from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.building.arm_drawing import degrees
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.catalogue import Actuator
+from armdesign.building.clocking import clock_words
 from armdesign.building.labels import Labels
 from armdesign.building.part_lists import screw_length, shortened
 from armdesign.building.parts import Placed, Screws
@@ -163,6 +164,7 @@ def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Ste
                 actuator = build.choice.actuators[link]
                 title = f"Actuator J{joint}: {build.supply.ordered(actuator)}"
                 words = actuator_words(actuator, joint, table, build.supply)
+                words += clock_words(build, joint)
                 words += [each.part.note for each, _ in new if each.part.bought and each.part.note]
                 words += [f"On the bench, bolt {mark} on it: later its screws may be covered."
                           for mark in sorted(marks - {f"J{joint}"})]  # fmt: skip
@@ -215,7 +217,7 @@ def screw_words(joined: Sequence[Screws], base_on: str = FLOOR) -> list[str]:
         ends = ", with a locking nut" if each.nut else ""
         if second == base_on:
             ends = f"; longer by what the {base_on} takes"
-        elif "J" in (first[0], second[0]) and not each.spacer and "-" not in first:
+        elif "J" in (first[0], second[0]) and not each.spacer and "-" not in first and not np.isfinite(each.most):
             ends = f"; how deep the holes of {first} are, its maker's drawing says"
         words.append(
             f"{first} to {second}{through}: {each.count} × {each.thread} x {screw_length(each)}{shortened(each)}, at "
@@ -234,12 +236,10 @@ def actuator_words(actuator: Actuator, joint: int, table: DHTable, supply: Suppl
         supply: What the arm's actuators are fed and talked to by.
     """
     volts, bus = supply.volts(actuator), supply.bus(actuator)
-    words = [f"Before it is mounted: set its address on the bus to {joint}, and drive it to its zero."]
+    words = [f"Before it is mounted: set its address on the bus to {joint}."]
     words += [f"Bus: {bus}."] if bus else []
     words += [f"Supply: {number(volts)} V."] if volts else []
-    if actuator.angle_range:
-        words.append(f"It turns by {degrees(actuator.angle_range)}° in all: put its zero into the middle of that.")
-    words.append("Mark a line across housing and output where both stand at zero.")
+    words += [actuator.note] if actuator.note else []
     theta = table.theta[joint - 1]
     if abs(theta) > 1e-9:
         words.append(

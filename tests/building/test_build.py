@@ -17,7 +17,8 @@ from armdesign.building import BILL, RECORD, tubes
 from armdesign.building.assembly import assemble
 from armdesign.building.assembly_steps import HUNG, base_place, holding, screw_words, surface
 from armdesign.building.build import BuildOptions, build, changed, chosen_parts, thinner
-from armdesign.building.catalogue import find_catalogue
+from armdesign.building.catalogue import find_catalogue, shipped
+from armdesign.building.clocking import clock_of, clock_words, mark_of
 from armdesign.building.part_drawing import part_sheet
 from armdesign.building.part_lists import GROUPS, part_lists
 from armdesign.building.part_tolerances import link_deviations
@@ -205,6 +206,42 @@ def test_a_pose_that_asks_more_than_an_actuator_bears_for_long_is_said(made):
         assert all(f"J{joint} " in said for joint in range(1, len(pose) + 1)) == heavy
 
 
+def test_actuators_are_in_their_middle_where_the_task_has_its_own(made):
+    for joint, actuator in enumerate(made.choice.actuators, start=1):
+        clock = clock_of(made, joint)
+        assert abs(clock.middle - (clock.low + clock.high) / 2.0) <= np.radians(2.5) + 1e-12
+        assert clock.low <= made.result.evaluation.path.q[:, joint - 1].min() + 1e-9
+        assert clock.reading(clock.middle, np.pi) == np.pi
+        assert clock.spare(2.0 * np.pi) == pytest.approx(
+            min(min(x, 2.0 * np.pi - x) for x in (clock.reading(q, np.pi) for q in (clock.low, clock.high)))
+        )
+        # the joint turned on by 10 degrees, its bracket is there, seen against the axis or along it
+        pose = {each.mark: each for each in made.assembly.placed}[f"J{joint}"].pose
+        words = " ".join(clock_words(made, joint))
+        assert f"J{joint} turns from" in words
+        assert ("own zero" in words) == (not actuator.position)
+        assert clock.way == np.sign(pose[2, 2])
+
+
+def test_bracket_turns_about_the_output_as_the_joint_does(made):
+    placed = {each.mark: each for each in made.assembly.placed}
+    for joint in range(1, made.result.table.dof + 1):
+        clock, name = clock_of(made, joint), f"J{joint}"
+        q = np.zeros(made.result.table.dof)
+        seen = []
+        for q[joint - 1] in (clock.middle, clock.middle + 0.1):
+            poses = {each.mark: pose for each, pose in made.assembly.posed(made.result.table, q)}
+            out = -poses[name][:3, 2]  # towards who looks at the output
+            first, last = (
+                poses[f"{name}-L{k}"][:3, :3] @ mark_of(placed[f"{name}-L{k}"])[1] for k in (joint - 1, joint)
+            )
+            seen.append(np.arctan2(np.cross(first, last) @ out, first @ last))
+        assert np.cos(seen[0] - clock.between) == pytest.approx(1.0)
+        # the output turns the other way about against its housing, and reads more where that is anticlockwise
+        assert np.sin(seen[1] - seen[0]) == pytest.approx(-np.sin(0.1) * clock.way, abs=2e-3)
+        assert clock.reading(clock.middle + 0.1, 0.0) == pytest.approx(0.1 * clock.way)
+
+
 def test_what_is_wrong_with_a_build_is_said(made):
     made = replace(made, assembly=Assembly((), ()))
     apart = replace(made, measured=(PartsGap(0.004, ("J2-L1", "J2-L2"), np.zeros(3), 2),))
@@ -228,8 +265,16 @@ def test_what_is_wrong_with_a_build_is_said(made):
     assert "armdesign search" in replace(missed, before=made.result).remedy("runs/a")  # its parts have cost it the task
 
 
-def test_thinner_tubes_are_tried_where_no_actuator_bears_the_assumed_ones(design):
-    options = BuildOptions("dynamixel-x", snap=False)
+def test_thinner_tubes_are_tried_where_no_actuator_bears_the_assumed_ones(design, tmp_path):
+    known = (
+        "axis_from_end",
+        "horn",
+        "side_holes",
+        "output_",
+    )  # the arm has room for actuators that count as round alone
+    lines = shipped()["dynamixel-x"].read_text().splitlines()
+    (tmp_path / "round.toml").write_text("\n".join(line for line in lines if not line.startswith(known)))
+    options = BuildOptions(str(tmp_path / "round.toml"), snap=False)
     with pytest.raises(CatalogueError, match="joint 1"):
         chosen_parts(design, options)
     made = build(design, options)
@@ -242,8 +287,8 @@ def test_thinner_tubes_are_tried_where_no_actuator_bears_the_assumed_ones(design
     with pytest.raises(CatalogueError, match="link 0"):
         assemble(near, made.choice.actuators, shop_of(body, made.tube, printed=False))
     assert all(used.met for used in made.choice.shortfalls)
-    assert thinner(design, BuildOptions("dynamixel-x", payload=100.0)) == []
-    assert thinner(design, BuildOptions("dynamixel-x", payload=1.0, stock="aluminium")) == []
+    assert thinner(design, replace(options, payload=100.0)) == []
+    assert thinner(design, replace(options, payload=1.0, stock="aluminium")) == []
     own = design.problem.with_settings({"body": {"tube_diameter": 0.03}})
     assert thinner(Result(own, design.evaluation, name="own"), options) == []
 
