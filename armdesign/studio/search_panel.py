@@ -170,7 +170,9 @@ class SearchPanel:
     def list_runs(self) -> None:
         """List the runs that are there, newest first."""
         place = self.page.folder / "runs"
-        names = [str(run.folder.relative_to(place)) for run in commands.known_runs(place)]
+        runs, now = commands.known_runs(place), time.time()
+        when = [time.strftime("%d %b, %H:%M", time.localtime(now - run.age)) for run in runs]
+        names = [f"{run.folder.relative_to(place)} ({said})" for run, said in zip(runs, when, strict=True)]
         self.runs.options = (NO_RUN, *names)
         self.runs.visible = bool(names)
 
@@ -179,7 +181,7 @@ class SearchPanel:
         name = self.runs.value
         if name != NO_RUN:
             self.runs.value = NO_RUN
-            self.open_run(self.page.folder / "runs" / name)
+            self.open_run(self.page.folder / "runs" / name.rpartition(" (")[0])
 
     def open_run(self, folder: Path) -> None:
         """Open a run folder, with its recording where that is still there.
