@@ -64,7 +64,9 @@ def compare(
         float, option("--box", "X", "How far from the shoulder a base may stand along each axis [m].", BASE)
     ] = 0.5,
     seed: Annotated[int, option("--seed", "N", "Seed of the search for base poses.", BASE)] = 0,
-    payload: Annotated[float, option("--payload", "X", "Mass carried at the tool, for the torques [kg].")] = 0.0,
+    payload: Annotated[
+        float | None, option("--payload", "X", "Mass carried at the tool, for the torques [kg] (default: the task's).")
+    ] = None,
     config: ConfigOption = None,
     *,
     given: Given,
@@ -89,7 +91,7 @@ def compare(
     if json_file is None and csv_file is None:
         refuse_without("--json or --csv", {"--overwrite": overwrite})
     base_search = BaseSearch(evaluations, box, seed)
-    if not 0.0 <= payload <= 1e4:
+    if payload is not None and not 0.0 <= payload <= 1e4:
         raise SettingsError(f"--payload is {payload:g} kg", value=payload, allowed="0 to 10000 kg")
     check_outputs(json_file, csv_file, overwrite=overwrite)
     scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)

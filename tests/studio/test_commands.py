@@ -78,7 +78,7 @@ def test_of_a_stopped_search_for_the_number_of_joints_the_best_arm_counts(tmp_pa
 
 def test_the_run_that_was_watched_last_can_be_chosen_again(tmp_path):
     opened = []
-    runs = SimpleNamespace(value="take-n3")
+    runs = SimpleNamespace(value="take-n3 (29 Nov, 14:05)")
     panel = SimpleNamespace(runs=runs, page=SimpleNamespace(folder=tmp_path), open_run=opened.append)
     SearchPanel.choose_run(panel)
     assert opened == [tmp_path / "runs" / "take-n3"]

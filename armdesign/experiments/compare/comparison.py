@@ -10,11 +10,12 @@ import numpy as np
 import pinocchio as pin
 
 from armdesign._types import Array
+from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.exact import ExactScene
-from armdesign.bodies.loads import base_gravity
+from armdesign.bodies.loads import base_gravity, dynamic_model
 from armdesign.experiments.compare.arms import Arm, DesignArm, open_arms
 from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch, mount_arm
-from armdesign.experiments.compare.dynamics import design_model, moving_mass, peak_torques, ready_made_model
+from armdesign.experiments.compare.dynamics import peak_torques, ready_made_model
 from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.feasibility.verdict import clearances, exact_obstacles
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
@@ -128,7 +129,7 @@ def compare(
     problem: DesignProblem,
     base_search: BaseSearch | None = None,
     *,
-    payload: float = 0.0,
+    payload: float | None = None,
     on_progress: Callable[[str, BaseProgress], None] | None = None,
 ) -> Comparison:
     """Score designs and ready-made arms on the same task by the same fitness.
@@ -140,7 +141,7 @@ def compare(
         arms: Run folders, DH tables, URDFs, names of ready-made arms such as ``ur5``, results, or arms already open.
         problem: The task and the settings.
         base_search: How the base poses of ready-made arms are searched.
-        payload: Point mass at the tool, for the torques [kg].
+        payload: Point mass at the tool, for the torques; by default that of the settings [kg].
         on_progress: Called with an arm's name and how far the search for its base pose is.
 
     Raises:
@@ -148,7 +149,7 @@ def compare(
         SettingsError: No arm is given, or one is given twice.
         TaskError: There are too many points, or an orientation is to be followed that is not there.
     """
-    search = base_search or BaseSearch()
+    search, payload = base_search or BaseSearch(), problem.settings.needs.payload if payload is None else payload
     rows = []
     for arm in open_arms(arms, problem.settings):
         if isinstance(arm, DesignArm):
@@ -174,34 +175,32 @@ def score_design(design: DesignArm, problem: DesignProblem, payload: float = 0.0
     path_problem = make_problem(task.P, task.R, task.dt, design.limits, problem.settings.fitness, solver)
     path_problem = path_problem.with_joints(design.table.prismatic)
     scores, path = BlockEvaluator(path_problem, block=1).follow(design.table)
-    near = least_clearance(design, whole, scores, path)
-    row = ArmScore(design, scores, path, moving_mass=moving_mass(design_model(design.table)), clearance=near)
-    model = design_model(design.table, payload)
-    model.gravity.linear = base_gravity(whole.base_pose)
-    return with_effort(row, problem, model)
-
-
-def least_clearance(design: DesignArm, problem: DesignProblem, scores: Scores, path: PathResult) -> float | None:
-    """How near a design's bodies come to one another and to obstacles, by the exact check of its verdict [m].
-
-    Args:
-        design: The design.
-        problem: The task where the design stands; its settings say what bodies are made of where the design does not.
-        scores: What the design does on the task, one entry each.
-        path: Its path.
-
-    Returns:
-        The least over the motion, between frames too; None of a thin arm, and where the start is not reached.
-    """
-    body = design.body or problem.settings.body
-    if body.kind == "thin" or not scores.valid[0]:
-        return None
-    seen = problem.with_settings({"design": {"dof": design.dof, "joints": design.table.joints}, "body": vars(body)})
+    body = design.body or problem.settings.body  # what the design does not say the task does
+    if not scores.valid[0]:
+        return ArmScore(design, scores, path, moving_mass=arm_body(design.table, body, design.slides).moving_mass)
+    seen = whole.with_settings({"design": {"dof": design.dof, "joints": design.table.joints}, "body": vars(body)})
     r, f, E = (float(each[0]) for each in (scores.fitness, scores.path_fitness, scores.area))
     scored = PathEvaluation(r, f, E, path)
     arm = Result(seen, combined_evaluation(design.table, [scored]), known_slides=design.slides)
-    scene = ExactScene(arm.body, exact_obstacles(seen.first.obstacles), arm.base_pose.matrix)
-    gaps = clearances([scene], [done(design.table, seen.first, scored)])
+    model = dynamic_model(arm.body, payload)
+    model.gravity.linear = base_gravity(arm.base_pose)
+    row = ArmScore(design, scores, path, moving_mass=arm.body.moving_mass, clearance=least_clearance(arm))
+    return with_effort(row, problem, model)
+
+
+def least_clearance(arm: Result) -> float | None:
+    """How near an arm's bodies come to one another and to obstacles, by the exact check of its verdict [m].
+
+    Args:
+        arm: The arm, on one demonstration.
+
+    Returns:
+        The least over the motion, between frames too; None of a thin arm.
+    """
+    if arm.problem.settings.body.kind == "thin":
+        return None
+    scene = ExactScene(arm.body, exact_obstacles(arm.problem.first.obstacles), arm.base_pose.matrix)
+    gaps = clearances([scene], [done(arm.table, arm.problem.first, arm.evaluation.demonstrations[0])])
     return min((gap.value for gap in gaps if gap is not None), default=None)
 
 

@@ -104,8 +104,8 @@ def comparison_notes(comparison: Comparison) -> list[str]:
             notes.append(f"{name}: its file has no masses.")
     loaded = f"a payload of {comparison.payload:g} kg" if comparison.payload else "no payload"
     notes.append(
-        f"Torques: inverse dynamics with gravity along the path, {loaded}; designs with the body of their URDF, "
-        "ready-made arms with the masses of their files."
+        f"Torques: inverse dynamics with gravity along the path, {loaded}; designs with the masses of their run "
+        "(of a build those of its parts), ready-made arms with the masses of their files."
     )
     if any(row.clearance is not None for row in rows):
         notes.append(

@@ -1,4 +1,4 @@
-"""What it takes to move an arm along its path: inverse dynamics with gravity, of designs and of ready-made arms."""
+"""What it takes to move an arm along its path: inverse dynamics with gravity."""
 
 from __future__ import annotations
 
@@ -6,17 +6,8 @@ import numpy as np
 import pinocchio as pin
 
 from armdesign._types import Array
-from armdesign.bodies.arm_body import arm_body
-from armdesign.bodies.loads import dynamic_model
 from armdesign.experiments.compare.serial_arm import SerialArm
-from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.motion import smooth_motion
-from armdesign.settings import Body
-
-
-def design_model(table: DHTable, payload: float = 0.0) -> pin.Model:
-    """A design with the body that its URDF has by default, and a point mass at the tool [kg]."""
-    return dynamic_model(arm_body(table, Body()), payload)
 
 
 def ready_made_model(arm: SerialArm, payload: float = 0.0) -> pin.Model:
@@ -38,8 +29,3 @@ def peak_torques(model: pin.Model, time: Array, q: Array) -> Array:
     data, motion = model.createData(), smooth_motion(time, q)
     states = zip(motion.q, motion.v, motion.a, strict=True)
     return np.asarray(np.abs([pin.rnea(model, data, *state) for state in states]).max(axis=0))
-
-
-def moving_mass(model: pin.Model) -> float:
-    """Mass of all that moves [kg]."""
-    return float(sum(inertia.mass for inertia in model.inertias[1:]))

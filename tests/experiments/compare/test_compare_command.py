@@ -13,6 +13,7 @@ from compare_arms import EXAMPLES, LIMIT, urdf
 from typer.testing import CliRunner
 
 from armdesign.cli import app
+from armdesign.runs.reading import read_result
 
 PACKAGING, WELDING = EXAMPLES / "packaging.csv", EXAMPLES / "welding.csv"
 QUICK = ("--evaluations", "20")
@@ -70,7 +71,8 @@ def test_designs_keep_the_fitness_of_their_own_task(task, scored, tmp_path, monk
         assert arm["clearance"] == pytest.approx(min(gaps), abs=1e-9)
         assert arm["base"] is None
         assert arm["start_reached"] is True
-        assert arm["peak_torque"] == max(arm["joint_torques"]) > 0.0
+        assert arm["peak_torque"] == max(arm["joint_torques"]) == pytest.approx(max(verdict["peak_torque"]), rel=1e-9)
+        assert arm["moving_mass"] == pytest.approx(read_result(scored / arm["name"]).body.moving_mass, abs=1e-12)
 
 
 def test_the_table_holds_designs_and_ready_made_arms(place):
