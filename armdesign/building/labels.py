@@ -7,6 +7,7 @@ nearest first, and takes the first with room; far enough out there always is som
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +20,7 @@ MARGIN = 0.7
 RAYS = tuple(np.deg2rad([45, 135, -45, -135, 20, 160, -20, -160, 70, 110, -70, -110, 0, 180, 90, -90]))
 MORE_RAYS = tuple(np.deg2rad(np.arange(0.0, 360.0, 4.0)))
 RINGS = tuple(float(x) for x in np.arange(6.0, 40.0, 4.0)) + tuple(np.geomspace(40.0, 600.0, 16).tolist())
-OFFSETS = (8.0, 13.0, 18.0, 24.0, 30.0, 36.0)
+OFFSETS = (8.0, 13.0, 18.0, 24.0, 30.0, 36.0, 43.0, 50.0, 58.0, 66.0)
 """Of dimension lines from what they measure [mm]."""
 TINY = 1e-12
 
@@ -80,32 +81,43 @@ class Labels:
                         return box
         raise AssertionError("there is room far out")  # nothing is drawn 600 mm from what it is about
 
-    def dimension(self, text: str, start: ArrayLike, end: ArrayLike) -> Box:
-        """A dimension line along a straight piece, with arrows; a leader where it is too short or there is no room.
+    def dimension(self, text: str, start: ArrayLike, end: ArrayLike, *, lines_only: bool = False) -> Box:
+        """A dimension line along a straight piece, on the left of it if there is room, else on its right.
+
+        Its arrows and the text are between the ends; where these are too close, outside. Where its lines
+        would cross texts everywhere, a leader.
 
         Args:
             text: The dimension.
             start: One end of the piece, shape (2,) [mm].
             end: The other.
+            lines_only: Rather let its lines cross texts than take a leader, which does not show what is measured.
         """
         p, q = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         span, width = float(np.linalg.norm(q - p)), text_width(text, LETTER)
         along = (q - p) / max(span, 1e-9)
         across = np.array([-along[1], along[0]])
-        needed = 8.0 + min(width / max(abs(along[0]), 1e-9), LETTER / max(abs(along[1]), 1e-9))
-        for offset in OFFSETS if span > needed else ():
-            for side in (1.0, -1.0):
-                by = side * offset * across
-                box = text_box((p + q) / 2.0 + by, width, LETTER)
+        reach = min(width / max(abs(along[0]), 1e-9), LETTER / max(abs(along[1]), 1e-9)) + 2.0 * MARGIN
+        inside = span > 7.0 + reach
+        beside = 7.0 + reach / 2.0
+        ends = [(q + beside * along, p - 6.0 * along, q + 7.0 * along),
+                (p - beside * along, p - 7.0 * along, q + 6.0 * along)]  # fmt: skip
+        ends = [((p + q) / 2.0, p, q)] if inside else ends
+        near, far = OFFSETS[:5], OFFSETS[5:]
+        order = [*product((1.0,), near), *product((-1.0,), near), *product((1.0, -1.0), far)]
+        for strict, (side, offset) in product((True, False)[: 1 + lines_only], order) if span > TINY else ():
+            by = side * offset * across
+            for middle, *line in ends:
+                box = text_box(middle + by, width, LETTER)
                 feet, over = side * across, by + side * across
-                lines = np.array([(p + by, q + by), (p + feet, p + over), (q + feet, q + over)])
-                if self.has_room(box, lines):
-                    for line in lines:
-                        self.sheet.line(*line)
-                        self.keep_clear(*line)
-                    self.sheet.arrow(p + by, -along)
-                    self.sheet.arrow(q + by, along)
-                    self.taken(text, (p + q) / 2.0 + by, box, LETTER)
+                lines = np.array([np.array(line) + by, (p + feet, p + over), (q + feet, q + over)])
+                if self.has_room(box, lines if strict else lines[:0]):
+                    for piece in lines:
+                        self.sheet.line(*piece)
+                        self.keep_clear(*piece)
+                    self.sheet.arrow(p + by, -along if inside else along)
+                    self.sheet.arrow(q + by, along if inside else -along)
+                    self.taken(text, middle + by, box, LETTER)
                     return box
         return self.leader(text, (p + q) / 2.0)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,23 +10,41 @@ from armdesign._types import Array
 from armdesign.building.arm_drawing import Pose, arm_sheet, arranged, degrees, words_of_scale
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.labels import Labels
-from armdesign.building.part_holes import HoleGroup, direction, hole_groups, hole_rows, looks_along
-from armdesign.building.part_tolerances import ANGLE, ANGLES, deviation
-from armdesign.building.parts import Part, Placed, Rod, file_name
+from armdesign.building.part_dimensions import (
+    BOTTOM,
+    FRONT,
+    PART_VIEWS,
+    SIDE,
+    TOP,
+    crossing_point,
+    outlines,
+    outward,
+    part_dimensions,
+    sides,
+)
+from armdesign.building.part_holes import HOLE_HEADS, HoleGroup, datum, direction, hole_groups, hole_rows, looks_along
+from armdesign.building.part_tolerances import ANGLE
+from armdesign.building.parts import Part, Placed, Rod, Screws, file_name
 from armdesign.building.projection import SHADES, View, draw_solids, slanted, solids_of
 from armdesign.building.sheet import LETTER, SCALES, Box, Sheet, block_box, circle, framed, number, pdf_of, svg_of
+from armdesign.building.shop import ALUMINIUM
 from armdesign.kinematics.base_pose import MOUNTINGS
 
-PART_VIEWS = (
-    View("front view", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
-    View("top view", (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)),
-    View("right side view", (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
-)
-"""Of a part in its own frame, in third angle; z is what brackets are drawn out along, and the axis of round parts."""
-ROOM = (235.0, 235.0)
-"""For front, top and side view of a part [mm]."""
 COLUMN = 266.0
 """Where tables beside the views begin [mm]."""
+PICTURE = (62.0, 58.0)
+"""Width and height of a part's picture at an angle [mm]."""
+AT_AN_ANGLE = View("at an angle", (0.77, 0.0, -0.64), (-0.27, 0.91, -0.32))
+"""From the front, the right and above."""
+EDGES = "Edges broken 0.3. Surfaces Ra 3.2."
+PRINTING = {
+    True: "Print it solid, lying on what the front view shows: layers run along both plates, and no load parts them.",
+    False: "Print it solid, its disc on the bed; the tube's screw has to stay tight, since bending would part layers.",
+}
+"""How parts are printed, by whether they are drawn out from an outline: no load may part layers that need not."""
+THREADS_PRINTED = (
+    "Threads: print their holes 0.3 smaller, drill as stated, tap by hand; no inserts, no thread-forming screws."
+)
 NEXT = 0.07
 """By how much each part is drawn away from the one before in the exploded view [m]."""
 
@@ -43,7 +61,7 @@ def drawing_files(build: Build) -> dict[str, str | bytes]:
         "overview": overview(build, f"2 of {of}"),
     }
     for k, (name, places) in enumerate(made.items(), start=3):
-        sheets[file_name(name)] = part_sheet(places, title, f"{k} of {of}")
+        sheets[file_name(name)] = part_sheet(places, assembly.screws, title, f"{k} of {of}")
     if build.fault:
         for sheet in sheets.values():
             sheet.text(build.warning[:150], (27.0, 284.4), "left", 3.0, bold=True)
@@ -53,22 +71,20 @@ def drawing_files(build: Build) -> dict[str, str | bytes]:
     }
 
 
-def part_sheet(places: Sequence[Placed], arm: str, of: str) -> Sheet:
+def part_sheet(places: Sequence[Placed], screws: Sequence[Screws], arm: str, of: str) -> Sheet:
     """The sheet of a part that is made.
 
     Args:
         places: Where it is in the arm.
+        screws: All of the arm.
         arm: Name of the arm.
         of: Number of the sheet.
     """
-    part = places[0].part
-    rows = [("dimension", "value", "tolerance"), *dimension_rows(part)]
+    part, held = places[0].part, sides(places, screws)
     tilted = [square_to(way, letter) for way, letter in zip(tilted_ways(part), "VWXY", strict=False)]
-    holes = [("hole", "drill", "where"), *hole_rows(part, [*PART_VIEWS, *tilted])]
-    sheet = Sheet()
-    table = sheet.table((COLUMN, 282.0), (70.0, 35.0, 34.0), rows, 5.5)
-    if len(holes) > 1:
-        table = sheet.table((COLUMN, table[1] - 3.0), (9.0, 68.0, 62.0), holes, 5.5)
+    sheet, lines = Sheet(), notes(part)
+    rows = [HOLE_HEADS, *hole_rows(part, [*PART_VIEWS, *tilted])]
+    table = sheet.table((COLUMN, 282.0), (9.0, 68.0, 12.0, 25.0, 12.0, 13.0), rows, 5.5)
     fields = [
         ("title", f"{arm}: {part.name}"),
         ("mark on each", marked(places)),
@@ -77,27 +93,62 @@ def part_sheet(places: Sequence[Placed], arm: str, of: str) -> Sheet:
         ("general tolerance", f"ISO 2768-m, angles ±{degrees(ANGLE)}°"),
         ("sheet", of),
     ]  # fmt: skip
-    rest = Box((COLUMN, block_box([*fields, ""])[3] + 3.0, 405.0, table[1] - 3.0))
+    foot = block_box([*fields, ""])[3] + 3.0
+    picture = Box((405.0 - PICTURE[0], foot, 405.0, foot + PICTURE[1]))
+    rest = Box((COLUMN, picture[3] + 3.0, 405.0, table[1] - 3.0))
+    beside = Box((27.0, 20.0 + 5.0 * len(lines), COLUMN - 4.0, 282.0))
+    besides = [*tilted, *([BOTTOM] if any(each.view == BOTTOM for each in part_dimensions(part)) else [])]
+    rooms = [beside] if besides else [beside, Box((27.0, max(beside[1], picture[3]), 405.0, table[1] - 4.0))]
+    top = TOP if outlines(part) else None
+    side = SIDE if top is None or any(looks_along(SIDE, direction(hole)) for hole in part.holes) else None
     for scale in SCALES[2:]:
-        front = part_view(part, PART_VIEWS[0], scale, tilted)
-        views, _ = arranged([front, *(part_view(part, view, scale) for view in PART_VIEWS[1:])])
-        more = [part_view(part, view, scale) for view in tilted]
+        views, _ = arranged([Sheet() if view is None else part_view(part, view, scale, tilted, held)
+                             for view in (FRONT, top, side)])  # fmt: skip
+        more = [part_view(part, view, scale) for view in besides]
         high = sum(float(view.extent.size[1]) + 3.0 for view in more)
         wide = max((float(view.extent.size[0]) for view in more), default=0.0)
-        if np.all(np.array(views.size) <= ROOM) and high <= rest.size[1] and wide <= rest.size[0]:
+        room = next((room for room in rooms if np.all(np.array(views.size) <= room.size)), None)
+        if room is not None and high <= rest.size[1] and wide <= rest.size[0]:
             break
-    sheet.put(views, (27.0, 282.0 - views.size[1]))
-    top = rest[3]
+    sheet.put(views, np.array((room or beside)[::3]) - (0.0, views.size[1]))
+    above = rest[3]
     for view in more:
-        sheet.put(view, (COLUMN - view.extent[0], top - view.extent[3]))
-        top -= float(view.extent.size[1]) + 3.0
-    for k, line in enumerate(reversed(notes(part))):
+        sheet.put(view, (COLUMN - view.extent[0], above - view.extent[3]))
+        above -= float(view.extent.size[1]) + 3.0
+    draw_picture(sheet, part, picture)
+    for k, line in enumerate(reversed(lines)):
         sheet.text(line, (27.0, 16.0 + 5.0 * k), "left", 3.0)
     return framed(sheet, [*fields[:6], ("scale", words_of_scale(scale)), fields[6]])
 
 
+def draw_picture(sheet: Sheet, part: Part, room: Box) -> None:
+    """A part at an angle, with the mouths of its holes that are seen.
+
+    Args:
+        sheet: What is drawn on.
+        part: The part.
+        room: Where [mm].
+    """
+    solids, towards = solids_of(part, np.eye(4)), AT_AN_ANGLE.towards
+    seen = AT_AN_ANGLE.flat(np.concatenate([solid.corners for solid in solids]))
+    factor = float(np.min((room.size - 4.0) / np.ptp(seen, axis=0)))
+    drawn = Sheet()
+    draw_solids(drawn, solids, AT_AN_ANGLE, factor)
+    for hole in part.holes:
+        way = direction(hole)
+        across = np.linalg.svd(way[None])[2][1:]
+        for mouth, out in ((hole.start, -way), (hole.end, way)):
+            sight = mouth + 1e-4 * out + np.linspace(0.0, 0.4, 400)[:, None] * towards
+            if out @ towards > 0.05 and not part.holds(sight).any():
+                drawn.area(
+                    factor * AT_AN_ANGLE.flat(mouth + circle((0.0, 0.0), hole.radius) @ across), "thin", "#d9d9d9"
+                )
+    sheet.put(drawn, np.array(room[:2]) + room.size / 2.0 - np.mean(np.reshape(drawn.extent, (2, 2)), axis=0))
+
+
 def notes(part: Part) -> list[str]:
     """What a mechanic has to know that is in no table, a line each."""
+    tapped = any("tapped" in use for use in part.circles)
     lines = [part.note] if part.note and part.kind != "bracket" else []
     for face in part.circles.values():
         if face.maker:
@@ -109,12 +160,10 @@ def notes(part: Part) -> list[str]:
             if part.note == "wedge":
                 under = number(1e3 * part.sizes["under heads"], 2)
                 lines.append(f"Sink their heads to {under} mm above the face, clear of the tapped holes.")
-    if part.note == "wedge":
-        lines.append("Depths of tapped holes are those of the thread; the drill may come out at the face.")
     if part.kind == "tube":
         turn = number(np.degrees(part.sizes["turn of S"]), 2)
         lines += [
-            "S: scribe line at each end. A flange is in as it has to be when its line meets this one.",
+            "S: scribe line 15 long at each end. A flange is in as it has to be when its line meets this one.",
             f"S of -b is {turn}° from S of -a, 0 to 360°, clockwise seen from the inner end, which is at -a.",
             "Front view: on the outer end, at -b; there it is anticlockwise.",
         ]
@@ -122,7 +171,15 @@ def notes(part: Part) -> list[str]:
         lines.append("x: scribe line, over the edge, too, towards x of the base. Angles of holes are against it.")
     elif part.scribes:
         lines.append("S: scribe line, over the edge, too. A flange is on as it has to be when its line meets this one.")
-    return lines
+    elif part.kind == "spacer":
+        lines.append("It may be turned to any of the positions in which its screws go in: all are alike.")
+    if any(group.circle for group in hole_groups(part)):
+        lines.append("Circles are about the datum, where the arrows x and y begin; angles from x, anticlockwise.")
+    if tapped:
+        lines.append("M × a, drill ⌀ × b: a is the depth of full thread, b that of the drill, without its tip.")
+    if part.kind == "tube" or part.material == ALUMINIUM[0]:
+        return [*lines, EDGES]
+    return [*lines, PRINTING[bool(outlines(part))], *([THREADS_PRINTED] if tapped else [])]
 
 
 def marked(places: Sequence[Placed]) -> str:
@@ -140,22 +197,6 @@ def marked(places: Sequence[Placed]) -> str:
         tail if tail in names else f"{heads[0]}-{tail}" if len(heads) == 1 else f"{', '.join(heads)}: -{tail}"
         for tail, heads in links.items()
     )
-
-
-def dimension_rows(part: Part) -> Iterator[tuple[str, str, str]]:
-    """Every dimension of a part by name with what it may be off, lengths in millimetres."""
-    for name, value in part.sizes.items():
-        off = deviation(name, value)
-        if name.startswith(ANGLES):
-            yield name, f"{degrees(value)}°", f"±{degrees(off)}°"
-        elif name == "spigot":  # tubes' bores are off by more than it may be
-            yield name, f"{number(1e3 * value, 2)} mm", "bore −0.05 / −0.1"
-        elif name == "inner radius":
-            yield name, f"{number(1e3 * value, 2)} mm", "or less"
-        elif name == "hole":
-            yield name, f"{number(1e3 * value, 2)} mm", "+0.1 / 0 mm"
-        else:
-            yield name, f"{number(1e3 * value, 2)} mm", f"±{number(1e3 * off)} mm"
 
 
 def tilted_ways(part: Part) -> list[Array]:
@@ -179,26 +220,45 @@ def square_to(way: Array, letter: str) -> View:
     return View(f"view {letter}, square to its holes", (x, y, z), (0.0, 0.0, 1.0))
 
 
-def part_view(part: Part, view: View, scale: float, tilted: Sequence[View] = ()) -> Sheet:
-    """A part from one side with its size, holes that are looked into with their letters, others hidden.
+def part_view(
+    part: Part, view: View, scale: float, tilted: Sequence[View] = (), held: Sequence[tuple[str, Array]] = ()
+) -> Sheet:
+    """A part from one side with its dimensions, holes that are looked into with their letters, others hidden.
 
     Args:
         part: The part.
         view: How it is looked at.
         scale: Of the drawing.
         tilted: Views whose directions are shown.
+        held: What goes on which side of it, and a point of that, shape (3,) [m].
     """
     factor, labels = 1e3 * scale, Labels(Sheet())
     sheet = labels.sheet
+    outside = []
     for outline in draw_solids(sheet, solids_of(part, np.eye(4)), view, factor):
         labels.keep_clear(*outline)
+        outside.append(Box((*outline.min(axis=0).tolist(), *outline.max(axis=0).tolist())))
     box = sheet.extent
-    left, bottom, right, top = box
     for hole in part.holes:
         draw_hole(labels, hole, view, factor)
-    if part.kind in ("bracket", "corner") and view is PART_VIEWS[0]:
+    if outlines(part) and view is FRONT:
         draw_angle(labels, part, factor)
-    for other in tilted:
+    faces = any(each.maker for each in part.circles.values()) and looks_along(view, np.array([0.0, 1.0, 0.0]))
+    data = {(0.0, 0.0): 15.0} if faces else {}
+    for group in hole_groups(part):
+        if group.circle and looks_along(view, group.way):
+            key = tuple((np.round(factor * view.flat(group.middle), 3) + 0.0).tolist())
+            data[key] = min(factor * group.circle / 2.0, data.get(key, np.inf))
+        elif part.kind == "bracket" and view is FRONT:
+            data[tuple((factor * datum(part)).tolist())] = 15.0
+    for place, radius in data.items():
+        edges = outlines(part) and view is not FRONT
+        draw_datum(labels, np.array(place), radius, box, scale if edges else None)
+    if faces:  # of brackets, whose axis of the actuator is y
+        labels.leader("face, to be drilled", np.zeros(2))
+    for group in hole_groups(part):
+        draw_group(labels, part, group, view, factor)
+    for other in tilted if view is FRONT else ():
         tip = factor * view.flat(max((h.start for h in part.holes if looks_along(other, h.end - h.start)),
                                      key=lambda point: float(point @ other.towards)))  # fmt: skip
         away = view.flat(other.towards)
@@ -206,20 +266,13 @@ def part_view(part: Part, view: View, scale: float, tilted: Sequence[View] = ())
         sheet.arrow(tip + 4.0 * away, -away)
         labels.keep_clear(tip + 12.0 * away, tip + 4.0 * away)
         labels.leader(other.name[5], tip + 12.0 * away, line=False)
-    width, height = number((right - left) / scale), number((top - bottom) / scale)
-    outer = max((s.radius for s in part.solids if isinstance(s, Rod)), default=0.0)
-    round_ = abs(right - left - 2.0 * factor * outer) < 0.1 and abs(top - bottom - 2.0 * factor * outer) < 0.1
-    labels.dimension(f"⌀{width}" if round_ else width, (right, bottom), (left, bottom))
-    if not round_:
-        labels.dimension(height, (left, bottom), (left, top))
-    faces = [name for name, held in part.circles.items() if held.maker]
-    if faces and looks_along(view, np.array([0.0, 1.0, 0.0])):  # of brackets, whose axis of the actuator is y
-        for reach in 5.0 * np.eye(2):
-            sheet.line(-reach, reach, pen="thin")
-        labels.leader("face, to be drilled", np.zeros(2))
-        draw_middle(labels, np.zeros(2), box, scale)
-    for group in hole_groups(part):
-        draw_group(labels, part, group, view, scale, box)
+    for each in part_dimensions(part):
+        if each.view == view:
+            labels.dimension(each.text, *(factor * view.flat([each.start, each.end])), lines_only=True)
+    if held and view is (FRONT if outlines(part) else SIDE):
+        labels.boxes += outside
+        for words, point in held:
+            labels.leader(words, factor * view.flat(point))
     for scribe, end in zip(part.scribes, "ab" if part.kind == "tube" else "  ", strict=False):
         ends = factor * view.flat(scribe)
         if part.kind == "tube" and looks_along(view, scribe[1] - scribe[0]):  # a notch in the end
@@ -236,34 +289,36 @@ def part_view(part: Part, view: View, scale: float, tilted: Sequence[View] = ())
     return sheet
 
 
-def draw_group(labels: Labels, part: Part, group: HoleGroup, view: View, scale: float, box: Box) -> None:
-    """The letter of holes that are looked into, the circle they are on, and how far its middle is from the edges.
-
-    Of what is drilled across, which has no circle, the distance from an end where it is seen from beside.
+def draw_group(labels: Labels, part: Part, group: HoleGroup, view: View, factor: float) -> None:
+    """The letter of holes that are looked into and the circle they are on; of a hole across the axis and the letter.
 
     Args:
         labels: The view.
         part: The part.
         group: The holes.
         view: How they are looked at.
-        scale: Of the drawing.
-        box: The part's outline in the view [mm].
+        factor: Millimetres on paper per metre.
     """
-    factor, sheet = 1e3 * scale, labels.sheet
+    sheet, radius = labels.sheet, factor * group.circle / 2.0
     middle = factor * view.flat(group.middle)
-    if group.circle and looks_along(view, group.way):
-        ring = circle(middle, factor * group.circle / 2.0)
+    ends = factor * view.flat([hole.end for hole in group.holes])
+    if group.circle:
+        if not looks_along(view, group.way):
+            return
+        ring = circle(middle, radius)
         sheet.line(*ring, ring[0], pen="axis")
         labels.keep_clear(*ring)
-        ends = np.array([factor * view.flat(hole.end) for hole in group.holes])
         target = ends[int(np.argmax(ends.sum(axis=1)))] + 0.7 * factor * group.holes[0].radius
-        labels.leader(group.letter, target)
-        draw_middle(labels, middle, box, scale)
-    elif part.kind == "bracket":  # in cheeks, by the hole table
-        if looks_along(view, group.way) and group.way @ view.towards > 0.0:
-            labels.leader(group.letter, factor * view.flat(group.holes[0].end))
-    elif not group.circle and looks_along(view, np.array([0.0, 0.0, 1.0])):  # both walls, from the end
-        ends = np.array([factor * view.flat(hole.end) for hole in group.holes])
+        labels.leader(f"{group.letter} on ⌀{number(1e3 * group.circle, 2)}", target)
+    elif part.kind == "bracket":  # in cheeks
+        for k, place in enumerate(group.places if view is FRONT else (), start=1):
+            labels.leader(f"{group.letter}{k}", factor * place)
+    elif view is SIDE:  # from beside
+        across = np.array([0.0, 1.1 * factor * np.linalg.norm(group.holes[0].end[:2])])
+        at = ends.mean(axis=0)
+        sheet.line(at - across, at + across, pen="axis")
+        labels.leader(group.letter, at)
+    elif looks_along(view, np.array([0.0, 0.0, 1.0])):  # both walls, from the end
         sheet.line(*(1.1 * ends), pen="axis")
         labels.leader(group.letter, ends[0])
         turn = part.sizes.get("turn of S", 0.0)
@@ -273,30 +328,30 @@ def draw_group(labels: Labels, part: Part, group: HoleGroup, view: View, scale: 
             arc = half * np.stack([np.cos(turns), np.sin(turns)], axis=1)
             sheet.line(*arc)
             labels.leader(f"{degrees(turn)}°", arc[10])
-    elif not group.circle and looks_along(view, group.way):
-        labels.leader(group.letter, middle)
-    elif not group.circle and abs(view.flat([0.0, 0.0, 1.0])).max() > 0.5:  # from beside
-        along = view.flat([0.0, 0.0, 1.0])
-        low, high = sorted(float(x) for x in (np.array(box[:2]) @ along, np.array(box[2:]) @ along))
-        at = float(factor * group.middle[2])
-        start = low if part.kind != "tube" or at - low < high - at else high
-        start = factor * part.sizes["thickness"] if part.kind != "tube" else start
-        labels.dimension(number(abs(at - start) / scale, 2), start * along, at * along)
-        labels.leader(group.letter, at * along)
 
 
-def draw_middle(labels: Labels, middle: Array, box: Box, scale: float) -> None:
-    """How far the middle of a circle is from the left and lower edge of a view, where it is not in the middle of that.
+def draw_datum(labels: Labels, middle: Array, radius: float, box: Box, scale: float | None) -> None:
+    """The arrows x and y from where hole tables measure, and how far that is from the left and lower edge of a view.
 
     Args:
         labels: The view.
-        middle: The middle, shape (2,) [mm].
+        middle: The middle of circles, shape (2,) [mm].
+        radius: Of the smallest [mm].
         box: The part's outline in the view [mm].
-        scale: Of the drawing.
+        scale: Of the drawing; None for round parts, which have no such edges.
     """
-    for k, edge in enumerate(((box[0], middle[1]), (middle[0], box[1]))):
-        if abs(2.0 * middle[k] - box[k] - box[k + 2]) > 0.1 * scale:
-            labels.dimension(number(abs(float(middle[k]) - box[k]) / scale), edge, middle)
+    for k, name in enumerate("xy"):
+        axis = np.eye(2)[k]
+        tip = middle + min(12.0, 0.7 * radius) * axis
+        labels.sheet.line(middle + (box[k] - middle[k] - 2.0) * axis, middle + (box[k + 2] - middle[k] + 2.0) * axis,
+                          pen="axis")  # fmt: skip
+        labels.sheet.line(middle, tip, pen="outline")
+        labels.sheet.arrow(tip, axis)
+        labels.keep_clear(middle, tip)
+        labels.leader(name, tip, 3.0, line=False)
+    if scale is not None:
+        labels.dimension(number((middle[0] - box[0]) / scale, 2), (middle[0], box[1]), box[:2])
+        labels.dimension(number((middle[1] - box[1]) / scale, 2), box[:2], (box[0], middle[1]))
 
 
 def draw_hole(labels: Labels, hole: Rod, view: View, factor: float) -> None:
@@ -312,6 +367,7 @@ def draw_hole(labels: Labels, hole: Rod, view: View, factor: float) -> None:
     along, radius = end - start, factor * hole.radius
     if looks_along(view, hole.end - hole.start):
         labels.sheet.area(circle(end, radius), "thin", "none")
+        labels.keep_clear(*circle(end, radius)[::4])
         for reach in (radius + 1.0) * np.eye(2):
             labels.sheet.line(end - reach, end + reach, pen="thin" if radius < 2.0 else "axis")
     elif abs(float((hole.end - hole.start) @ view.towards)) < np.sin(ANGLE) * np.linalg.norm(hole.end - hole.start):
@@ -319,6 +375,7 @@ def draw_hole(labels: Labels, hole: Rod, view: View, factor: float) -> None:
         side = radius * np.array([-way[1], way[0]])
         for by in (side, -side):
             labels.sheet.line(start + by, end + by, pen="hidden")
+            labels.keep_clear(start + by, end + by)
         labels.sheet.line(start - 1.5 * way, end + 1.5 * way, pen="axis")
 
 
@@ -330,16 +387,16 @@ def draw_angle(labels: Labels, part: Part, factor: float) -> None:
         part: The part.
         factor: Millimetres on paper per metre.
     """
-    angle = part.sizes["angle"]
-    first, last = (np.pi / 2.0, np.pi / 2.0 - angle) if part.kind == "bracket" else (angle / 2.0, -angle / 2.0)
-    foot = np.zeros(2)
-    if part.note in ("wedge", "standing"):
-        foot[1] = factor * min(float(s.polygon[:, 1].min()) for s in part.solids if not isinstance(s, Rod))
-    foot[1] += factor * part.sizes.get("tube above middle", 0.0) / np.sin(angle) if angle > 1e-6 else 0.0
+    angle, foot = part.sizes["angle"], factor * FRONT.flat(crossing_point(part))
+    ways = [FRONT.flat(way) for way in outward(part)]
+    ways = [np.array([0.0, 1.0]), *ways] if part.kind == "bracket" else ways
+    first, last = (float(np.arctan2(y, x)) for x, y in ways)
     box = labels.sheet.extent
     reach = float(np.linalg.norm([max(abs(box[0]), abs(box[2])), max(abs(box[1]), abs(box[3]))])) + 4.0
-    for turn in (first, last):
-        end = foot + reach * np.array([np.cos(turn), np.sin(turn)])
+    for name, way in zip(("axis of face", "axis of tube"), ways, strict=True):
+        end = foot + reach * way
+        if part.kind == "bracket" and angle > 1e-6:
+            labels.leader(name, end, 3.0, line=False)
         labels.sheet.line(foot, end, pen="axis")
         labels.keep_clear(foot, end)
     turns = np.linspace(first, last, 40)

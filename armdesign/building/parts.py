@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armdesign._types import Array
 from armdesign.bodies.inertia import Inertial, combine
@@ -26,6 +27,10 @@ SCREWS: Mapping[str, tuple[float, float, float]] = {
     "M8": (9.0e-3, 6.8e-3, 13.0e-3),
 }
 """Diameters of the hole for a screw (ISO 273, medium), of the hole to tap, and of its head (ISO 4762) [m]."""
+PITCHES = {"M2": 0.4e-3, "M2.5": 0.45e-3, "M3": 0.5e-3, "M4": 0.7e-3, "M5": 0.8e-3, "M6": 1e-3, "M8": 1.25e-3}
+"""Of coarse threads (ISO 261) [m]."""
+EDGE = 1e-7
+"""By how much a point on a surface may be beside it [m]."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +83,14 @@ class Prism:
         half = self.width / 2.0
         return np.stack([np.insert(self.polygon, 2, self.z + z, axis=1) for z in (-half, half)])
 
+    def holds(self, points: Array) -> NDArray[np.bool_]:
+        """Which points, shape (k, 3) [m], are within it or on its surface."""
+        edges = np.roll(self.polygon, -1, axis=0) - self.polygon
+        off = points[:, None, :2] - self.polygon
+        side = (edges[:, 0] * off[..., 1] - edges[:, 1] * off[..., 0]) / np.linalg.norm(edges, axis=1)
+        held: NDArray[np.bool_] = (side > -EDGE).all(axis=1) & (np.abs(points[:, 2] - self.z) < self.width / 2.0 + EDGE)
+        return held
+
     def moments(self) -> tuple[float, Array, Array]:
         """Volume, first moments (3,) and second moments (3, 3) about the origin: int dV, int x dV, int x x^T dV."""
         volume, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
@@ -113,6 +126,15 @@ class Rod:
     radius: float
     oblique: bool = False
     use: str = ""
+
+    def holds(self, points: Array) -> NDArray[np.bool_]:
+        """Which points, shape (k, 3) [m], are within it or on its surface."""
+        length = np.linalg.norm(self.end - self.start)
+        u = (self.end - self.start) / length
+        high = (points - self.start) @ u
+        away = np.linalg.norm(points - self.start - high[:, None] * u, axis=1)
+        held: NDArray[np.bool_] = (high > -EDGE) & (high < length + EDGE) & (away < self.radius + EDGE)
+        return held
 
     def moments(self) -> tuple[float, Array, Array]:
         """Volume, first moments (3,) and second moments (3, 3) about the origin: int dV, int x dV, int x x^T dV."""
@@ -160,6 +182,11 @@ class Part:
     def look(self) -> str:
         """What it is drawn as: ``joint``, ``base`` or ``tube``, the materials of an arm's body."""
         return {"actuator": "joint", "base plate": "base"}.get(self.kind, "tube")
+
+    def holds(self, points: Array) -> NDArray[np.bool_]:
+        """Which points, shape (k, 3) [m], are within its solids, holes not taken out."""
+        held: NDArray[np.bool_] = np.any([form.holds(points) for form in self.solids], axis=0)
+        return held
 
     @property
     def volume(self) -> float:

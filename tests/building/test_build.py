@@ -19,6 +19,7 @@ from armdesign.building.assembly_steps import HUNG, base_place, holding, screw_w
 from armdesign.building.build import BuildOptions, build, changed, chosen_parts, thinner
 from armdesign.building.catalogue import find_catalogue, shipped
 from armdesign.building.clocking import clock_of, clock_words, mark_of
+from armdesign.building.part_dimensions import part_dimensions
 from armdesign.building.part_drawing import part_sheet
 from armdesign.building.part_lists import GROUPS, part_lists
 from armdesign.building.part_tolerances import link_deviations
@@ -141,16 +142,16 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
     for name, (part, places) in assembly.counted().items():
         if part.bought:
             continue
-        sheet = part_sheet(places, "arm", "1 of 1")
+        sheet = part_sheet(places, assembly.screws, "arm", "1 of 1")
         boxes = [(words.text, words.box) for words in sheet.words]
         assert not [(a[0], b[0]) for a, b in combinations(boxes, 2) if a[1].overlaps(b[1])], name
         left, bottom, right, top = sheet.extent
         assert (left, bottom, right, top) == pytest.approx((20.0, 10.0, 410.0, 287.0)), name
         texts = [words.text for words in sheet.words]
-        assert set(part.sizes) < set(texts)
+        assert {dimension.text for dimension in part_dimensions(part)} <= set(texts), name
         for holes in part.circles.values():
             assert any(f"{holes.count} ×" in text and holes.thread in text for text in texts) or holes.maker
-            assert not holes.maker or any(f"maker's drawing, {holes.maker}" in text for text in texts)
+            assert not holes.maker or any(f"maker's drawing of the {holes.maker}" in text for text in texts)
 
 
 def unwarned(path, first, number, fault):
