@@ -63,6 +63,7 @@ class BuildOptions:
         deflection: How far the tool may sag under the payload [m].
         snap: Whether lengths become what tubes are cut to, and twists those of brackets.
         printed: Whether brackets of any angle can be had.
+        known_holes: Whether only actuators are taken whose bolt holes the catalogue knows, which drills every bracket.
     """
 
     catalogue: str
@@ -74,6 +75,7 @@ class BuildOptions:
     deflection: float = 1e-3
     snap: bool = True
     printed: bool = False
+    known_holes: bool = False
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -319,7 +321,7 @@ def chosen_parts(
     """
     catalogue = find_catalogue(options.catalogue)
     kit = catalogue.kit if options.stock is None and not options.printed else None
-    sizes = priced(catalogue.actuators, options)
+    sizes = candidates(catalogue.actuators, options)
     payload = result.problem.settings.needs.payload if options.payload is None else options.payload
     changes: dict[str, dict[str, Any]] = {"body": {"kind": "tube", "inertials": None}, "needs": {"payload": payload}}
     changes["needs"] |= {"max_torque": None, "max_speed": None}
@@ -456,12 +458,19 @@ def bears(fitted: Fitted, speed: float, options: BuildOptions, payload: float) -
     return replace(fitted.choice, shortfalls=used, nodes=0) if all(each.met for each in used) else None
 
 
-def priced(actuators: Sequence[Actuator], options: BuildOptions) -> tuple[Actuator, ...]:
-    """The actuators whose cost is known.
+def candidates(actuators: Sequence[Actuator], options: BuildOptions) -> tuple[Actuator, ...]:
+    """The actuators whose cost is known, and whose holes are where these have to be.
 
     Raises:
-        CatalogueError: None has a price, where the cheapest choice is asked for.
+        CatalogueError: None has a price, where the cheapest choice is asked for, or holes that are known.
     """
+    if options.known_holes:
+        actuators = [a for a in actuators if a.drilled]
+        if not actuators:
+            raise CatalogueError(
+                f"of no actuator in '{options.catalogue}' both bolt patterns are known", value=options.catalogue,
+                allowed="dynamixel-x, or a catalogue of your own with them", fix="Leave --known-holes out",
+            )  # fmt: skip
     sizes = tuple(a for a in actuators if options.least == "mass" or a.price is not None)
     if not sizes:
         raise CatalogueError(

@@ -175,6 +175,11 @@ class Actuator:
     note: str = ""
 
     @property
+    def drilled(self) -> bool:
+        """Whether it is known where it is screwed to at both ends, so that its brackets can be drilled."""
+        return "output" in self.circles and ("housing" in self.circles or bool(self.side_holes))
+
+    @property
     def volume(self) -> float:
         """Of its housing [m^3]."""
         if self.box is None:

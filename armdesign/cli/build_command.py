@@ -49,6 +49,9 @@ def build(
         bool, option("--snap/--no-snap", None, "Lengths to what tubes are cut to, twists to 0 and 90 deg, refitted.")
     ] = True,
     printed: Annotated[bool, option("--printed", None, "Brackets of any angle: twists stay as they are.")] = False,
+    known_holes: Annotated[
+        bool, option("--known-holes", None, "Only actuators whose bolt holes are known: every bracket is drilled.")
+    ] = False,
     out: Annotated[Path | None, option("--out", "DIR", "Run folder to write; default: build/RUN.", OUTPUT)] = None,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
@@ -63,6 +66,7 @@ def build(
         catalogue, least, margin, payload,
         "auto" if speed == "auto" else number_of("--speed", speed, "auto, or a number"), stock,
         1e-3 * number_of("--deflection", deflection, "millimetres, such as 1mm", "mm"), snap, printed,
+        known_holes,
     )  # fmt: skip
     design = finished_arm(run)
     with compiling(quiet=quiet, slopes=snap, bodies=snap):

@@ -16,7 +16,7 @@ from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.building import BILL, RECORD, tubes
 from armdesign.building.assembly import assemble
 from armdesign.building.assembly_steps import HUNG, base_place, holding, screw_words, surface
-from armdesign.building.build import BuildOptions, build, changed, chosen_parts, thinner
+from armdesign.building.build import BuildOptions, build, candidates, changed, chosen_parts, thinner
 from armdesign.building.catalogue import find_catalogue, shipped
 from armdesign.building.clocking import clock_of, clock_words, mark_of
 from armdesign.building.part_dimensions import part_dimensions
@@ -264,6 +264,15 @@ def test_what_is_wrong_with_a_build_is_said(made):
     assert "hand misses" in missed.fault
     assert replace(missed, before=None).remedy("runs/a") == replace(missed, before=missed.result).remedy("runs/a") == ""
     assert "armdesign search" in replace(missed, before=made.result).remedy("runs/a")  # its parts have cost it the task
+
+
+def test_only_actuators_of_known_holes_where_asked(design):
+    sizes = find_catalogue("dynamixel-x").actuators
+    known = candidates(sizes, BuildOptions("dynamixel-x", known_holes=True))
+    assert known == tuple(a for a in sizes if a.name.startswith(("XM", "XH")))
+    assert candidates(sizes, BuildOptions("dynamixel-x")) == sizes
+    with pytest.raises(CatalogueError, match="bolt patterns"):
+        build(design, BuildOptions("rmd", known_holes=True))
 
 
 def test_thinner_tubes_are_tried_where_no_actuator_bears_the_assumed_ones(design, tmp_path):
