@@ -145,7 +145,7 @@ class ArmsPanel:
         if self.which.value != ALL and seen[0].result is not None and seen[0] is not self.chosen:
             self.chosen = seen[0]
             page.panels["Parts"].begin(self.chosen, self.run)
-            page.panels["Redesign"].begin(self.chosen.design or self.chosen.result)
+            page.panels["Redesign"].begin(self.chosen)
         seen = sorted(seen, key=lambda arm: arm is not self.chosen)  # the headline is about the first
         page.set_html(self.note, f"<h4>Best by {self.sort.value}: {escape(arms[0].name)}</h4>")
         page.set_html(self.table, arms_table(arms, [colours[arm.name] for arm in arms]))

@@ -172,6 +172,7 @@ class DownloadPanel:
         self.arm: Arm | None = None
         self.run: Path | None = None
         self.ways: list[str] = []
+        self.kept: Build | None = None  # what lies in the build's folder
         self.cancelled = False
         self.note = page.html(WAITING)
         with gui.add_folder("What it is built of", visible=False) as parts:
@@ -192,7 +193,7 @@ class DownloadPanel:
         self.again.on_click(lambda _: page.work("start", lambda: self.go(1)))
         self.command = page.html("")
         jobs: list[tuple[Any, str, Callable[[Result], dict[str, bytes]]]] = [
-            (self.report, "", lambda result: {"report.html": report_html(result).encode()}),
+            (self.report, "", self.report_page),
             (self.robot, "robot.zip", lambda result: robot_downloads(result, self.kind)),
             (self.trajectory, "motion.zip", lambda result: robot_downloads(result, self.motion.value)),
             (self.parts, "parts.zip", self.part_files),
@@ -230,6 +231,8 @@ class DownloadPanel:
         if run != self.run:
             self.family.value = self.page.panels["Room"].motors.value
         self.arm, self.run = arm, run
+        if arm.built is not None and arm.built is not self.kept:
+            self.keep(arm.built)
         self.offer(arm, ways_on(arm))
         if arm.built is not None:
             known = {family_of(words): words for words in families()}  # but a file of somebody's own
@@ -301,6 +304,21 @@ class DownloadPanel:
         file, content = packed(files, NOT_TO_BE_MADE if FAULT in files else name)
         event.client.send_file_download(file, content, save_immediately=True)
 
+    def keep(self, made: Build) -> None:
+        """Write what is built into its folder, which the commands name."""
+        write_result(self.place, made.result)
+        write_files(self.place, {**part_lists(made), RECORD: build_record(made)})
+        self.kept = made
+
+    def report_page(self, result: Result) -> dict[str, bytes]:
+        """The report as ``armdesign report`` writes it, of an arm as it is built that of its folder.
+
+        Args:
+            result: The arm.
+        """
+        built = self.arm is not None and self.arm.built is not None
+        return {"report.html": report_html(read_result(self.place) if built else result).encode()}
+
     def part_files(self, result: Result) -> dict[str, bytes]:
         """All that the arm is made by; its parts are chosen where they are not yet, and shown and kept.
 
@@ -310,7 +328,7 @@ class DownloadPanel:
         Raises:
             ArmDesignError: It cannot be built of these motors, or somebody does not want to wait.
         """
-        arm, made, run, place = self.arm, self.fitting(), self.run, self.place
+        arm, made, run = self.arm, self.fitting(), self.run
         if arm is None or run is None:
             raise SettingsError("there is no arm any more", fix="Search one first")
         if made is not None:
@@ -333,8 +351,7 @@ class DownloadPanel:
             raise
         finally:
             self.halt.visible = False
-        write_result(place, made.result)
-        write_files(place, {**part_lists(made), RECORD: build_record(made)})
+        self.keep(made)
         design = design_arm(arms[rank - 1], arm.name.removesuffix(BUILT) if rank == 1 else f"alternative {rank}")
         self.page.work("built", lambda: self.show_built(arm, design, made, why))
         return all_files(made, run)  # drawings take some seconds, so it is shown before
@@ -366,6 +383,7 @@ class DownloadPanel:
         if (place / RECORD).stat().st_mtime < (run / RESULT).stat().st_mtime:
             return
         made, design = recorded_build(read_result(place)), replace(arm, name="chosen earlier")
+        self.kept = made
         _ = made.gap  # measured here, since that takes its time
         self.page.work("built", lambda: self.show_built(arm, design, made, ""))
 

@@ -60,9 +60,8 @@ class RedesignPanel:
     def __init__(self, page: Page) -> None:
         """Lay out the panel."""
         self.page, gui = page, page.gui
-        self.result: Result | None = None
         self.problem: DesignProblem | None = None  # its task, before a base was chosen
-        self.found: Arm | None = None  # the same as an arm to show
+        self.found: Arm | None = None  # what is changed, as it is built where that is known
         self.objective: Objective | None = None  # its task, for gradients
         self.Phi = np.zeros(0)
         self.sliders: list[Any] = []
@@ -75,13 +74,20 @@ class RedesignPanel:
         self.back.on_click(lambda _: page.work("redesign", self.go_back))
         self.take.on_click(lambda _: page.work("start", self.search_from_here))
 
-    def begin(self, result: Result) -> None:
-        """An arm to change."""
+    def begin(self, arm: Arm) -> None:
+        """An arm to change: a design, or an arm as it is built.
+
+        Args:
+            arm: The arm.
+        """
+        result = arm.result
+        if result is None:
+            return
         design = result.problem.settings.design
         most = longest_link(design.length[1])
         links = {name: (low, max(high, most)) for name, (low, high) in (("a", design.a), ("d", design.d))}
         self.problem = result.problem.in_room.with_settings({"design": links})
-        self.result, self.found = result, design_arm(result)
+        self.found = arm
         self.objective = self.problem.objective(1)
         space = self.problem.space
         base = result.problem.first.base
@@ -107,16 +113,16 @@ class RedesignPanel:
 
     def forget(self) -> None:
         """There is no arm any more."""
-        self.result = self.problem = None
+        self.found = self.problem = None
         self.back.visible = self.take.visible = self.folder.visible = False
         self.page.set_html(self.state, WAITING)
         self.page.set_html(self.gradient, "")
 
     def go_back(self) -> None:
         """Take back all changes."""
-        if self.result is not None:
+        if self.found is not None:
             self.page.panels["Arms"].show()
-            self.begin(self.result)
+            self.begin(self.found)
 
     def solve(self) -> None:
         """Follow the task with the arm as the sliders have it."""
@@ -176,9 +182,11 @@ class RedesignPanel:
             SettingsError: There is no arm, or its recording is gone.
         """
         page = self.page
-        if self.problem is None or page.take is None:
+        if self.problem is None or self.found is None or page.take is None:
             raise SettingsError("there is no arm and recording to search from", fix="Search one first")
-        settings = dataclasses.replace(self.problem.settings, task=page.settings.task)
+        settings = self.found.design.problem.settings if self.found.design else self.problem.settings
+        links = self.problem.settings.design  # with room for what the sliders do
+        settings = dataclasses.replace(settings, task=page.settings.task, design=links)
         first = tuple(float(x) for x in self.Phi)
         settings = settings.replace({"search": {"first": (first,), "seed": settings.search.seed + 1}})
         command = commands.search_command(settings, page.take, page.folder / "runs")

@@ -4,11 +4,12 @@ import os
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 
-from armdesign.building import part_lists
+from armdesign.building import BILL, part_lists
 from armdesign.building.build import BuildOptions
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.room import room_for_motors
@@ -28,11 +29,11 @@ from armdesign.settings.sections import Cell, Settings
 from armdesign.studio import download_panel, motors, server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm
 from armdesign.studio.arms_panel import ALL, ArmsPanel, CancelledError, by_reach, needed_reach
-from armdesign.studio.download_panel import GROUPS, MOST_JOINTS, ROOM, SEED, built_html, packed, ways_on
+from armdesign.studio.download_panel import GROUPS, MOST_JOINTS, ROOM, SEED, DownloadPanel, built_html, packed, ways_on
 from armdesign.studio.motors import buildable, families, family_of
 from armdesign.studio.page import Page
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
-from armdesign.studio.redesign_panel import gradient_words, plain_name, scale_of
+from armdesign.studio.redesign_panel import RedesignPanel, gradient_words, plain_name, scale_of
 from armdesign.studio.room_panel import Solid, cell_text, hand_first, longest_link, pedestal, reach_from_floor, region
 from armdesign.studio.search_panel import progress_words
 from armdesign.studio.takes import Shot, bridged, chosen_points, keep_upload, nearest, roles_of
@@ -379,7 +380,7 @@ def test_arms_that_are_added_for_comparison_do_not_become_the_chosen_one(result)
     assert (chosen.arm, page.shown, len(seen)) == (better, ["alternative 2"], 2)
     built = replace(better, name="alternative 2, as built", design=result)
     ArmsPanel.put(panel, [built], built)
-    assert (chosen.arm, page.shown, seen[-1]) == (built, [built.name], result)
+    assert (chosen.arm, page.shown, seen[-1]) == (built, [built.name], built)
 
 
 def test_parts_that_were_chosen_before_are_shown_again_unless_the_search_has_gone_on(result, tmp_path, monkeypatch):
@@ -410,3 +411,29 @@ def test_the_time_of_an_arm_that_is_slowed_down_ends_at_a_round_number():
     assert (page.time.min, page.time.max, page.time.value) == (0.0, 4.22, 2.0)
     Page.span(page, 1.2, 1.2)
     assert (page.time.min, page.time.max) == pytest.approx((1.2, 1.22))
+
+
+def test_the_report_of_a_built_arm_is_that_of_its_folder(result, tmp_path, monkeypatch):
+    monkeypatch.setattr(download_panel, "report_html", lambda run: f"{run.folder} {run.table.dof}")
+    arm = design_arm(result)
+    panel = SimpleNamespace(arm=arm, place=tmp_path / "build" / "a")
+    assert DownloadPanel.report_page(panel, result) == {"report.html": b"None 3"}
+    panel.arm = replace(arm, built=made_of(result), design=result)
+    monkeypatch.setattr(download_panel, "part_lists", lambda _: {BILL: "part"})
+    monkeypatch.setattr(download_panel, "build_record", lambda _: "{}")
+    DownloadPanel.keep(panel, SimpleNamespace(result=result))
+    assert (panel.place / BILL).read_text() == "part"
+    assert DownloadPanel.report_page(panel, result) == {"report.html": f"{panel.place} 3".encode()}
+
+
+def test_the_sliders_are_those_of_the_arm_as_it_is_built(result):
+    space = result.problem.space
+    Phi = np.round(0.75 * space.bounds[0] + 0.25 * space.bounds[1], 3)
+    built = SimpleNamespace(problem=result.problem, table=space.table(Phi))
+    gui = SimpleNamespace(add_slider=lambda name, low, high, step, value: SimpleNamespace(value=value))
+    page = SimpleNamespace(gui=gui, set_html=lambda *_: None, watch=lambda *_: None)
+    handles = {name: SimpleNamespace(visible=False) for name in ("back", "take")}
+    panel = SimpleNamespace(page=page, sliders=[], solve=None, state=None, gradient=None, folder=MagicMock(), **handles)
+    RedesignPanel.begin(panel, replace(design_arm(result), result=built, design=result))
+    shown = [each.value / scale_of(name) for each, name in zip(panel.sliders, space.free_names, strict=True)]
+    np.testing.assert_allclose(shown, Phi, atol=1e-3)
