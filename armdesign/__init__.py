@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 from armdesign._version import __version__
 
 if TYPE_CHECKING:
-    from armdesign.building.build import BuildOptions, build
+    from armdesign.building.build import build
+    from armdesign.building.build_options import BuildOptions
     from armdesign.building.room import room_for_motors
     from armdesign.building.tolerance import Tolerances, tolerance
     from armdesign.demonstration.convert import convert, write_conversion
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "ArmDesignError": "errors",
-    "BuildOptions": "building.build",
+    "BuildOptions": "building.build_options",
     "DHTable": "kinematics.dh",
     "Design": "settings.sections",
     "DesignProblem": "search.design_problem",

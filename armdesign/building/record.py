@@ -8,10 +8,12 @@ from typing import Any
 
 from armdesign.building import RECORD
 from armdesign.building.assembly import assemble
-from armdesign.building.build import BOUGHT, Build, BuildOptions
+from armdesign.building.build import Build
+from armdesign.building.build_options import BuildOptions
 from armdesign.building.catalogue import Actuator
 from armdesign.building.choice import Choice, Shortfall
 from armdesign.building.kit import Kit, Piece
+from armdesign.building.settling import BOUGHT
 from armdesign.building.shop import shop_of
 from armdesign.building.tubes import Tube
 from armdesign.errors import CatalogueError, RunFolderError

@@ -9,8 +9,9 @@ import typer
 
 from armdesign.building import RECORD
 from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
-from armdesign.building.build import Build, BuildOptions
+from armdesign.building.build import Build
 from armdesign.building.build import build as build_of
+from armdesign.building.build_options import BuildOptions
 from armdesign.building.part_lists import part_lists
 from armdesign.building.record import build_record
 from armdesign.cli.check_command import FAILED

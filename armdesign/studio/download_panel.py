@@ -15,8 +15,9 @@ from typing import Any
 
 from armdesign.building import BILL, RECORD
 from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
-from armdesign.building.build import Build, BuildOptions
+from armdesign.building.build import Build
 from armdesign.building.build_files import drawings, step_files, stl_files
+from armdesign.building.build_options import BuildOptions
 from armdesign.building.part_lists import part_lists
 from armdesign.building.record import build_record, recorded_build
 from armdesign.building.room import leaves_room, room_of_parts

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from armdesign.building.build import Build, BuildOptions, build
+from armdesign.building.build import Build, build
+from armdesign.building.build_options import BuildOptions
 from armdesign.building.catalogue import find_catalogue, shipped
 from armdesign.errors import CatalogueError, RunFolderError
 from armdesign.runs.alternatives import alternatives

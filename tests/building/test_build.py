@@ -16,7 +16,8 @@ from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.building import BILL, RECORD, tubes
 from armdesign.building.assembly import assemble
 from armdesign.building.assembly_steps import HUNG, base_place, holding, screw_words, surface
-from armdesign.building.build import BuildOptions, build, candidates, changed, chosen_parts, thinner
+from armdesign.building.build import build, chosen_parts, thinner
+from armdesign.building.build_options import BuildOptions
 from armdesign.building.catalogue import find_catalogue, shipped
 from armdesign.building.clocking import clock_of, clock_words, mark_of
 from armdesign.building.part_dimensions import part_dimensions
@@ -27,6 +28,7 @@ from armdesign.building.parts import Assembly, file_name
 from armdesign.building.parts_clearance import PartsGap
 from armdesign.building.record import build_record, recorded_build
 from armdesign.building.room import room_of_parts
+from armdesign.building.settling import candidates, changed
 from armdesign.building.sheet import number
 from armdesign.building.shop import FLOOR, TOOL, shop_of
 from armdesign.cli import app

@@ -711,7 +711,8 @@ def test_urdf_of_a_build_shows_its_meshes(tmp_path, solids):
 
     import armdesign  # noqa: PLC0415
     from armdesign.building import RECORD  # noqa: PLC0415
-    from armdesign.building.build import BuildOptions, build  # noqa: PLC0415
+    from armdesign.building.build import build  # noqa: PLC0415
+    from armdesign.building.build_options import BuildOptions  # noqa: PLC0415
     from armdesign.building.record import build_record  # noqa: PLC0415
     from armdesign.cli import app  # noqa: PLC0415
     from armdesign.runs.writing import write_files, write_result  # noqa: PLC0415

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from armdesign.building import BILL, part_lists
-from armdesign.building.build import BuildOptions
+from armdesign.building.build_options import BuildOptions
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.room import room_for_motors
 from armdesign.cell.obstacle_file import read_obstacles
