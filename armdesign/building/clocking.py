@@ -32,8 +32,8 @@ class Clock(NamedTuple):
         high: Its largest.
         middle: Where its actuator is put into its middle.
         way: 1 where what the actuator reads rises with the joint's angle, -1 where it falls.
-        between: At ``middle``, from the mark of the bracket on the output to that of the bracket on the housing,
-            counterclockwise as the output is looked at; None where one of them is not there.
+        between: At ``middle``, from the mark of the bracket on the output to the long end of a box, or to the mark of
+            the bracket on a round housing, counterclockwise as the output is looked at; None where there are not both.
     """
 
     low: float
@@ -66,10 +66,10 @@ def clock_of(build: Build, joint: int) -> Clock:
     q[joint - 1] = middle
     there = {each.mark: (each, pose) for each, pose in assembly.posed(result.table, q)}
     back = there[name][1][:3, 2]  # the output turns against it, and is looked at from the other side
-    marks = [
-        pose[:3, :3] @ mark_of(each)[1]
-        for each, pose in (there[m] for m in (f"{name}-L{joint - 1}", f"{name}-L{joint}") if m in there)
-    ]
+    on_both = (f"{name}-L{joint - 1}", f"{name}-L{joint}")
+    marks = [pose[:3, :3] @ mark_of(each)[1] for each, pose in (there[mark] for mark in on_both if mark in there)]
+    if build.choice.actuators[joint - 1].box is not None:
+        marks[1:] = [-there[name][1][:3, 0]]
     between = None
     if len(marks) == 2:
         first, last = marks
@@ -110,10 +110,10 @@ def clock_words(build: Build, joint: int) -> list[str]:
     placed = {each.mark: each for each in assembly_of(build).placed}
     before, after = (placed.get(f"{name}-L{link}") for link in (joint - 1, joint))
     if clock.between is not None and before is not None and after is not None:
+        last = f"{mark_of(after)[0]} of {after.mark}" if actuator.box is None else "the long end of its housing"
         words.append(
-            f"At {degrees(clock.middle)}° {mark_of(after)[0]} of {after.mark} is {degrees(clock.between)}° from "
-            f"{mark_of(before)[0]} of {before.mark}, counterclockwise as the output is looked at. Mark a line across "
-            "housing and output there."
+            f"At {degrees(clock.middle)}° {last} is {degrees(clock.between)}° from {mark_of(before)[0]} of "
+            f"{before.mark}, counterclockwise as the output is looked at. Mark a line across housing and output there."
         )
     hole = None if before is None else first_hole(before)
     if before is not None and hole is not None:

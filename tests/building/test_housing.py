@@ -1,11 +1,13 @@
 """Housings that are boxes: nothing of ours is in them at any angle, cheeks hold them, their horn is met."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from armdesign.bodies.arm_body import arm_body
+from armdesign.building import clocking
 from armdesign.building.assembly import assemble
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.parts import SCREWS, Prism
@@ -26,7 +28,7 @@ def arm(rows, actuators, shop):
 
 @pytest.fixture(scope="module")
 def at_random():
-    """Arms put together of box actuators: actuators, parts, and what they are made for."""
+    """Arms put together of box actuators: tables, actuators and parts."""
     rng, found = np.random.default_rng(3), []
     while len(found) < 12:
         rows = rng.uniform([-1.6, 0.0, 0.0], [1.6, 0.4, 0.35], (4, 3))
@@ -34,7 +36,7 @@ def at_random():
         shop = Shop(thick, 0.0015, ("tube", 2700.0), made)
         chosen = [SIZES[name] for name in rng.choice(PICKS, 3)]
         try:
-            found.append((chosen, assemble(arm(rows, chosen, shop), chosen, shop), shop))
+            found.append((DHTable.from_rows(rows), chosen, assemble(arm(rows, chosen, shop), chosen, shop)))
         except CatalogueError:
             continue
     return found
@@ -75,7 +77,7 @@ def test_box_is_in_the_cylinder_that_it_sweeps():
 
 
 def test_nothing_of_ours_is_in_a_housing_at_any_angle(at_random):
-    for chosen, made, _ in at_random:
+    for _, chosen, made in at_random:
         placed = {each.mark: each for each in made.placed}
         for j, actuator in enumerate(chosen, start=1):
             box = placed[f"J{j}"]
@@ -88,7 +90,7 @@ def test_nothing_of_ours_is_in_a_housing_at_any_angle(at_random):
 
 @pytest.mark.parametrize("turn", np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False))
 def test_the_bracket_on_the_output_is_clear_of_housing_and_cheeks_at_any_angle(at_random, turn):
-    for chosen, made, _ in at_random:
+    for _, chosen, made in at_random:
         placed = {each.mark: each for each in made.placed}
         for j, actuator in enumerate(chosen, start=1):
             box, before, held = (placed.get(mark) for mark in (f"J{j}", f"J{j}-L{j - 1}", f"J{j}-L{j}"))
@@ -108,7 +110,7 @@ def test_the_bracket_on_the_output_is_clear_of_housing_and_cheeks_at_any_angle(a
 
 def test_cheeks_have_the_holes_of_the_sides_and_their_screws_are_no_longer_than_these(at_random):
     seen = 0
-    for chosen, made, _ in at_random:
+    for _, chosen, made in at_random:
         for j, actuator in enumerate(chosen, start=1):
             held = next(each for each in made.placed if each.mark == f"J{j}-L{j}")
             box, screws = housing_of(actuator), next(s for s in made.screws if s.joins == (f"J{j}", f"J{j}-L{j}"))
@@ -131,7 +133,7 @@ def test_cheeks_have_the_holes_of_the_sides_and_their_screws_are_no_longer_than_
 
 
 def test_screws_into_a_horn_are_no_longer_than_it_is_deep(at_random):
-    for _, made, _ in at_random:
+    for _, _, made in at_random:
         for screws in made.screws:
             actuator = SIZES.get(next((e.part.name for e in made.placed if e.mark == screws.joins[0]), ""))
             if (
@@ -144,13 +146,41 @@ def test_screws_into_a_horn_are_no_longer_than_it_is_deep(at_random):
 
 
 def test_masses_are_those_of_the_actuators(at_random):
-    for chosen, made, _ in at_random:
+    for _, chosen, made in at_random:
         for j, actuator in enumerate(chosen, start=1):
             box = next(each for each in made.placed if each.mark == f"J{j}")
             assert box.part.mass == pytest.approx(actuator.mass)
             com = box.part.inertial.com
             near, far, _ = actuator.box
             assert com[0] == pytest.approx((near - far) / 2, rel=0.05)
+
+
+def test_long_ends_point_where_the_words_say_and_what_is_in_front_of_them_is_found(at_random, monkeypatch):
+    rng, fronts = np.random.default_rng(1), 0
+    for table, chosen, made in at_random[:6]:
+        task = rng.uniform(-1.5, 1.5, (8, 3))
+        monkeypatch.setattr(clocking, "motions", lambda *_, task=task: [(np.arange(8.0), task)])
+        build = SimpleNamespace(
+            result=SimpleNamespace(table=table, evaluation=None, problem=None), assembly=made, misfit="",
+            choice=SimpleNamespace(actuators=chosen),
+        )  # fmt: skip
+        placed = {each.mark: each for each in made.placed}
+        for j, actuator in enumerate(chosen, start=1):
+            clock, before = clocking.clock_of(build, j), placed.get(f"J{j}-L{j - 1}")
+            assert np.array([clock.reading(q, np.pi) for q in task[:, j - 1]]).min() > clock.spare(2 * np.pi) - 1e-9
+            if before is None:
+                continue
+            q = np.zeros(3)
+            q[j - 1] = clock.middle
+            at = {each.mark: pose for each, pose in made.posed(table, q)}
+            end = (at[f"J{j}"] @ [-actuator.box[1], 0.0, 0.0, 1.0])[:3] - at[f"J{j}"][:3, 3]
+            mark, out = at[before.mark][:3, :3] @ clocking.mark_of(before)[1], -at[f"J{j}"][:3, 2]
+            mark = mark - (mark @ out) * out
+            turned = np.cos(clock.between) * mark + np.sin(clock.between) * np.cross(out, mark)
+            assert turned @ end == pytest.approx(np.linalg.norm(mark) * actuator.box[1])
+            assert f"J{j}-L{j}" not in clocking.in_front(build, j)
+            fronts += bool(clocking.in_front(build, j))
+    assert fronts
 
 
 def test_a_prism_beside_the_middle_has_its_moments_by_the_parallel_axis_theorem():
