@@ -9,7 +9,7 @@ first, until the least distance of the motion is known to ``TOLERANCE``.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -27,6 +27,8 @@ from armdesign.kinematics.models import arm_model
 
 TOLERANCE = 5e-5
 """How far a reported clearance may be below the least distance of the motion [m]."""
+SAMPLES = 30
+"""Frames of a motion at which pairs have one distance that are said always to have it."""
 ON_THE_SURFACE = 2e-3
 """A base so near to an obstacle's surface stands on it [m]."""
 ACCURACY, ITERATIONS = 1e-10, 1000
@@ -101,13 +103,20 @@ class ExactScene:
     its surface is away.
     """
 
-    def __init__(self, arm: ArmBody, obstacles: Sequence[ExactObstacle] = (), base: ArrayLike | None = None) -> None:
+    def __init__(
+        self,
+        arm: ArmBody,
+        obstacles: Sequence[ExactObstacle] = (),
+        base: ArrayLike | None = None,
+        skip: Collection[tuple[int, int]] = (),
+    ) -> None:
         """Build the scene.
 
         Args:
             arm: The arm and its solids.
             obstacles: What stands around it.
             base: Pose of base_link in the room of the obstacles, shape (4, 4); the identity by default.
+            skip: Pairs that do not count, as ``constant_pairs`` gives them.
         """
         self._arm, self._obstacles = arm, tuple(obstacles)
         self._into_base = np.linalg.inv(np.eye(4) if base is None else np.asarray(base, dtype=float))
@@ -128,7 +137,9 @@ class ExactScene:
             for i, part in enumerate(arm.parts)
             if part.link > 0 or not carries_base(obstacle, self._in_base(obstacle, 0))
         ]
-        self._self_pairs = arm.pairs
+        against = [pair for pair in against if pair not in skip]
+        kept = [tuple(pair) not in skip for pair in arm.pairs.tolist()]
+        self._self_pairs = arm.pairs[np.array(kept, dtype=bool)]
         self._obstacle_pairs = np.array(against, dtype=np.int64).reshape(-1, 2)
         for i, j in [*self._self_pairs.tolist(), *self._obstacle_pairs.tolist()]:
             self._shapes.addCollisionPair(pin.CollisionPair(i, j))
@@ -174,6 +185,26 @@ class ExactScene:
         moved = motion.moved[first, 0] + own[second - len(self._arm.shapes)]
         bound = np.full((len(first), frames), -np.inf)
         return self._least(motion, len(self._self_pairs), bound, moved)
+
+    def constant_pairs(self, q: ArrayLike) -> dict[tuple[int, int], tuple[str, str]]:
+        """Pairs whose distance is the same on the whole motion, with their names.
+
+        So are a module and what belongs to the link before it, and what turns about an axis square to a table and that
+        table.
+
+        Args:
+            q: Joint angles along the motion, shape (T, n) [rad; m of prismatic joints].
+        """
+        motion, found = self._motion(q), {}
+        pairs = [*self._self_pairs.tolist(), *self._obstacle_pairs.tolist()]
+        frames = np.unique(np.linspace(0, len(motion.q) - 1, SAMPLES).astype(int))
+        apart = np.zeros((len(frames), len(pairs)))
+        for row, t in zip(apart, frames.tolist(), strict=True):
+            self._place(motion, t, 0.0)
+            row[:] = [pin.computeDistance(self._shapes, self._room, k).min_distance for k in range(len(pairs))]
+        for k in np.flatnonzero(np.ptp(apart, axis=0) < TOLERANCE).tolist():
+            found[tuple(pairs[k])] = self._names(k)
+        return found
 
     def _motion(self, q: ArrayLike) -> _Motion:
         """A motion, with where the ends of all shapes are and how far they can move against every link."""

@@ -14,8 +14,11 @@ from armdesign.building.parts import Screws
 from armdesign.building.shop import ALUMINIUM
 from armdesign.files import csv_table
 
-GROUPS = ("bought", "cut", "made", "printed", "screws", "not chosen")
-"""How one comes by what a bill of materials lists, in its order."""
+GROUPS = {
+    "bought": "To be bought", "cut": "Tubes to be cut", "made": "To be made", "printed": "To be printed",
+    "screws": "Screws and nuts", "not chosen": "Still to be chosen",
+}  # fmt: skip
+"""How one comes by what a bill of materials lists, in its order, and the heading above."""
 LENGTHS = (4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 70, 80, 90, 100, 110, 120, 150, 200)
 """Of screws, under the head (ISO 4762) [mm]."""
 SHORT = 0.5
@@ -32,7 +35,7 @@ class Row(NamedTuple):
         group: How one comes by it, one of ``GROUPS``.
         material: What it is made of, where it is made or cut.
         source: Where it is from.
-        mass: Of one unit [kg].
+        mass: Of one unit [kg]; None where it is not known.
         price: Of one unit; None where it is not known.
     """
 
@@ -42,8 +45,28 @@ class Row(NamedTuple):
     group: str
     material: str = ""
     source: str = ""
-    mass: float = 0.0
+    mass: float | None = None
     price: float | None = None
+
+
+class BillLine(NamedTuple):
+    """A line of a bill of materials as people read it.
+
+    Attributes:
+        part: What it is called.
+        quantity: How much of it.
+        unit: Of the quantity; empty for pieces.
+        material: What it is made of, where it is made or cut.
+        mass: Of all of it [kg]; None where it is not known.
+        price: Of all of it; None where it is not known.
+    """
+
+    part: str
+    quantity: float
+    unit: str
+    material: str
+    mass: float | None
+    price: float | None
 
 
 def part_lists(build: Build) -> dict[str, str]:
@@ -58,21 +81,39 @@ def bill_of_materials(build: Build) -> str:
     standard length. Where parts do not fit together, actuators and tubes alone are listed. The first line of a build
     that is not to be made says so, with a quantity of 0.
     """
-    rows = sorted([*bought_rows(build), *made_rows(build)], key=lambda row: GROUPS.index(row.group))
-    rows += [Row(f"not chosen: {name}", count, "piece", "not chosen") for name, count in build.supply.open_items]
-    mass = sum(row.quantity * row.mass for row in rows)
+    rows = bill_rows(build)
+    mass = sum(row.quantity * row.mass for row in rows if row.mass is not None)
     known = [row.quantity * row.price for row in rows if row.price is not None]
     text: list[tuple[object, ...]] = [(build.warning, 0, *[""] * 8)] if build.warning else []
-    text += [
-        (*row[:6], f"{row.mass:.4g}", "" if row.price is None else f"{row.price:.2f}",
-         f"{row.quantity * row.mass:.4g}", "" if row.price is None else f"{row.quantity * row.price:.2f}")
-        for row in rows
-    ]  # fmt: skip
+    for row in rows:
+        one = "" if row.mass is None else f"{row.mass:.4g}", "" if row.price is None else f"{row.price:.2f}"
+        text.append((*row[:6], *one, "" if row.mass is None else f"{row.quantity * row.mass:.4g}",
+                     "" if row.price is None else f"{row.quantity * row.price:.2f}"))  # fmt: skip
     text.append(("sum", *[""] * 7, f"{mass:.4g}", f"{sum(known):.2f}" if known else ""))
     money = f" [{build.currency}]" if build.currency else ""
     heads = ("part", "quantity", "unit", "group", "material", "source", "mass of one [kg]", f"price of one{money}",
              "mass [kg]", f"price{money}")  # fmt: skip
     return csv_table(heads, text)
+
+
+def bill_rows(build: Build) -> list[Row]:
+    """The lines of the bill of materials, by how one comes by them."""
+    order = list(GROUPS)
+    rows = sorted([*bought_rows(build), *made_rows(build)], key=lambda row: order.index(row.group))
+    return rows + [Row(f"not chosen: {name}", count, "piece", "not chosen") for name, count in build.supply.open_items]
+
+
+def grouped_bill(build: Build) -> dict[str, list[BillLine]]:
+    """The bill of materials as people read it: under headings, screws of one kind in one line."""
+    found: dict[str, dict[str, BillLine]] = {}
+    for row in bill_rows(build):
+        name = row.part.removeprefix("not chosen: ")
+        name = name.partition(", J")[0] if row.unit == "set" else name  # which end of which joint, the steps say
+        lines, unit = found.setdefault(GROUPS[row.group], {}), "" if row.unit == "piece" else row.unit
+        quantity = row.quantity + (lines[name].quantity if name in lines else 0)
+        mass, price = (None if each is None else quantity * each for each in (row.mass, row.price))
+        lines[name] = BillLine(name, quantity, unit, row.material, mass, price)
+    return {title: list(lines.values()) for title, lines in found.items()}
 
 
 def bought_rows(build: Build) -> list[Row]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from armdesign.building import RECORD
 from armdesign.building.assembly import assemble
@@ -21,10 +22,34 @@ from armdesign.files import read_json
 from armdesign.search.result import Result
 
 
-def build_record(build: Build) -> str:
-    """A build's choice and options as JSON."""
+class Origin(NamedTuple):
+    """The design that a build is after.
+
+    Attributes:
+        run: Its run folder, or its name.
+        error: Largest distance of its tool from the hand [m].
+        sure: How sure its search is that there is no better arm, in a sentence; empty where that is not known.
+    """
+
+    run: str
+    error: float
+    sure: str = ""
+
+
+def build_record(build: Build, design: Result | None) -> str:
+    """A build's choice and options, and where it is from, as JSON.
+
+    Args:
+        build: The build.
+        design: The arm that it is after; None where that is not known.
+    """
     choice = build.choice
+    origin = None
+    if design is not None:
+        sure = "" if design.facts is None else design.facts.found
+        origin = Origin(str(design.folder or design.name), design.verdict.hand_error.max, sure)._asdict()
     record: dict[str, Any] = {
+        "design": origin,
         "options": asdict(build.options),
         "actuators": [asdict(a) for a in choice.actuators],
         "cost": choice.cost,
@@ -78,3 +103,20 @@ def recorded_build(result: Result) -> Build:
     except CatalogueError as error:
         return Build(result, choice, tube, *rest, misfit=error.what)
     return Build(result, choice, tube, *rest, assembly=assembly)
+
+
+def recorded_origin(result: Result) -> Origin | None:
+    """The design that a build is after; None where its record, of an earlier version, does not say.
+
+    Args:
+        result: What a build's run folder gave.
+
+    Raises:
+        RunFolderError: The record cannot be read.
+    """
+    path = Path(result.folder or ".") / RECORD
+    design = read_json(path).get("design")
+    try:
+        return None if design is None else Origin(str(design["run"]), float(design["error"]), str(design["sure"]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise RunFolderError(f"{path} is no record of a build: {error!r}", value=str(path)) from error

@@ -76,7 +76,7 @@ def build(
     claim_folder(place, overwrite=overwrite)
     written = write_result(place, made.result)
     page = {} if made.assembly is None else {ASSEMBLY: assembly_page(made)}
-    written += write_files(place, {**part_lists(made), **page, RECORD: build_record(made)})
+    written += write_files(place, {**part_lists(made), **page, RECORD: build_record(made, design)})
     if made.fault:
         words, _, command = made.remedy(run).partition("\n")
         say(f"{made.warning}. {words}".rstrip())

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 import tempfile
 import zipfile
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from html import escape
-from io import BytesIO, StringIO
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from armdesign.building import BILL, RECORD
+from armdesign.building import RECORD
 from armdesign.building.assembly_steps import ASSEMBLY, assembly_page
 from armdesign.building.build import Build
 from armdesign.building.build_files import drawings, step_files, stl_files
 from armdesign.building.build_options import BuildOptions
-from armdesign.building.part_lists import part_lists
+from armdesign.building.part_lists import grouped_bill, part_lists
 from armdesign.building.record import build_record, recorded_build
 from armdesign.building.room import leaves_room, room_of_parts
 from armdesign.errors import ArmDesignError, CatalogueError, MissingExtraError, SettingsError
@@ -84,20 +83,8 @@ def robot_downloads(result: Result, kind: str) -> dict[str, bytes]:
         return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
-GROUPS = {
-    "bought": "To be bought", "cut": "Tubes to be cut", "made": "To be made", "printed": "To be printed",
-    "screws": "Screws and nuts", "not chosen": "Still to be chosen",
-}  # fmt: skip
-"""How one comes by parts, by the words of the bill of materials."""
-
-
-def built_html(made: Build, bill: str) -> str:
-    """What an arm of parts does, and the parts.
-
-    Args:
-        made: The arm.
-        bill: Its bill of materials, as CSV.
-    """
+def built_html(made: Build) -> str:
+    """What an arm of parts does, and the parts."""
     result = made.result
     how = "are printed, each for its angle" if made.options.printed else "are made of aluminium, of 0 and 90 degrees"
     lines = [
@@ -112,14 +99,10 @@ def built_html(made: Build, bill: str) -> str:
     said = "".join(f"<li>{escape(line)}</li>" for line in lines)
     if made.fault:
         said = f"<li class=bad><b>{escape(made.warning)}.</b></li>{said}"
-    cells, last = "", ""
-    for row in csv.DictReader(StringIO(bill)):
-        if row["part"] == "sum" or row["quantity"] == "0":  # a warning has none
-            continue
-        group = GROUPS[row["group"]]
-        cells += f'<tr><th colspan="2">{group}</th></tr>' if group != last else ""
-        part, count = row["part"].removeprefix("not chosen: "), f"{row['quantity']} {row['unit'].replace('piece', '')}"
-        cells, last = f"{cells}<tr><td>{escape(part)}</td><td>{count}</td></tr>", group
+    cells = ""
+    for title, group in grouped_bill(made).items():
+        rows = (f"<tr><td>{escape(line.part)}</td><td>{line.quantity:g} {line.unit}</td></tr>" for line in group)
+        cells += f'<tr><th colspan="2">{title}</th></tr>{"".join(rows)}'
     table = f'<table class="parts">{cells}</table>'
     if made.fault:
         table = f"<details><summary>Its parts, not to be ordered</summary>{table}</details>"
@@ -233,12 +216,12 @@ class DownloadPanel:
             self.family.value = self.page.panels["Room"].motors.value
         self.arm, self.run = arm, run
         if arm.built is not None and arm.built is not self.kept:
-            self.keep(arm.built)
+            self.keep(arm.built, arm.design)
         self.offer(arm, ways_on(arm))
         if arm.built is not None:
             known = {family_of(words): words for words in families()}  # but a file of somebody's own
             self.family.value = known.get(arm.built.options.catalogue, self.family.value)
-        self.page.set_html(self.built, "" if arm.built is None else built_html(arm.built, part_lists(arm.built)[BILL]))
+        self.page.set_html(self.built, "" if arm.built is None else built_html(arm.built))
         where = f"Its search lies in <b>{escape(str(run))}</b>" if (run / RESULT).is_file() else "The best so far"
         where += "." if arm.built is None else f", and what is chosen in <b>{escape(str(self.place))}</b>."
         self.page.set_html(self.note, f"<h4>{escape(arm.name)}</h4>{where}")
@@ -305,10 +288,15 @@ class DownloadPanel:
         file, content = packed(files, NOT_TO_BE_MADE if FAULT in files else name)
         event.client.send_file_download(file, content, save_immediately=True)
 
-    def keep(self, made: Build) -> None:
-        """Write what is built into its folder, which the commands name."""
+    def keep(self, made: Build, design: Result | None) -> None:
+        """Write what is built into its folder, which the commands name.
+
+        Args:
+            made: What is built.
+            design: The arm that it is built after.
+        """
         write_result(self.place, made.result)
-        write_files(self.place, {**part_lists(made), RECORD: build_record(made)})
+        write_files(self.place, {**part_lists(made), RECORD: build_record(made, design)})
         self.kept = made
 
     def report_page(self, result: Result) -> dict[str, bytes]:
@@ -352,7 +340,7 @@ class DownloadPanel:
             raise
         finally:
             self.halt.visible = False
-        self.keep(made)
+        self.keep(made, arms[rank - 1])
         design = design_arm(arms[rank - 1], arm.name.removesuffix(BUILT) if rank == 1 else f"alternative {rank}")
         self.page.work("built", lambda: self.show_built(arm, design, made, why))
         return all_files(made, run)  # drawings take some seconds, so it is shown before

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import armdesign
 from armdesign.bodies.loads import base_gravity, joint_torques
-from armdesign.building import BILL, RECORD, tubes
+from armdesign.building import RECORD, tubes
 from armdesign.building.assembly import assemble
 from armdesign.building.assembly_steps import HUNG, base_place, holding, screw_words, surface
 from armdesign.building.build import build, chosen_parts, thinner
@@ -22,11 +22,11 @@ from armdesign.building.catalogue import find_catalogue, shipped
 from armdesign.building.clocking import clock_of, clock_words, mark_of
 from armdesign.building.part_dimensions import part_dimensions
 from armdesign.building.part_drawing import part_sheet
-from armdesign.building.part_lists import GROUPS, part_lists
+from armdesign.building.part_lists import GROUPS, grouped_bill, part_lists
 from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import Assembly, file_name
 from armdesign.building.parts_clearance import PartsGap
-from armdesign.building.record import build_record, recorded_build
+from armdesign.building.record import build_record, recorded_build, recorded_origin
 from armdesign.building.room import room_of_parts
 from armdesign.building.settling import candidates, changed
 from armdesign.building.sheet import number
@@ -41,7 +41,6 @@ from armdesign.runs.reading import read_result
 from armdesign.runs.writing import write_result
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.result import Result
-from armdesign.views.report.report_page import bought
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "packaging.csv"
 
@@ -115,16 +114,21 @@ def test_build_is_a_run_folder_with_the_parts_in_it(folder, design, tmp_path):
     assert {row["mark"]: float(row["length [mm]"]) for row in cuts} == pytest.approx(
         {mark: 1e3 * length for mark, length in tubes.items()}, abs=0.006
     )
-    assert [row[0] for row in bought(built, BILL)[-len(parts) :]] == [row["part"] for row in parts]
+    lines = [line for group in grouped_bill(recorded_build(built)).values() for line in group]
+    assert sum(line.quantity for line in lines) == pytest.approx(sum(float(row["quantity"]) for row in parts[:-1]))
+    assert sum(line.mass for line in lines if line.mass is not None) == pytest.approx(
+        float(parts[-1]["mass [kg]"]), rel=1e-3
+    )
+    assert [line.mass for line in lines if "screw" in line.part] == [None] * sum("screw" in x.part for x in lines)
+    assert recorded_origin(built).error == design.verdict.hand_error.max
     listed = {row["part"]: (row["group"], int(row["quantity"])) for row in parts if row["group"] == "made"}
     counted = {name: ("made", len(each)) for name, (part, each) in assembly.counted().items()
                if not part.bought and part.kind != "tube"}  # fmt: skip
     assert listed == counted
     groups = [row["group"] for row in parts[:-1]]
-    assert groups == sorted(groups, key=GROUPS.index)
+    assert groups == sorted(groups, key=list(GROUPS).index)
     assert set(groups) == {"bought", "cut", "made", "screws", "not chosen"}
     assert any(row["part"].startswith("not chosen: power supply") for row in parts)
-    assert bought(design, BILL) == []
     page = (out / "assembly.html").read_text()
     assert all(f"× {name} (" in page for name in counted)
     for joint in range(1, built.table.dof + 1):  # on the bench: later a flange may cover the screws
@@ -177,7 +181,7 @@ def test_lists_of_what_is_not_to_be_made_say_so_first(made, tmp_path):
 def test_gaps_of_a_recorded_build_are_measured_when_asked_for(made, tmp_path, monkeypatch):
     place = tmp_path / "arm"
     write_result(place, made.result)
-    (place / RECORD).write_text(build_record(made))
+    (place / RECORD).write_text(build_record(made, made.result))
     calls = []
     monkeypatch.setattr("armdesign.building.build.parts_gap", lambda *given: calls.append(given))
     again = recorded_build(read_result(place))

@@ -721,7 +721,7 @@ def test_urdf_of_a_build_shows_its_meshes(tmp_path, solids):
     made = build(design, BuildOptions("rmd", payload=0.5, printed=True))
     assert made.assembly is not None, made.misfit
     write_result(tmp_path / "arm", made.result)
-    write_files(tmp_path / "arm", {RECORD: build_record(made)})
+    write_files(tmp_path / "arm", {RECORD: build_record(made, design)})
     call = ["export", str(tmp_path / "arm"), "--format", "urdf,step,stl", "--meshes", "--printer", "50x60x400"]
     outcome = CliRunner().invoke(app, call)
     assert outcome.exit_code == 0, outcome.output

@@ -29,7 +29,7 @@ from armdesign.settings.sections import Cell, Settings
 from armdesign.studio import download_panel, motors, server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm
 from armdesign.studio.arms_panel import ALL, ArmsPanel, CancelledError, by_reach, needed_reach
-from armdesign.studio.download_panel import GROUPS, MOST_JOINTS, ROOM, SEED, DownloadPanel, built_html, packed, ways_on
+from armdesign.studio.download_panel import MOST_JOINTS, ROOM, SEED, DownloadPanel, built_html, packed, ways_on
 from armdesign.studio.motors import buildable, families, family_of
 from armdesign.studio.page import Page
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
@@ -346,17 +346,18 @@ def test_progress_counts_all_numbers_of_joints_that_may_be_tried():
     assert progress_words(run, ())[1] == pytest.approx(0.25)
 
 
-def test_parts_are_listed_by_how_one_comes_by_them(result):
-    bill = "part,quantity,unit,group\nNot an arm,0,,\nX4,3,piece,bought\n<flange>,2,piece,printed\nsum,,,\n"
-    text = built_html(made_of(result), bill)
-    assert all(word in text for word in ("To be bought", "To be printed", "&lt;flange&gt;"))
-    assert "Not an arm" not in text
+def test_parts_are_listed_by_how_one_comes_by_them(result, monkeypatch):
+    screws = [part_lists.Row(f"screws into the output of X4, J{k}-L{k - 1}", 1, "set", "screws") for k in (1, 2, 3)]
+    rows = [part_lists.Row("X4", 3, "piece", "bought"), part_lists.Row("<flange>", 2, "piece", "printed"), *screws]
+    monkeypatch.setattr(part_lists, "bill_rows", lambda _: rows)
+    text = built_html(made_of(result))
+    assert all(word in text for word in ("To be bought", "To be printed", "&lt;flange&gt;", "<td>3 set</td>"))
+    assert text.count("output of X4") == 1
     assert "The base is at x" in text
     assert "maker&#x27;s drawing" in text
     assert "<details>" not in text
-    faulty = built_html(made_of(result, "parts meet"), bill)
+    faulty = built_html(made_of(result, "parts meet"))
     assert faulty.index("parts meet") < faulty.index("<details>") < faulty.index("X4")  # folded away
-    assert set(GROUPS) == set(part_lists.GROUPS)
 
 
 def test_arms_that_are_added_for_comparison_do_not_become_the_chosen_one(result):
@@ -420,8 +421,8 @@ def test_the_report_of_a_built_arm_is_that_of_its_folder(result, tmp_path, monke
     assert DownloadPanel.report_page(panel, result) == {"report.html": b"None 3"}
     panel.arm = replace(arm, built=made_of(result), design=result)
     monkeypatch.setattr(download_panel, "part_lists", lambda _: {BILL: "part"})
-    monkeypatch.setattr(download_panel, "build_record", lambda _: "{}")
-    DownloadPanel.keep(panel, SimpleNamespace(result=result))
+    monkeypatch.setattr(download_panel, "build_record", lambda *_: "{}")
+    DownloadPanel.keep(panel, SimpleNamespace(result=result), result)
     assert (panel.place / BILL).read_text() == "part"
     assert DownloadPanel.report_page(panel, result) == {"report.html": f"{panel.place} 3".encode()}
 

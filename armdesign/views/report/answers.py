@@ -8,17 +8,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from armdesign.building import RECORD
+from armdesign.building.build import Build
+from armdesign.building.record import Origin
 from armdesign.cell.obstacles import Plane
 from armdesign.errors import counted
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
 from armdesign.feasibility.verdict import Verdict
-from armdesign.feasibility.violations import figure, gap_words
+from armdesign.feasibility.violations import figure
 from armdesign.feasibility.words import pace, place_words, sentence, speed_words, spread_words, tolerance_words
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.runs.folder import ALTERNATIVES
 from armdesign.search.result import Result, done
 from armdesign.settings import Settings
+from armdesign.views.report.gaps import Near
 from armdesign.views.report.others import OTHERS, OtherArm
 
 STANDS = 2e-3
@@ -89,13 +91,16 @@ def worst_frame(run: Result) -> Worst:
     return max(found, key=lambda one: one.error)
 
 
-def plain_verdict(run: Result, worst: Worst) -> str:
+def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> str:
     """Whether the arm does the job, in a sentence that needs no other.
 
     Args:
         run: The run.
         worst: Where the error is largest.
+        made: Its parts, where it is a build.
     """
+    if made is not None and made.fault:
+        return f"{made.warning}."
     verdict = run.verdict
     off, allowed = f"{figure(1e3 * worst.error)} mm", tolerance_words(run.problem.settings.needs)
     if not verdict.feasible:
@@ -105,28 +110,35 @@ def plain_verdict(run: Result, worst: Worst) -> str:
         return f"This arm follows the hand to {off}. Nobody has said how much is allowed."
     if verdict.tolerance_met:
         return f"This arm does the job: it follows the hand to {off}, {allowed} are allowed."
-    return f"This arm can be built, but misses the hand by up to {off}; {allowed} are allowed."
+    return f"This arm misses the hand by up to {off}; {allowed} are allowed. All else that was asked for is kept."
 
 
-def story(run: Result, worst: Worst) -> str:
+def story(run: Result, worst: Worst, nearest: Sequence[Near], origin: Origin | None = None) -> str:
     """The rest of the verdict: where the error is largest, where it stands, what it clears, how fast it is.
 
     Args:
         run: The run.
         worst: Where the error is largest.
+        nearest: What comes nearest to what, the least first.
+        origin: The design that it is built after, where that is known.
     """
     verdict = run.verdict
     parts = [f"It is furthest off {worst.at}, on average {figure(1e3 * verdict.hand_error.mean)} mm."]
+    if origin is not None:
+        parts.append(
+            f"As designed it follows the hand to {figure(1e3 * origin.error)} mm, as built to "
+            f"{figure(1e3 * verdict.hand_error.max)} mm."
+        )
     if run.base_pose.frame == "room":
         parts.append(f"It stands {standing(run)}.")
-    gaps = [gap for gap in (verdict.self_clearance, verdict.obstacle_clearance) if gap is not None]
-    least = min(gaps, key=lambda gap: gap.value, default=None)
-    if least is None:
+    asked = run.problem.settings.body.clearance
+    if not nearest:
         parts.append("It was searched as lines without bodies, so what it touches is not known.")
-    elif least.value >= 0.0:
-        parts.append(f"It clears everything, itself included, by {figure(1e3 * least.value)} mm.")
+    elif nearest[0].value <= 0.0:
+        parts.append(f"It touches: {nearest[0].words}.")
     else:
-        parts.append(f"It touches: {gap_words(least)}.")
+        less = f", less than the {1e3 * asked:g} mm asked for" if nearest[0].value < asked else ""
+        parts.append(f"Nearest to touching: {nearest[0].words}{less}.")
     fraction, span = verdict.speed_fraction, run.problem.task.time
     if fraction == 0.0:
         parts.append("Its joints cannot do this at any speed.")
@@ -170,17 +182,21 @@ def standing(run: Result) -> str:
     return f"{on}, at {place_words(base).replace('-', '−')} in the recording's room"
 
 
-def next_steps(run: Result, others: Sequence[OtherArm]) -> list[NextStep]:
+def next_steps(
+    run: Result, others: Sequence[OtherArm], made: Build | None = None, origin: Origin | None = None
+) -> list[NextStep]:
     """What to do with the arm now, the most useful first, four at the most.
 
     Args:
         run: The run.
         others: Other arms that lie in its folder.
+        made: Its parts, where it is a build.
+        origin: The design that it is built after, where that is known.
     """
     verdict, settings, facts = run.verdict, run.problem.settings, run.facts
     folder = str(run.folder or run.name)
     place, config = shlex.quote(folder), shlex.quote(f"{folder}/settings.toml")
-    good, found = verdict.passed and verdict.tolerance_met is not None, []
+    found = []
     further = shlex.quote(f"{folder}-{run.table.dof + 1}")
     tolerance = settings.needs.hand_tolerance
     if tolerance is not None and not verdict.passed:
@@ -191,10 +207,12 @@ def next_steps(run: Result, others: Sequence[OtherArm]) -> list[NextStep]:
         if not fit and run.folder is not None and (run.folder / ALTERNATIVES).is_file():
             text = "Look at the other arms of this search: one may be better where it matters to you."
             found.append(NextStep(text, f"armdesign alternatives {place}"))
-    if facts is not None and not good:
+    if facts is not None and facts.agreement is not None and facts.agreement.agreeing < 2:
         more = f"armdesign search --resume {place} --budget {3000 * max(1, round(facts.evaluations / 1000))}"
-        if facts.agreement is not None and facts.agreement.agreeing < 2:
-            found.append(NextStep("Search on: this search is not sure that there is no better arm.", more))
+        found.append(NextStep("Search on: this search is not sure that there is no better arm.", more))
+    if made is not None and made.fault:
+        words, _, command = made.remedy(origin.run if origin else "RUN").partition("\n")
+        found += [NextStep(words.replace(":", "."), command.strip())] if words else []
     if not verdict.passed and facts is not None:
         text = f"Give it a joint more: {counted(run.table.dof + 1, 'joint')}."
         code = f"armdesign search --config {config} --dof {run.table.dof + 1} --out {further}"
@@ -205,9 +223,9 @@ def next_steps(run: Result, others: Sequence[OtherArm]) -> list[NextStep]:
     if verdict.tolerance_met is None:
         text = "Say how far the tool may be off; the verdict then says whether that is kept."
         found.append(NextStep(text, f"armdesign check {place} --tolerance 10mm"))
-    if verdict.passed:
+    if verdict.passed and not (made is not None and made.fault):
         found.append(NextStep("See it move, with the person beside it.", f"armdesign preview {place}"))
-        if run.folder is not None and (run.folder / RECORD).is_file():
+        if made is not None:
             text = "Have the drawings and solids of its parts; the lists of what to order and to cut are below."
             found.append(NextStep(text, f"armdesign export {place} --format drawing,step"))
             found.append(NextStep("See how exactly its parts have to be made.", f"armdesign tolerance {place}"))
@@ -223,18 +241,19 @@ def next_steps(run: Result, others: Sequence[OtherArm]) -> list[NextStep]:
     return found[:4]
 
 
-def answers(run: Result, worst: Worst) -> list[Answer]:
+def answers(run: Result, worst: Worst, nearest: Sequence[Near]) -> list[Answer]:
     """What the head of the page says of a run, a question each.
 
     Args:
         run: The run.
         worst: Where the error is largest.
+        nearest: What comes nearest to what, the least first.
     """
     verdict, settings = run.verdict, run.problem.settings
     return [
         job(verdict, settings, worst),
         place(run.base_pose, run.problem.task.base),
-        touching(verdict, settings),
+        touching(nearest, settings),
         fast(verdict, settings),
     ]
 
@@ -277,22 +296,20 @@ def place(base: BasePose, point: str) -> Answer:
     return Answer(question, place_words(base).replace("-", "−"), words.replace("-", "−"))
 
 
-def touching(verdict: Verdict, settings: Settings) -> Answer:
+def touching(nearest: Sequence[Near], settings: Settings) -> Answer:
     """What the arm comes nearest to.
 
     Args:
-        verdict: The verdict.
+        nearest: What comes nearest to what, the least first.
         settings: What it was judged by.
     """
     question = "Does it touch anything?"
-    gaps = [gap for gap in (verdict.self_clearance, verdict.obstacle_clearance) if gap is not None]
-    if not gaps:
+    if not nearest:
         return Answer(question, "not known", "The arm was searched as lines, without bodies.")
-    least = min(gaps, key=lambda gap: gap.value)
-    asked = 1e3 * settings.body.clearance
-    words = ". ".join(f"{sentence(gap_words(gap))} at {gap.time:.2f} s" for gap in gaps)
+    least, asked = nearest[0], 1e3 * settings.body.clearance
+    words = ". ".join(sentence(near.words) for near in nearest[:2])
     kept = least.value >= settings.body.clearance
-    shown = f"{figure(1e3 * least.value)} mm free" if least.value >= 0.0 else "it does"
+    shown = f"{figure(1e3 * least.value)} mm free" if least.value > 0.0 else "it does"
     return Answer(question, shown, f"{words}. Asked for: {asked:g} mm.", kept)
 
 
@@ -307,7 +324,8 @@ def fast(verdict: Verdict, settings: Settings) -> Answer:
     strongest = int(np.argmax(verdict.peak_torque))
     unit = "N" if slides[strongest] else "N m"
     words = speed_words(verdict, settings)
-    words += f" Largest load: {figure(verdict.peak_torque[strongest])} {unit}, joint {strongest + 1}."
+    what = "force" if slides[strongest] else "torque"
+    words += f" Largest {what}: {figure(verdict.peak_torque[strongest])} {unit}, joint {strongest + 1}."
     kept = verdict.speed_fraction >= 1.0 if settings.needs.max_speed is not None else None
     shown = pace(verdict.speed_fraction).replace(" of the demonstrated speed", " of the speed shown")
     return Answer("How fast is it?", shown if verdict.speed_fraction > 0.0 else "at no speed", words, kept)

@@ -1,36 +1,50 @@
-"""The arm in its cell as a shaded picture: its bodies at three instants, the person, what stands around, the floor."""
+"""The arm in its cell as a shaded picture: its bodies or parts, the person, what stands around, the floor."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
+from armdesign.building.build import Build
+from armdesign.building.parts import Rod
 from armdesign.cell.obstacles import Mesh, Plane
 from armdesign.search.result import Result
 from armdesign.settings import Body
 from armdesign.views.report.answers import Worst
 from armdesign.views.report.drawing import HUMAN, Picture
-from armdesign.views.report.rendering import Faces, ball_faces, cylinder_faces, image_svg, painted, rendered, together
+from armdesign.views.report.rendering import (
+    Faces,
+    Shot,
+    ball_faces,
+    cylinder_faces,
+    image_svg,
+    painted,
+    prism_faces,
+    rendered,
+    see_through,
+    shot_of,
+    together,
+)
 from armdesign.views.report.report_scene import SHADES, view
 
-INSTANTS, PATH_POINTS = 3, 120
-ARM, AROUND, PERSON, FLOOR, GAP = 1, 2, 3, 4, 5
+PATH_POINTS = 120
+ARM, AROUND, PERSON, FLOOR = 1, 2, 3, 4
 """Marks of what is drawn."""
 OBSTACLE, GROUND, LINES, PLATE = "#c9b79c", "#f1f1ee", "#d9d9d4", "#3d3d42"
-RAISED = 1e4
-"""How far marks are brought before what may hide them [mm]; without perspective that does not move them."""
+TUBE, MODULE, BRACKET = SHADES[-1], "#22303b", "#aab3b9"
 BETWEEN, TIP = "#b00020", "#56b4e9"
-MODULES = ("#8d9aa5", "#5f6e7a", "#22303b")
-"""Colours of the joint modules, the first instant to the last."""
+LIMB = (46.0, 28.0)
+"""How thick a person's arm is drawn, at the shoulder and at the hand: its radius [mm]."""
 WIDTH, LOOK = 900, 60
 """Width of the picture, and of those that only show how much of the arm an azimuth lets see [pixels]."""
+INSET, LETTERS = 360, 24
+"""Width and height of the close view, and height of what is written on it [pixels]."""
 AZIMUTHS = np.deg2rad(np.arange(-75.0, 270.0, 30.0))
-CLOSE = 60.0
+CLOSE = 25.0
 """Half the width of what a close view shows at least [mm]."""
 TILE = 250.0
 """Width of the floor's tiles [mm]."""
@@ -38,86 +52,129 @@ MOST_TRIANGLES = 20_000
 """Larger meshes are drawn as their convex hull."""
 
 
-def cell_rendering(run: Result) -> Picture:
-    """The arm in its cell, from where most of it is seen."""
-    problem, q = run.problem.in_room, run.evaluation.path.q
-    chosen = np.unique(np.linspace(0, len(q) - 1, INSTANTS).astype(int))
-    parts = moving_faces(run, 0, chosen)
-    focus = together(parts).corners.reshape(-1, 3)
-    faces = together([*parts, *around_faces(run, parts, 0, int(chosen[-1]))])
+def cell_rendering(run: Result, made: Build | None = None) -> Picture:
+    """The arm in its cell, from where most of it is seen.
 
-    def seen(azimuth: float) -> float:
-        """The share of the arm that nothing hides, by how far it spreads across the picture."""
-        turn = view(azimuth)
-        shares = [float((rendered(each, turn, LOOK, focus)[1] == ARM).mean()) for each in (faces, together(parts))]
-        return shares[0] / max(shares[1], 1e-9) * float(np.std(focus @ turn[0]))
-
-    turn = view(max(AZIMUTHS.tolist(), key=seen))
-    picture, _ = rendered(faces, turn, WIDTH, focus)
-    when = ", ".join(f"{t - problem.task.time[0]:.2f}" for t in problem.task.time[chosen])
+    Args:
+        run: The run.
+        made: Its parts, where it is a build.
+    """
+    problem, q, last = run.problem.in_room, run.evaluation.path.q, len(run.evaluation.path.q) - 1
+    arm, first = (together(arm_faces(run, q[k], made)) for k in (last, 0))
+    body, path = person_faces(run, 0, last)
+    faces = together([arm, path, *around_faces(run, [arm, first, path], 0, last)])
+    focus = together([arm, first, path]).corners.reshape(-1, 3)
+    every = together([faces, first, body])
+    shot = shot_of(every, best_view(faces, arm, focus), WIDTH, focus)
+    picture = see_through(faces, [first, body], shot)
+    start, end = (f"{problem.task.time[k] - problem.task.time[0]:.2f}" for k in (0, last))
     names = ", ".join(dict.fromkeys(one.name for one in run.problem.first.obstacles.each))
-    alt = f"The arm of {run.table.dof} joints in its cell at {len(chosen)} instants; around it: {names or 'nothing'}."
+    alt = f"The arm of {run.table.dof} joints in its cell at the end of its motion; around it: {names or 'nothing'}."
     caption = (
-        f"The arm at {when} s, from light to dark. Orange: the demonstrator's arm at the last of these, and the hand's "
-        "path."
+        f"The arm at the end, {end} s, and faintly at the start, {start} s. Orange: the person's arm at the end, and "
+        "the hand's path."
     )
+    caption += "" if names else " The square under its plate stands for what it is bolted to."
+    caption += " Its parts are as they are built." if made and made.assembly else ""
     return Picture("rendering", image_svg(picture), alt, caption)
 
 
-def worst_rendering(run: Result, worst: Worst) -> Picture:
-    """The tool beside the hand where it is furthest from it, seen across the gap.
+def best_view(faces: Faces, arm: Faces, focus: Array, along: Array | None = None) -> Array:
+    """Right and up of a viewer who sees most of an arm, and it spread out most, shape (2, 3).
+
+    Args:
+        faces: All that is there.
+        arm: The arm alone.
+        focus: What has to be seen, shape (P, 3) [mm].
+        along: A way that should be seen at its full length, shape (3,); by default the arm's extent.
+    """
+
+    def seen(azimuth: float) -> float:
+        turn = view(azimuth)
+        shares = [float((rendered(each, shot_of(each, turn, LOOK, focus))[1] == ARM).mean()) for each in (faces, arm)]
+        spread = float(np.std(focus @ turn[0])) if along is None else float(np.linalg.norm(turn @ along))
+        return shares[0] / max(shares[1], 1e-9) * spread
+
+    return view(max(AZIMUTHS.tolist(), key=seen))
+
+
+def worst_rendering(run: Result, worst: Worst, made: Build | None = None) -> Picture:
+    """The arm where the tool is furthest from the hand, and beside it tool and hand from near, seen across the gap.
 
     Args:
         run: The run.
         worst: Where that is.
+        made: Its parts, where it is a build.
     """
     k, t = worst.demonstration, worst.frame
-    parts = moving_faces(run, k, np.array([t]))
-    task, base, q = run.problem.in_room.demonstrations[k].task, run.base_pose.matrix, done_path(run, k)
+    q = run.evaluation.demonstrations[k].path.q[t]
+    arm, (body, _) = together(arm_faces(run, q, made)), person_faces(run, k, t)
+    task, base = run.problem.in_room.demonstrations[k].task, run.base_pose.matrix
     hand = 1e3 * (task.P[t, -1] + run.problem.in_room.shift)
-    tip = 1e3 * (base @ run.table.frames(q[t])[-1])[:3, 3]
-    gap = float(np.linalg.norm(hand - tip))
-    marks = [painted(cylinder_faces(hand, tip, 2.0, sides=8), BETWEEN, GAP)]
-    marks += [painted(ball_faces(at, 5.0), colour, GAP) for at, colour in ((hand, HUMAN), (tip, TIP))]
-    solids = together([*parts, *around_faces(run, parts, k, t)])
-    near = max(CLOSE, 2.0 * gap) * np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
-    focus = (hand + tip) / 2.0 + near
-
-    def seen(azimuth: float) -> float:
-        """How much of the arm nothing hides, and how long the gap is across the picture."""
-        turn = view(azimuth)
-        shares = [float((rendered(each, turn, LOOK, focus)[1] == ARM).mean()) for each in (solids, together(parts))]
-        return shares[0] / max(shares[1], 1e-9) + 2.0 * float(np.linalg.norm(turn @ (hand - tip))) / max(gap, 1e-9)
-
-    turn = view(max(AZIMUTHS.tolist(), key=seen))
-    top = together(marks)
-    raised = top._replace(corners=top.corners + RAISED * np.cross(*turn))  # nothing hides it; seen in its place
-    picture, _ = rendered(together([solids, raised]), turn, WIDTH // 2, focus)
-    words = f"Where the error is largest, {worst.at}: the tool (light blue dot) is {1e3 * worst.error:.1f} mm from "
-    words += "the hand (orange dot)."
-    return Picture("worst", image_svg(picture), f"Close view of the arm's end. {words}", words)
+    tip = 1e3 * (base @ run.table.frames(q)[-1])[:3, 3]
+    faces = together([arm, *around_faces(run, [arm, body], k, t)])
+    focus = together([arm, body]).corners.reshape(-1, 3)
+    turn = best_view(faces, arm, focus, hand - tip)
+    shot = shot_of(together([faces, body]), turn, WIDTH - INSET, focus)
+    half = max(CLOSE, 2.5 * float(np.linalg.norm(hand - tip)))
+    close = Shot(turn, turn @ (hand + tip) / 2.0, INSET / (2.0 * half), INSET, INSET)
+    whole, near = see_through(faces, [body], shot), (1.0 + rendered(arm, close)[0]) / 2.0  # pale, under its marks
+    picture = np.ones((max(shot.height, INSET), WIDTH, 3))
+    picture[: shot.height, : shot.width], picture[:INSET, shot.width :] = whole, near
+    marks = gap_marks(shot, close, hand, tip, f"{1e3 * worst.error:.1f} mm")
+    words = f"Where the error is largest, {worst.at}: the tool (blue dot) is {1e3 * worst.error:.1f} mm from the hand "
+    words += "(orange dot). Right: the small square of the left, from near, the arm pale."
+    return Picture("worst", image_svg(picture, marks), f"The arm, and its end from near. {words}", words)
 
 
-def done_path(run: Result, demonstration: int) -> Array:
-    """Joint angles of a demonstration, shape (T, n)."""
-    return run.evaluation.demonstrations[demonstration].path.q
+def gap_marks(shot: Shot, close: Shot, hand: Array, tip: Array, size: str) -> str:
+    """Marks over a picture of the arm and a close view to the right of it, as SVG.
+
+    Args:
+        shot: The picture.
+        close: The close view.
+        hand: Where the hand is, shape (3,) [mm].
+        tip: Where the tool is.
+        size: How far they are apart, in words.
+    """
+    (x, y), side = shot.at((hand + tip) / 2.0), max(16.0, close.width / close.scale * shot.scale)
+    ends = [close.at(point) + np.array([shot.width, 0.0]) for point in (hand, tip)]
+    line = '<path fill="none" stroke="{}" stroke-width="{}" d="M{:.1f} {:.1f}L{:.1f} {:.1f}"/>'
+    box = '<rect fill="none" stroke="#1a1a1a" stroke-width="2" x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"/>'
+    text = '<text font-family="sans-serif" font-size="{}" text-anchor="{}" x="{:.1f}" y="{:.1f}">{}</text>'
+    found = [
+        box.format(x - side / 2.0, y - side / 2.0, side, side),
+        box.format(shot.width, 1, close.width - 1, INSET - 2),
+    ]
+    found += [line.format("#1a1a1a", 1, x + side / 2.0, y - side / 2.0, shot.width, 1),
+              line.format("#1a1a1a", 1, x + side / 2.0, y + side / 2.0, shot.width, INSET - 1),
+              line.format(BETWEEN, 4, *ends[0], *ends[1])]  # fmt: skip
+    for (px, py), other, colour, name in zip(ends, ends[::-1], (HUMAN, TIP), ("hand", "tool"), strict=True):
+        found.append(f'<circle cx="{px:.1f}" cy="{py:.1f}" r="8" fill="{colour}" stroke="#fff" stroke-width="2"/>')
+        right, below = px >= other[0], py > other[1]
+        spot = px + (14.0 if right else -14.0), py + (LETTERS if below else -6.0)
+        found.append(text.format(LETTERS, "start" if right else "end", *spot, name))
+    found.append(text.format(LETTERS, "middle", shot.width + close.width / 2.0, INSET - 14, f"{size} apart"))
+    return "".join(found)
 
 
-def moving_faces(run: Result, demonstration: int, frames: NDArray[np.intp]) -> list[Faces]:
-    """The arm at some frames, the demonstrator's arm at the last of them, and the path of the hand.
+def person_faces(run: Result, demonstration: int, frame: int) -> tuple[Faces, Faces]:
+    """The person's arm in a frame, as a body, and the path of the hand.
 
     Args:
         run: The run.
         demonstration: Of which demonstration, from 0.
-        frames: The frames.
+        frame: The frame.
     """
     problem = run.problem.in_room
     task, origin = problem.demonstrations[demonstration].task, problem.shift
-    parts = arm_faces(run, done_path(run, demonstration)[frames], run.base_pose.matrix)
-    person = 1e3 * (task.arm[frames[-1]] + origin)
+    person = 1e3 * (task.arm[frame] + origin)
     hand = 1e3 * (task.P[:: max(1, len(task.P) // PATH_POINTS), -1] + origin)
-    parts += [painted(cylinder_faces(a, b, 14.0), HUMAN, PERSON) for a, b in pairwise(person)]
-    return parts + [painted(cylinder_faces(a, b, 4.0, sides=6), HUMAN, PERSON) for a, b in pairwise(hand)]
+    radii = np.linspace(*LIMB, len(person))
+    limbs = [ball_faces(point, radius) for point, radius in zip(person, radii, strict=True)]
+    limbs += [cylinder_faces(a, b, r) for (a, b), r in zip(pairwise(person), radii[1:], strict=True)]
+    path = [cylinder_faces(a, b, 4.0, sides=6) for a, b in pairwise(hand)]
+    return painted(np.concatenate(limbs), HUMAN, PERSON), painted(np.concatenate(path), HUMAN, PERSON)
 
 
 def around_faces(run: Result, parts: list[Faces], demonstration: int, frame: int) -> list[Faces]:
@@ -130,19 +187,43 @@ def around_faces(run: Result, parts: list[Faces], demonstration: int, frame: int
         frame: Its frame.
     """
     around, ground = obstacle_faces(run, demonstration, frame)
+    plate = next((part.solid for part in run.body.parts if part.solid.material == "base"), None)
+    if not run.problem.demonstrations[demonstration].obstacles.each and plate is not None:
+        base = run.base_pose.matrix
+        ends = sorted(plate.ends, key=lambda end: float(np.linalg.norm(end)), reverse=not run.placed)
+        face, inner = (
+            1e3 * (base[:3, :3] @ end + base[:3, 3]) for end in ends
+        )  # an arm that hangs is within its plate
+        outwards = (face - inner) / np.linalg.norm(face - inner)
+        slab = cylinder_faces(face, face + 16.0 * outwards, 2.6e3 * plate.radius, sides=4)
+        around.append(painted(slab, LINES, FLOOR))
     solids = together([*parts, *around]).corners.reshape(-1, 3)
     return [*around, *(floor_faces(solids, level) for level in ground)]
 
 
-def arm_faces(run: Result, q: Array, base: Array) -> list[Faces]:
-    """The arm's solids at some poses of its joints; a thin arm, which has none, as a slim one.
+def arm_faces(run: Result, q: Array, made: Build | None = None) -> list[Faces]:
+    """The arm's solids in a pose of its joints; a thin arm, which has none, as a slim one.
 
     Args:
         run: The run.
-        q: Joint angles, shape (k, n).
-        base: Pose of the base in the room, shape (4, 4).
+        q: Joint angles, shape (n,).
+        made: Its parts, where it is a build: these are drawn, without their holes.
     """
-    arm = run.body
+    arm, base = run.body, run.base_pose.matrix
+    if made is not None and made.assembly is not None:
+        found = []
+        for each, pose in made.assembly.posed(run.table, q):
+            turn, at = base[:3, :3] @ pose[:3, :3], base[:3, :3] @ pose[:3, 3] + base[:3, 3]
+            colour = {"actuator": MODULE, "base plate": PLATE, "tube": TUBE}.get(each.part.kind, BRACKET)
+            for solid in each.part.solids:
+                points = [solid.start, solid.end] if isinstance(solid, Rod) else solid.ends
+                placed = 1e3 * (np.array(points) @ turn.T + at)
+                if isinstance(solid, Rod):
+                    corners = cylinder_faces(placed[0], placed[1], 1e3 * solid.radius)
+                else:
+                    corners = prism_faces(placed)
+                found.append(painted(corners, colour, ARM))
+        return found
     if run.problem.settings.body.kind == "thin":
         size = float(np.clip(0.03 * run.table.length, 0.004, 0.03))
         slim = Body(
@@ -150,17 +231,14 @@ def arm_faces(run: Result, q: Array, base: Array) -> list[Faces]:
             base_diameter=3.0 * size, base_height=size / 2.0,
         )  # fmt: skip
         arm = arm_body(run.table, slim, None, run.limits)
+    frames = [base, *(base @ frame for frame in run.table.frames(q))]
+    colours = {"base": PLATE, "joint": MODULE}
     found = []
-    for k, angles in enumerate(q):
-        frames = [base, *(base @ frame for frame in run.table.frames(angles))]
-        for part in arm.parts:
-            if part.link == 0 and k < len(q) - 1:
-                continue  # it stands where it stands
-            pose = frames[part.link]
-            start, end = 1e3 * (part.solid.ends @ pose[:3, :3].T + pose[:3, 3])
-            colour = (MODULES if part.module else SHADES[1:])[-len(q) :][k]
-            colour = PLATE if part.solid.material == "base" else colour
-            found.append(painted(cylinder_faces(start, end, 1e3 * part.solid.radius), colour, ARM))
+    for part in arm.parts:
+        pose = frames[part.link]
+        start, end = 1e3 * (part.solid.ends @ pose[:3, :3].T + pose[:3, 3])
+        colour = colours.get(part.solid.material, TUBE)
+        found.append(painted(cylinder_faces(start, end, 1e3 * part.solid.radius), colour, ARM))
     return found
 
 

@@ -59,12 +59,6 @@ def fitness_parts(run: Result) -> FitnessParts:
     return FitnessParts(shares.mean(axis=0), orientation, float(path.area.mean()), factors)
 
 
-def start_error(run: Result) -> float:
-    """Distance of the end-effector to the hand's first point [m]."""
-    tip = run.table.frames(run.evaluation.path.q[0])[-1, :3, 3]
-    return float(np.linalg.norm(tip - run.problem.task.P[0, -1]))
-
-
 @dataclass(frozen=True)
 class JointLoads:
     """What the motion asks of the n joints.

@@ -10,6 +10,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
+from armdesign.building import RECORD
 from armdesign.errors import ArmDesignError, counted
 from armdesign.files import read_json
 from armdesign.kinematics.dh import DHTable
@@ -42,6 +43,7 @@ class OtherArm(NamedTuple):
         length: Length L, tool included [m].
         mass: Moving mass without payload [kg]; None where it is not known.
         torque: Largest torque of any joint [N m]; None where it is not known, or joints slide, which take forces.
+        payload: What it carries for that [kg].
         place: Its run folder, as seen from that of the run; empty where it has none, or is not feasible.
     """
 
@@ -53,15 +55,18 @@ class OtherArm(NamedTuple):
     mass: float | None = None
     torque: float | None = None
     place: str = ""
+    payload: float = 0.0
 
 
 def other_arms(run: Result) -> list[OtherArm]:
     """This arm and those that lie in its folder, this one first; nothing where there are no others."""
     if run.folder is None:
         return []
+    built = (run.folder / RECORD).is_file()
     own = OtherArm(
-        "this arm", "searched for" if run.facts else "given", run.table.dof, run.verdict.hand_error.max,
-        run.table.length, moving_mass(run, run.table), strongest(run.table, run.verdict.peak_torque),
+        "this arm", "searched for" if run.facts else "as built" if built else "given", run.table.dof,
+        run.verdict.hand_error.max, run.table.length, moving_mass(run, run.table),
+        strongest(run.table, run.verdict.peak_torque), payload=run.problem.settings.needs.payload,
     )  # fmt: skip
     places = [(f"alternative {each.parent.name}", each) for each in numbered_results(run.folder / "alternatives")]
     places += [(f"best of {each.parent.name[1:]} joints", each) for each in numbered_results(run.folder, "n")]
@@ -87,7 +92,10 @@ def of_result(run: Result, name: str, path: Path) -> OtherArm | None:
         return None
     good, place = bool(verdict.get("feasible")), str(path.parent.relative_to(run.folder or path.parent))
     kind = "searched for" if good else "not feasible"
-    return OtherArm(name, kind, table.dof, error, table.length, moving_mass(run, table), torque, place if good else "")
+    return OtherArm(
+        name, kind, table.dof, error, table.length, moving_mass(run, table), torque, place if good else "",
+        run.problem.settings.needs.payload,
+    )  # fmt: skip
 
 
 def strongest(table: DHTable, torques: Sequence[float]) -> float | None:
@@ -128,23 +136,25 @@ def of_comparison(run: Result, path: Path) -> list[OtherArm]:
         content = read_json(path)
         if (content["task"]["points"], content["task"]["frames"]) != (list(task.points), len(task.time)):
             return []
-        return [of_row(row, task.points[-1]) for row in content["arms"] if row["kind"] == "ready-made"]
+        payload = float(content.get("payload", 0.0))
+        return [of_row(row, task.points[-1], payload) for row in content["arms"] if row["kind"] == "ready-made"]
     except (ArmDesignError, KeyError, TypeError, ValueError):
         return []
 
 
-def of_row(row: dict[str, Any], hand: str) -> OtherArm:
+def of_row(row: dict[str, Any], hand: str, payload: float) -> OtherArm:
     """An arm of a comparison.
 
     Args:
         row: Its entries.
         hand: The point that the tool follows.
+        payload: What it carries [kg].
     """
     error = row["point_error"][hand]
     known = {key: None if row[key] is None else float(row[key]) for key in ("moving_mass", "peak_torque")}
     return OtherArm(
         str(row["name"]), "ready-made", int(row["joints"]), None if error is None else float(error["max"]),
-        float(row["length"]), known["moving_mass"], known["peak_torque"],
+        float(row["length"]), known["moving_mass"], known["peak_torque"], payload=payload,
     )  # fmt: skip
 
 

@@ -9,12 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from armdesign._types import Array
-from armdesign.bodies.exact import ExactScene
 from armdesign.feasibility.needs import joint_needs
-from armdesign.feasibility.verdict import exact_obstacles
-from armdesign.feasibility.violations import Gap
-from armdesign.feasibility.violations import figure as figure_words
-from armdesign.feasibility.words import pace
+from armdesign.feasibility.words import pace, sentence
 from armdesign.search.result import Result, done
 from armdesign.swarm import History
 from armdesign.views.report.answers import Worst
@@ -23,7 +19,6 @@ from armdesign.views.report.drawing import (
     COLOURS,
     GREY,
     HUMAN,
-    MOST_DRAWN,
     Picture,
     legend_above,
     legend_room,
@@ -34,6 +29,7 @@ from armdesign.views.report.drawing import (
     thinned,
 )
 from armdesign.views.report.facts import FitnessParts, JointLoads
+from armdesign.views.report.gaps import Clearances
 
 LETTER = 0.078
 """Room of a letter [inch]."""
@@ -125,52 +121,38 @@ def bound(axis: Axes, time: Array, values: Array, value: float, label: str) -> N
     axis.text(end, value, f" {label}{value:g} ", ha=side, va="bottom", fontsize=8)
 
 
-def clearance_picture(run: Result) -> Picture | None:
-    """How far the bodies stay from one another and from obstacles over time; nothing for a thin arm."""
-    settings, task = run.problem.settings, run.problem.task
-    if settings.body.kind == "thin":
-        return None
-    verdict, q = run.verdict, run.evaluation.path.q
-    gaps = {"from one another": verdict.self_clearance, "from obstacles": verdict.obstacle_clearance}
-    least_at = [gap.frame for gap in gaps.values() if gap is not None and gap.demonstration == 0]
-    chosen = np.unique([*np.linspace(0, len(q) - 1, min(len(q), MOST_DRAWN)).astype(int), *least_at])
-    solids = [
-        one if one.poses.ndim == 2 else one._replace(poses=one.poses[chosen])
-        for one in exact_obstacles(run.problem.first.obstacles)
-    ]
-    scene, time = ExactScene(run.body, solids, run.base_pose.matrix), task.time[chosen]
-    found = zip(gaps.items(), (scene.self_clearance(q[chosen]), scene.obstacle_clearance(q[chosen])), strict=True)
-    shown = {}
-    for (name, gap), drawn in found:
-        if gap is None or drawn is None:
-            continue
-        own = Gap(drawn.value, int(chosen[drawn.frame]), drawn.bodies, float(time[drawn.frame]))
-        shown[name] = (drawn.each, gap if gap.demonstration == 0 else own)
+def clearance_picture(run: Result, found: Clearances) -> Picture | None:
+    """How far bodies stay from one another and from obstacles over time; nothing where no distance changes.
+
+    Args:
+        run: The run.
+        found: How near it comes to what.
+    """
+    shown, time = found.series, found.time
     if not shown:
         return None
-    required = 1e3 * settings.body.clearance
+    required = 1e3 * run.problem.settings.body.clearance
 
     def build() -> Figure:
         figure = new_figure(2.4 + legend_room(list(shown)), top=legend_room(list(shown)))
         axis = figure.subplots()
-        for k, (name, (each, gap)) in enumerate(shown.items()):
+        for k, (name, each) in enumerate(shown.items()):
             style = line_style(1 + k)
-            axis.plot(time, 1e3 * each, label=name, **style)
-            axis.plot(gap.time, 1e3 * gap.value, "o", color=style["color"], markersize=5, zorder=4)
-        nearest = np.min([each for each, _ in shown.values()], axis=0)
+            axis.plot(time, 1e3 * each, label=f"from {name}", **style)
+            at = int(each.argmin())
+            axis.plot(time[at], 1e3 * each[at], "o", color=style["color"], markersize=5, zorder=4)
+        nearest = np.min(list(shown.values()), axis=0)
         bound(axis, time, np.asarray(1e3 * nearest, dtype=float), required, "asked for: ")
-        top = 1.05 * max(1.2 * required, *(float(1e3 * each.max()) for each, _ in shown.values()))
-        low = min(0.0, *(1e3 * gap.value for _, gap in shown.values()))
-        axis.set(xlabel="time [s]", ylabel="clearance [mm]", xlim=(task.time[0], task.time[-1]), ylim=(1.1 * low, top))
+        top = 1.05 * max(1.2 * required, *(float(1e3 * each.max()) for each in shown.values()))
+        low = min(0.0, *(float(1e3 * each.min()) for each in shown.values()))
+        axis.set(xlabel="time [s]", ylabel="clearance [mm]", xlim=(time[0], time[-1]), ylim=(1.1 * low, top))
         legend_above(figure, axis)
         return figure
 
-    least = [
-        f"least {name} {figure_words(1e3 * gap.value)} mm, {' and '.join(gap.bodies)}, at {gap.time:.2f} s"
-        for name, (_, gap) in shown.items()
-    ]
-    words = f"How far the bodies stay apart: {'; '.join(least)}. Dots: where it is least; below 0 they overlap."
-    return picture("clearance", build, f"Clearance over time: {'; '.join(least)}.", words)
+    alt = f"Clearance over time: {'; '.join(near.words for near in found.least)}."
+    words = "How far bodies stay from one another and from obstacles, of those whose distance changes; dots: where it "
+    words += f"is least. {'. '.join(sentence(near.words) for near in found.least)}."
+    return picture("clearance", build, alt, words)
 
 
 def limits_picture(run: Result, loads: JointLoads) -> Picture:

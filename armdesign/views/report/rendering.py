@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,8 @@ ROOM = 0.4
 """What is shown beside the points that matter, by their extent."""
 FINER = 2
 """Samples a pixel in either direction, for smooth edges."""
+THROUGH = 0.65
+"""How much is seen through a faint body."""
 AMBIENT = 0.55
 """Share of the light that does not depend on where a face looks."""
 LIGHT = np.array([-0.5, 0.75, 1.0]) / np.linalg.norm([-0.5, 0.75, 1.0])
@@ -102,48 +105,111 @@ def ball_faces(centre: Array, radius: float, *, sides: int = SIDES) -> Array:
     return np.asarray(centre + radius * faces)
 
 
-def rendered(faces: Faces, turn: Array, width: int, focus: Array | None = None) -> tuple[Array, NDArray[np.int64]]:
-    """A picture of triangles, three quarters as high as wide at most.
+def prism_faces(ends: Array) -> Array:
+    """A convex polygon drawn out, shape (4 K - 4, 3, 3).
+
+    Args:
+        ends: Corners of its lower and of its upper face, shape (2, K, 3).
+    """
+    low, high = ends
+    caps = [np.stack([np.broadcast_to(end[0], end[2:].shape), end[1:-1], end[2:]], axis=1) for end in ends]
+    after, above = np.roll(low, -1, axis=0), np.roll(high, -1, axis=0)
+    return np.concatenate([*caps, np.stack([low, after, above], axis=1), np.stack([low, above, high], axis=1)])
+
+
+class Shot(NamedTuple):
+    """A picture's place in the scene.
+
+    Attributes:
+        turn: Right and up of the viewer, rows of shape (2, 3), at right angles, of length 1.
+        middle: What is in its middle, along both, shape (2,) [mm].
+        scale: Pixels a millimetre.
+        width: Of the picture [pixels].
+        height: Of the picture [pixels].
+    """
+
+    turn: Array
+    middle: Array
+    scale: float
+    width: int
+    height: int
+
+    def at(self, point: Array) -> Array:
+        """Where a point of shape (3,) [mm] is, from the left and from above, shape (2,) [pixels]."""
+        x, y = self.scale * (self.turn @ point - self.middle)
+        return np.array([self.width / 2.0 + x, self.height / 2.0 - y])
+
+
+def shot_of(faces: Faces, turn: Array, width: int, focus: Array | None = None) -> Shot:
+    """A picture that shows triangles, three quarters as high as wide at most.
 
     Args:
         faces: The triangles.
         turn: Right and up of the viewer, rows of shape (2, 3), at right angles, of length 1.
         width: Width of the picture in pixels; its height follows.
         focus: Points that matter, shape (P, 3) [mm]: what is far from all of them is cut off. By default nothing is.
-
-    Returns:
-        Red, green, blue from 0 to 1, shape (H, W, 3), white where nothing is; and the mark of what is seen in each
-        sample, shape (FINER H, FINER W), -1 for nothing.
     """
-    towards = np.cross(turn[0], turn[1])
-    seen = faces.corners @ np.vstack([turn, towards]).T
-    low, high = seen[:, :, :2].min(axis=(0, 1)), seen[:, :, :2].max(axis=(0, 1))
+    seen = faces.corners @ turn.T
+    low, high = seen.min(axis=(0, 1)), seen.max(axis=(0, 1))
     if focus is not None:
         near = focus @ turn.T
         beside = ROOM * float(np.ptp(near, axis=0).max())
         low, high = np.maximum(low, near.min(axis=0) - beside), np.minimum(high, near.max(axis=0) + beside)
     size = np.maximum(high - low, 1e-9)
-    scale = FINER * width * min(1.0 / size[0], TALLEST / size[1])
-    height = max(int(np.ceil(scale * size[1] / FINER)), 1)
+    scale = width * min(1.0 / size[0], TALLEST / size[1])
+    return Shot(turn, (low + high) / 2.0, scale, width, max(int(np.ceil(scale * size[1])), 1))
+
+
+def rendered(faces: Faces, shot: Shot) -> tuple[Array, NDArray[np.int64]]:
+    """A picture of triangles.
+
+    Args:
+        faces: The triangles.
+        shot: What is seen of them, from where.
+
+    Returns:
+        Red, green, blue from 0 to 1, shape (H, W, 3), white where nothing is; and the mark of what is seen in each
+        sample, shape (FINER H, FINER W), -1 for nothing.
+    """
+    seen = faces.corners @ np.vstack([shot.turn, np.cross(*shot.turn)]).T
     normal = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    middle = np.r_[(low + high) / 2.0, 0.0]
-    seen = (seen - middle) * np.r_[scale, scale, 1.0] + FINER * np.r_[width / 2.0, height / 2.0, 0.0]
+    size, scale = np.array([shot.width, shot.height]), FINER * shot.scale
+    seen = (seen - np.r_[shot.middle, 0.0]) * np.r_[scale, scale, 1.0] + FINER * np.r_[size / 2.0, 0.0]
     normal = np.where(normal[:, 2:] < 0.0, -normal, normal) / np.where(length > 0.0, length, 1.0)  # both sides are lit
     shade = AMBIENT + (1.0 - AMBIENT) * np.maximum(normal @ LIGHT, 0.0)
-    shape = FINER * height, FINER * width
-    depth, chosen = np.full(shape, -np.inf), np.full(shape, -1, dtype=np.int64)
+    depth = np.full((FINER * shot.height, FINER * shot.width), -np.inf)
+    chosen = np.full(depth.shape, -1, dtype=np.int64)
     fill(depth, chosen, seen)
     shaded = np.vstack([faces.colours * shade[:, None], np.ones((1, 3))])
-    picture = np.zeros((height, width, 3))
+    picture = np.zeros((shot.height, shot.width, 3))
     for i, j in np.ndindex(FINER, FINER):
         picture += shaded[chosen[i::FINER, j::FINER]] / FINER**2
     marks = np.r_[faces.marks, -1][chosen]
     return picture[::-1], marks[::-1]
 
 
-def image_svg(picture: Array) -> str:
-    """A picture, shape (H, W, 3), as an ``<svg>`` element that holds it as PNG."""
+def see_through(solid: Faces, faint: Sequence[Faces], shot: Shot) -> Array:
+    """A picture, shape (H, W, 3), of triangles and of others that let ``THROUGH`` of what is behind them be seen.
+
+    Args:
+        solid: The triangles.
+        faint: The others, each body for itself.
+        shot: What is seen of them, from where.
+    """
+    plain = picture = rendered(solid, shot)[0]
+    for body in faint:
+        picture = picture + (1.0 - THROUGH) * (rendered(together([solid, body]), shot)[0] - plain)
+    return np.clip(picture, 0.0, 1.0)
+
+
+def image_svg(picture: Array, marks: str = "") -> str:
+    """A picture, shape (H, W, 3), as an ``<svg>`` element that holds it as PNG.
+
+    Args:
+        picture: The picture.
+        marks: SVG elements over it, in its pixels.
+    """
     content = io.BytesIO()
     nothing: dict[str, Any] = {"Software": None}
     imsave(content, np.round(picture * 255.0).astype(np.uint8), format="png", metadata=nothing)
@@ -151,5 +217,5 @@ def image_svg(picture: Array) -> str:
     data = base64.b64encode(content.getvalue()).decode("ascii")
     return (
         f'<svg viewBox="0 0 {width} {height}"><image width="{width}" height="{height}" '
-        f'href="data:image/png;base64,{data}"/></svg>'
+        f'href="data:image/png;base64,{data}"/>{marks}</svg>'
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import csv
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +10,16 @@ import jinja2
 import numpy as np
 
 from armdesign._version import __version__
-from armdesign.building import BILL, CUTS
+from armdesign.building import RECORD
+from armdesign.building.build import Build
+from armdesign.building.part_lists import cuts, grouped_bill
+from armdesign.building.record import Origin, recorded_build, recorded_origin
 from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import resolved_options
 from armdesign.export.trajectory.simulation import Tracking
 from armdesign.export.xml_text import rpy
+from armdesign.feasibility.violations import figure
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.result import Result, SearchFacts
 from armdesign.views.report import plots, words
@@ -27,14 +31,16 @@ from armdesign.views.report.facts import (
     JointLoads,
     fitness_parts,
     joint_loads,
-    start_error,
 )
+from armdesign.views.report.gaps import clearances
 from armdesign.views.report.others import other_arms, winners
 from armdesign.views.report.sketch import sketch_picture
 from armdesign.views.report.tracking import tracking_picture
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 AT_BOUND = 1e-9
+SEEN = 1e-3
+"""Shorter solids, of offsets that are nearly 0, are not listed [m]."""
 
 
 def report_html(run: Result, *, options: RobotOptions | None = None, tracking: Tracking | None = None) -> str:
@@ -50,13 +56,16 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
     facts, history = run.facts, run.history
     parts, worst, others = fitness_parts(run), worst_frame(run), other_arms(run)
     loads = joint_loads(run, chosen)
+    made = recorded_build(run) if run.folder is not None and (run.folder / RECORD).is_file() else None
+    origin = recorded_origin(run) if made else None
+    near = clearances(run, made)
     pictures = {
-        "rendering": cell_rendering(run),
+        "rendering": cell_rendering(run, made),
         "sketch": sketch_picture(run),
         "errors": plots.error_picture(run, worst),
-        "worst": worst_rendering(run, worst),
+        "worst": worst_rendering(run, worst, made),
         "cell": cell_pictures(run),
-        "clearance": plots.clearance_picture(run),
+        "clearance": plots.clearance_picture(run, near),
         "joints": [*plots.joint_pictures(loads), plots.limits_picture(run, loads)],
         "fitness": plots.fitness_picture(run, parts),
         "tracking": tracking_picture(run, tracking) if tracking else None,
@@ -66,11 +75,13 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "run": run,
         "facts": facts,
         "verdict": run.verdict,
-        "headline": plain_verdict(run, worst),
-        "story": story(run, worst),
+        "built": built_words(made, origin) if made else "",
+        "fault": made.fault if made else "",
+        "headline": plain_verdict(run, worst, made),
+        "story": story(run, worst, near.least, origin),
         "reasons": run.verdict.reasons if len(run.verdict.reasons) > 1 or not run.verdict.feasible else (),
-        "answers": answers(run, worst),
-        "steps": next_steps(run, others),
+        "answers": answers(run, worst, near.least),
+        "steps": next_steps(run, others, made, origin),
         "parts": parts,
         "pictures": pictures,
         "version": __version__,
@@ -80,9 +91,10 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "demonstrations": demonstration_rows(run),
         "modified": modified_rows(run.table, bound_marks(run, facts)),
         "classic": run.table.to_classic().rows.tolist(),  # alpha, a, d, theta [rad, m, m, rad]
-        "solids": solid_rows(run),
+        "solids": [] if made else solid_rows(run),
         "joints": joint_rows(loads),
         "limits": words.limit_sentences(run, loads),
+        "whose_limits": words.whose_limits(run, chosen, built=made is not None),
         "lag": loads.lag,
         "free": loads.free,
         "masses": loads.masses,
@@ -90,10 +102,11 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "others": others,
         "winners": winners(others),
         "orientation": orientation_row(run),
-        "start_error": start_error(run),
         "mount": np.rad2deg(rpy(run.evaluation.path.mount)),
-        "assumptions": words.assumptions(chosen),
-        "lists": [("Bill of materials", bought(run, BILL)), ("Cut list", bought(run, CUTS))],
+        "assumptions": words.assumptions(chosen, words.unused(run, built=made is not None)),
+        "bill": grouped_bill(made) if made else {},
+        "currency": made.currency if made else "",
+        "cuts": cuts(made) if made else [],
         "settings": words.changed_settings(run.problem.settings),
         "freedom": words.freedom(run.problem.settings.design),
         "weights": words.weights_sentence(run),
@@ -107,17 +120,19 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
     return fill(context)
 
 
-def bought(run: Result, name: str) -> list[list[str]]:
-    """A list of parts that lies beside a run which ``armdesign build`` has written; empty for any other.
+def built_words(made: Build, origin: Origin | None) -> str:
+    """What an arm is built of and after, in sentences.
 
     Args:
-        run: The run.
-        name: File of the list.
+        made: Its parts.
+        origin: The design that it is built after, where that is known.
     """
-    if run.folder is None or not (run.folder / name).is_file():
-        return []
-    with (run.folder / name).open(encoding="utf-8", newline="") as lines:
-        return list(csv.reader(lines))
+    maker = next((a.maker for a in made.choice.actuators if a.maker), "")
+    counts = Counter(a.name for a in made.choice.actuators).items()
+    motors = " and ".join(f"{count} x {name}" if count > 1 else name for name, count in counts)
+    words = f"Built {f'from {origin.run}, ' if origin else ''}of {f'{maker} {motors}'.strip()}."
+    sure = origin.sure if origin else ""
+    return f"{words} {f'How sure its search was: {sure}' if sure else 'How sure its search was is not known here.'}"
 
 
 def fill(context: dict[str, Any]) -> str:
@@ -163,11 +178,11 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
             "Moving mass"
             if run.problem.settings.body.modules
             else "Moving mass, assumed",  # a build's is that of its parts
-            f"{number(loads.masses[1:].sum(), 2)} kg" + (f" and {number(payload, 2)} kg of payload" if payload else ""),
+            f"{number(loads.masses[1:].sum(), 2)} kg",
         ),
         (
             f"Largest {'force' if pulls else 'torque'}, joint {strongest + 1}",
-            f"{number(peak[strongest], 1)} {'N' if pulls else 'N m'}",
+            f"{figure(peak[strongest])} {'N' if pulls else 'N m'}",
         ),
     ]
     if not all(loads.prismatic):
@@ -176,8 +191,8 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
 
 
 def solid_rows(run: Result) -> list[tuple[str, float, float, float]]:
-    """The solids of the arm: name, diameter [m], length [m], mass [kg]."""
-    solids = [(part.name, part.solid) for part in run.body.parts]
+    """The solids of the arm that can be seen: name, diameter [m], length [m], mass [kg]."""
+    solids = [(part.name, part.solid) for part in run.body.parts if part.solid.length > SEEN]
     return [(name, 2.0 * solid.radius, solid.length, solid.mass) for name, solid in solids]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
@@ -21,7 +21,7 @@ from armdesign.fitness.constraints import joint_limits
 from armdesign.fitness.problem import start_effort
 from armdesign.search.result import Result, SearchFacts
 from armdesign.settings.kinds import toml_value
-from armdesign.settings.sections import SECTIONS, Design, Settings, Solver
+from armdesign.settings.sections import SECTIONS, Body, Design, Settings, Solver
 from armdesign.views.report.facts import JointLoads
 
 UNIT = re.compile(r" ?\[([^\]]+)\]")
@@ -65,8 +65,8 @@ TERMS = (
      "along the axis, and q, by which the joint turns. In Craig's modified form, and in the classic one."),
     ("joint module", "Motor, gear and bearing of a joint, one cylinder about its axis."),
     ("clearance", "The least gap between solids over the whole motion, between the frames, too."),
-    ("beginning", "The search starts over again and again, knowing nothing of before. Where several end in one arm, a "
-     "better one is unlikely; p is how often that is wrong."),
+    ("beginning", "A start of the search from nothing: it starts over again and again, knowing nothing of before. "
+     "Where several end in one arm, a better one is unlikely; p is how often that is wrong."),
     ("feasible", "It touches nothing, stands where it may, and keeps all stated limits."),
 )  # fmt: skip
 """The words of the page that not everybody knows, each explained once."""
@@ -161,10 +161,32 @@ def pair(ends: Sequence[float] | Array) -> str:
     return f"{ends[0]:g} to {ends[1]:g}".replace("-", "−")
 
 
-def assumptions(options: RobotOptions) -> list[Assumption]:
-    """Every number behind masses, speeds, torques and robot files that was assumed, not searched or measured."""
+def unused(run: Result, *, built: bool) -> set[str]:
+    """Names of the assumptions that a run does not rest on: what its task states, or its parts have.
+
+    Args:
+        run: The run.
+        built: Whether it is made of known parts.
+    """
+    needs, slides = run.problem.settings.needs, run.table.prismatic
+    left_out = {"actuator_speed": needs.max_speed is not None or all(slides),
+                "actuator_torque": needs.max_torque is not None or all(slides),
+                "slide_speed": not any(slides), "slide_force": not any(slides)}  # fmt: skip
+    body = [each.name for each in fields(Body)] if built else []
+    return {*body, *(name for name, unused in left_out.items() if unused)}
+
+
+def assumptions(options: RobotOptions, unused: Collection[str] = ()) -> list[Assumption]:
+    """Every number behind masses, speeds, torques and robot files that was assumed, not searched or measured.
+
+    Args:
+        options: What is assumed.
+        unused: Names of what this arm does not rest on.
+    """
     rows = []
     for option in assumed(options):
+        if option.name in unused:
+            continue
         unit = UNIT.search(option.doc)
         value = "not set" if option.value is None else f"{option.value:g} {unit.group(1) if unit else ''}"
         text = " ".join(UNIT.sub("", option.doc).split()).rstrip(".")
@@ -204,10 +226,10 @@ def trust(facts: SearchFacts) -> str:
         return f"The algorithm {facts.algorithm} cannot tell whether there is a better arm; multibasin can."
     if not known.beginnings:
         return (
-            "The search ended before its first independent beginning was through: nothing is known of how good this "
+            "The search ended before its first start from nothing was through: nothing is known of how good this "
             "arm is beside the best possible. A larger budget may find a better one."
         )
-    return facts.found
+    return f"{facts.found} A beginning is a start of the search from nothing."
 
 
 def search_sentences(facts: SearchFacts, run: Result) -> list[str]:
@@ -218,8 +240,8 @@ def search_sentences(facts: SearchFacts, run: Result) -> list[str]:
         f"{facts.evaluations:,} candidate arms in {duration(facts.wall_time)}, {each} a second.",
         f"It ended since {STOPPED.get(facts.stopped_by, facts.stopped_by)}.",
         f"Algorithm {facts.algorithm}, {search.size}, seed {facts.seed}; {run.progress} done.",
-        f"For the paper's measure: iteration {facts.converged_at} was the first within 1 % of the last; computational "
-        f"effort up to there {facts.computational_effort:,.0f} valid candidates.",
+        f"From iteration {facts.converged_at} on the best arm was within 1 % of the last; up to there "
+        f"{facts.computational_effort:,.0f} candidates had been valid (the paper's computational effort).",
     ]
 
 
@@ -255,6 +277,25 @@ def limit_sentences(run: Result, loads: JointLoads) -> list[str]:
         if over:
             found.append(f"At the demonstrated pace more {what} is needed than the limit: {', '.join(over)}.")
     return found
+
+
+def whose_limits(run: Result, options: RobotOptions, *, built: bool) -> str:
+    """Where the limits of speed and torque are from, in a sentence.
+
+    Args:
+        run: The run.
+        options: What is assumed.
+        built: Whether it is made of known parts.
+    """
+    needs = run.problem.settings.needs
+    states = {"speed": needs.max_speed is not None, "torque": needs.max_torque is not None}
+    assumed = "what this motion needs, with a margin" if options.limits.margin else "those of an assumed actuator"
+    if built:
+        return "Speed and torque limits are those of its motors."
+    if len(set(states.values())) == 1:
+        return f"Speed and torque limits are {'those that the task states' if states['speed'] else assumed}."
+    stated, other = sorted(states, key=lambda what: not states[what])
+    return f"{stated.capitalize()} limits are those that the task states, {other} limits {assumed}."
 
 
 def duration(seconds: float) -> str:
@@ -299,8 +340,8 @@ def recipes(run: Result) -> list[Recipe]:
         ),
         Recipe(
             "Gazebo, xacro, tables",
-            "SDF, a xacro with ros2_control, the DH table; the motion as CSV, NPZ or a bag. The same options as in the "
-            "assumptions above change what is assumed.",
+            "SDF, a xacro with ros2_control, the DH table; the motion as CSV, NPZ or a bag. The options named under "
+            "Assumptions below change what is assumed.",
             f"armdesign export {place} --format sdf,dh-csv\n"
             f"armdesign export {place} --format xacro --ros2-control gazebo\n"
             f"armdesign export {place} --trajectory csv,npz,ros2-bag",

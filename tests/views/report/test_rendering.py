@@ -16,7 +16,10 @@ from armdesign.views.report.rendering import (
     cylinder_faces,
     image_svg,
     painted,
+    prism_faces,
     rendered,
+    see_through,
+    shot_of,
     together,
 )
 
@@ -32,7 +35,7 @@ def square(z, half=1.0):
 def test_what_is_in_front_hides_what_is_behind_in_either_order():
     near, far = painted(square(1.0, 0.5), "#ff0000", 1), painted(square(0.0), "#0000ff", 2)
     for faces in (together([near, far]), together([far, near])):
-        picture, marks = rendered(faces, FRONT, 40)
+        picture, marks = rendered(faces, shot_of(faces, FRONT, 40))
         assert marks.shape == (FINER * picture.shape[0], FINER * picture.shape[1])
         height, width = marks.shape
         assert marks[height // 2, width // 2] == 1
@@ -43,7 +46,8 @@ def test_what_is_in_front_hides_what_is_behind_in_either_order():
 
 def test_a_face_is_lit_by_where_it_looks_whatever_the_scale():
     for size in (0.01, 1.0, 1000.0):
-        picture, marks = rendered(painted(size * square(0.0), "#ffffff"), FRONT, 20)
+        faces = painted(size * square(0.0), "#ffffff")
+        picture, marks = rendered(faces, shot_of(faces, FRONT, 20))
         middle = picture[picture.shape[0] // 2, picture.shape[1] // 2]
         assert (marks >= 0).mean() > 0.7
         assert middle == pytest.approx(np.full(3, AMBIENT + (1.0 - AMBIENT) * LIGHT[2]), abs=1e-12)
@@ -71,11 +75,29 @@ def test_the_picture_is_the_png_it_holds():
 
 def test_the_arm_stands_where_its_frames_are_and_is_seen(invented):
     run = invented(4)
-    q, base = run.evaluation.path.q[-1:], run.base_pose.matrix
-    faces = together(arm_faces(run, q, base))
-    tip = 1e3 * (base @ run.table.frames(q[0])[-1])[:3, 3]
+    q, base = run.evaluation.path.q[-1], run.base_pose.matrix
+    faces = together(arm_faces(run, q))
+    tip = 1e3 * (base @ run.table.frames(q)[-1])[:3, 3]
     assert np.linalg.norm(faces.corners - tip, axis=2).min() < 40.0  # within its tube
     assert (faces.marks == ARM).all()
     shown = cell_rendering(run)
     assert shown.key == "rendering"
     assert f"{run.table.dof} joints" in shown.alt
+
+
+def test_a_prism_is_closed_and_encloses_its_volume():
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.5, 1.5]])
+    faces = prism_faces(np.stack([np.insert(corners, 2, z, axis=1) for z in (-1.0, 2.0)]))
+    edges = np.array([sorted(map(tuple, edge)) for edge in faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2, 3)])
+    _, counts = np.unique(edges.reshape(len(edges), 6), axis=0, return_counts=True)
+    assert (counts == 2).all()
+
+
+def test_a_point_is_where_a_shot_says_and_faint_bodies_let_through():
+    red, blue = painted(square(0.0), "#ff0000"), painted(square(1.0, 0.5), "#0000ff")
+    shot = shot_of(red, FRONT, 40)
+    assert shot.at(np.zeros(3)) == pytest.approx([shot.width / 2.0, shot.height / 2.0])
+    assert shot.at(np.array([1.0, 0.0, 0.0]))[0] > shot.width / 2.0
+    assert shot.at(np.array([0.0, 1.0, 0.0]))[1] < shot.height / 2.0
+    middle = see_through(red, [blue], shot)[shot.height // 2, shot.width // 2]
+    assert middle[0] > middle[2] > 0.0

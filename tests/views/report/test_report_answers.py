@@ -1,15 +1,16 @@
 """The head of the report: answers that are the verdict's, a place that is the base's, labels that keep apart."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from armdesign.building.parts_clearance import PartsGap
 from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Plane
 from armdesign.feasibility.verdict import Spread
 from armdesign.kinematics.base_pose import BasePose, placed_base
-from armdesign.settings import Body, Needs, Settings
-from armdesign.views.report.answers import answers, place, touching, worst_frame
+from armdesign.views.report.answers import answers, place, story, touching, worst_frame
 from armdesign.views.report.cell_pictures import (
     CellScene,
     Outline,
@@ -19,11 +20,12 @@ from armdesign.views.report.cell_pictures import (
     free_spot,
     hull,
 )
+from armdesign.views.report.gaps import Near, clearances
 
 
 def test_answers_give_the_figures_of_the_verdict(invented, numbers):
     run = invented()
-    found = {answer.question: answer for answer in answers(run, worst_frame(run))}
+    found = {answer.question: answer for answer in answers(run, worst_frame(run), ())}
     assert len(found) == 4
     error = run.verdict.hand_error
     mean, p95, _, largest = numbers(found["Does it do the job?"].words)[:4]
@@ -39,7 +41,7 @@ def test_a_tolerance_is_met_or_not(invented, met):
     verdict = dataclasses.replace(run.verdict, tolerance=0.005, tolerance_met=met, hand_error=Spread(0.1, 0.2, 0.3))
     settings = run.problem.settings.replace({"needs": {"hand_tolerance": 0.005}})
     problem = dataclasses.replace(run.problem, settings=settings)
-    answer = answers(dataclasses.replace(run, problem=problem, known_verdict=verdict), worst_frame(run))[0]
+    answer = answers(dataclasses.replace(run, problem=problem, known_verdict=verdict), worst_frame(run), ())[0]
     assert answer.good is met
     assert "5 mm" in answer.words
 
@@ -53,8 +55,35 @@ def test_a_place_is_told_in_millimetres_and_how_it_is_mounted(numbers):
 
 
 def test_a_thin_arm_touches_nothing_that_is_known(invented):
-    verdict = dataclasses.replace(invented().verdict, self_clearance=None, obstacle_clearance=None)
-    assert touching(verdict, Settings(body=Body(kind="thin"), needs=Needs())).good is None
+    run = invented()
+    settings = run.problem.settings.replace({"body": {"kind": "thin"}})
+    run = dataclasses.replace(run, problem=dataclasses.replace(run.problem, settings=settings))
+    assert clearances(run).least == ()
+    assert touching((), settings).good is None
+
+
+def test_the_least_of_all_is_told_first_that_of_a_build_s_parts_too(invented, numbers):
+    run = invented()
+    bodies = clearances(run).least
+    assert min(near.value for near in bodies) == pytest.approx(run.verdict.self_clearance.value)
+    gap = PartsGap(bodies[0].value - 2e-3, ("J3-L2", "J3-L3"), np.zeros(3), 3)
+    made = SimpleNamespace(gap=gap, assembly=SimpleNamespace(placed=()))
+    nearest = clearances(run, made).least
+    assert nearest[0].bodies == gap.parts
+    assert "joint 3" in nearest[0].words
+    some = Near(0.004, ("bracket A", "bracket B"), "at joint 3")
+    answer = touching((some,), run.problem.settings)
+    assert (numbers(answer.figure), answer.good) == ([4.0], False)  # 5 mm are asked for
+    assert "racket A and bracket B" in answer.words
+    assert "less than the 5 mm" in story(run, worst_frame(run), (some,))
+
+
+def test_what_keeps_its_distance_is_told_so_and_not_drawn(invented):
+    run = invented(4)
+    found = clearances(run)
+    for near in found.least:
+        assert ("always" in near.words) == (near.when == "always")
+    assert all(np.ptp(each) > 1e-6 for each in found.series.values())
 
 
 def test_the_cell_is_drawn_in_the_room(invented):
@@ -110,10 +139,10 @@ def test_dimensions_are_distances_from_the_origin_and_the_nearest_edge(numbers):
 
 def test_how_fast_it_is_names_the_largest_load(invented, numbers):
     run = invented()
-    answer = answers(run, worst_frame(run))[3]
+    answer = answers(run, worst_frame(run), ())[3]
     assert numbers(answer.words)[-2] == pytest.approx(max(run.verdict.peak_torque), rel=6e-3)
     assert answer.good is None  # no speed is stated
     slow = dataclasses.replace(run.verdict, speed_fraction=0.4)
     settings = run.problem.settings.replace({"needs": {"max_speed": [90.0]}})
     problem = dataclasses.replace(run.problem, settings=settings)
-    assert answers(dataclasses.replace(run, problem=problem, known_verdict=slow), worst_frame(run))[3].good is False
+    assert answers(dataclasses.replace(run, problem=problem, known_verdict=slow), worst_frame(run), ())[3].good is False

@@ -3,13 +3,13 @@
 import dataclasses
 import re
 import shlex
+from types import SimpleNamespace
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from armdesign.building import RECORD
 from armdesign.cli import app
 from armdesign.export.options import LimitOptions, RobotOptions
 from armdesign.feasibility.violations import figure
@@ -19,7 +19,7 @@ from armdesign.settings import Body
 from armdesign.swarm.agreement import Agreement
 from armdesign.views.report import report_html, words
 from armdesign.views.report.answers import next_steps, plain_verdict, worst_frame
-from armdesign.views.report.facts import joint_loads, start_error
+from armdesign.views.report.facts import joint_loads
 
 ALWAYS = 1 + 1 + 2 + 3 + 3 + 1
 """Figures: the shaded picture, the drawing, errors, cell with clearance, joints, fitness."""
@@ -99,12 +99,6 @@ def test_the_fitness_and_its_parts_are_those_of_the_result(both, take_apart, num
     names = [*run.problem.task.points, "area E"]
     names += ["orientation"] if run.problem.settings.fitness.orientation_weight else []
     assert sum(numbers(row_of(page, name)[2])[0] for name in names) == pytest.approx(total, abs=0.0051 * len(names))
-
-
-def test_the_start_error_is_that_of_the_result(both):
-    run, text = both
-    assert start_error(run) == pytest.approx(run.evaluation.path.start_error, rel=1e-3, abs=1e-9)
-    assert f"the end-effector is {1e3 * run.evaluation.path.start_error:.3f} mm from" in text
 
 
 def test_limits_are_those_of_the_urdf_in_the_folder(both, take_apart, numbers):
@@ -222,21 +216,37 @@ def test_commands_of_the_first_screen_are_commands(both):
         assert command != "build" or "--catalogue" in words  # which it cannot do without
 
 
-def test_a_build_is_not_told_to_pick_motors_but_to_have_its_parts_made(both, tmp_path):
-    advice = {True: "", False: ""}
-    for built in advice:
-        folder = tmp_path / ("built" if built else "designed")
-        folder.mkdir()
-        if built:
-            (folder / RECORD).write_text("{}")
-        steps = next_steps(dataclasses.replace(both[0], folder=folder), [])
-        assert len(steps) <= 4
-        advice[built] = "\n".join(step.code for step in steps)
-    assert "armdesign build" in advice[False]
-    assert "armdesign tolerance" not in advice[False]
-    assert "armdesign build" not in advice[True]
-    assert "--format drawing,step" in advice[True]
-    assert "armdesign tolerance" in advice[True]
+def test_a_build_is_not_told_to_pick_motors_but_to_have_its_parts_made(both):
+    run = both[0]
+    sound = SimpleNamespace(fault="", remedy=lambda _: "")
+    faulty = SimpleNamespace(
+        fault="parts meet", remedy=lambda run: f"Take another:\n  armdesign search --out {run}-again"
+    )
+    designed, built, wrong = ([step.code for step in next_steps(run, [], made)] for made in (None, sound, faulty))
+    assert any("armdesign build" in code for code in designed)
+    assert not any("armdesign build" in code for code in [*built, *wrong])
+    assert any("--format drawing,step" in code for code in built)
+    assert any("armdesign tolerance" in code for code in built)
+    assert wrong[0] == "armdesign search --out RUN-again"
+    assert not any("drawing" in code for code in wrong)
+
+
+def test_the_least_sure_search_is_told_to_go_on_however_good_its_arm(invented):
+    run = invented()
+    good = dataclasses.replace(run.verdict, feasible=True, tolerance_met=True)
+    for agreeing, first in ((0, True), (1, True), (2, False)):
+        facts = dataclasses.replace(run.facts, agreement=Agreement(agreeing, agreeing, 1.0, 0, 0))
+        steps = next_steps(dataclasses.replace(run, facts=facts, known_verdict=good), [])
+        assert ("--resume" in steps[0].code) is first
+
+
+def test_the_fault_of_a_build_is_its_headline_and_a_missed_tolerance_does_not_sound_like_parts(invented):
+    run = invented()
+    missed = dataclasses.replace(run.verdict, feasible=True, tolerance_met=False)
+    run = dataclasses.replace(run, known_verdict=missed)
+    assert "built" not in plain_verdict(run, worst_frame(run))
+    made = SimpleNamespace(fault="parts meet", warning="NOT TO BE MADE: parts meet")
+    assert plain_verdict(run, worst_frame(run), made) == "NOT TO BE MADE: parts meet."
 
 
 def test_the_lag_of_the_drives_and_every_word_is_said(both, take_apart):
