@@ -13,7 +13,7 @@ from armdesign._types import Array
 from armdesign.building.build import Build
 from armdesign.experiments.compare.comparison import ArmScore
 from armdesign.experiments.compare.serial_arm import SerialArm
-from armdesign.feasibility.words import pace
+from armdesign.feasibility.words import base_words, pace
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.search.result import Result, done
 from armdesign.studio.takes import nearest
@@ -40,6 +40,7 @@ class Arm:
         result: The design, or the arm as it is built; None of a ready-made arm.
         built: Its parts; None where they are not chosen.
         design: What it was built after; None where it is not built.
+        stands: Where a ready-made arm stands, in a sentence.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Arm:
     result: Result | None = None
     built: Build | None = None
     design: Result | None = None
+    stands: str = ""
 
     @property
     def worst(self) -> float:
@@ -103,7 +105,8 @@ def ready_made_arm(row: ArmScore, result: Result) -> Arm:
         raise TypeError("a ready-made arm is wanted")
     arm, q, problem = row.arm, row.path.q, result.problem.in_room
     pose = placed_base(row.base[:3], float(row.base[3]), row.mounted)
-    base = BasePose(pose.translation + problem.shift, pose.rotation).matrix
+    stand = BasePose(pose.translation + problem.shift, pose.rotation, row.mounted)
+    base = stand.matrix
 
     def place(frame: int) -> Array:
         poses = [base]
@@ -115,7 +118,8 @@ def ready_made_arm(row: ArmScore, result: Result) -> Arm:
 
     time = result.problem.task.time
     error = row.path.distance[:, -1] if row.reached else np.full(len(time), np.inf)
-    return Arm(arm.name, arm.dof, time, error, arm.length, row.moving_mass, place)
+    stands = base_words(stand) if result.placed else ""
+    return Arm(arm.name, arm.dof, time, error, arm.length, row.moving_mass, place, stands=stands)
 
 
 def millimetres(length: float) -> str:

@@ -26,6 +26,7 @@ from armdesign.studio.scene import COLOURS
 
 ALL = "all of them"
 WAITING = "Search an arm first; here it is compared with others."
+ABOUT = "The search's arm, its alternative 1, has the best score in all; in one column another may be better."
 POSES = 400
 """Base poses that are tried for a ready-made arm."""
 
@@ -100,7 +101,7 @@ class ArmsPanel:
     def begin(self, result: Result, run: Path) -> None:
         """A search has ended: its arm, and those of other numbers of joints."""
         self.run, self.result, self.chosen = run, result, None
-        self.arms = [design_arm(result, "best arm")]
+        self.arms = [design_arm(result, "search's arm")]
         for path in numbered_results(run, "n") if holds_auto(run) else ():
             n = int(path.parent.name.removeprefix("n"))
             if n != result.table.dof:
@@ -147,8 +148,10 @@ class ArmsPanel:
             page.panels["Parts"].begin(self.chosen, self.run)
             page.panels["Redesign"].begin(self.chosen)
         seen = sorted(seen, key=lambda arm: arm is not self.chosen)  # the headline is about the first
-        page.set_html(self.note, f"<h4>Best by {self.sort.value}: {escape(arms[0].name)}</h4>")
-        page.set_html(self.table, arms_table(arms, [colours[arm.name] for arm in arms]))
+        page.set_html(self.note, f"<h4>First by {self.sort.value}: {escape(arms[0].name)}</h4>{ABOUT}")
+        stands = [f"{arm.name}: {arm.stands}" for arm in arms if arm.stands]
+        table = arms_table(arms, [colours[arm.name] for arm in arms])
+        page.set_html(self.table, table + "".join(f"<p>{escape(each)}</p>" for each in stands))
         page.show_arms(*((arm, colours[arm.name]) for arm in seen))
         if self.run is not None and (self.run / RESULT).is_file():
             robots = [arm.name for arm in self.arms if arm.result is None] or [self.robot.value.split()[0]]

@@ -1,9 +1,19 @@
 // What the page does by itself: a file dropped anywhere goes to the button for files of the open panel, a click in a
-// plot goes to that moment, a link to a panel opens it, and viser's notes on slow drawing and on uploads of another page go away.
+// plot goes to that moment, a link to a panel opens it, viser's notes on slow drawing and on uploads of another page go away,
+// and where the window is high enough headline, plot and tabs stay in sight while the panel below them scrolls by itself.
 (() => {
   const notes = () => [...document.querySelectorAll(".mantine-Notification-root")];
   const idle = (each) => /^(Software WebGL|Uploading undefined)/.test(each.textContent);
   setInterval(() => notes().filter(idle).forEach((each) => each.querySelector("button").click()), 1000);
+  const LEAST = 250; // height of a panel that is worth scrolling by itself [pixels]
+  setInterval(() => {
+    const tabs = document.querySelector("[role=tablist]"), view = tabs?.closest(".mantine-ScrollArea-viewport");
+    if (!view) return;
+    const top = tabs.getBoundingClientRect().bottom - view.getBoundingClientRect().top + view.scrollTop;
+    const room = Math.floor(view.clientHeight - top) - 8, style = tabs.nextElementSibling.style;
+    style.maxHeight = room < LEAST ? "" : `${room}px`;
+    style.overflowY = room < LEAST ? "" : "auto";
+  }, 300);
   const shown = (each) => each.parentElement.querySelector("button")?.offsetParent;
   addEventListener("dragover", (event) => event.preventDefault());
   addEventListener("drop", (event) => {

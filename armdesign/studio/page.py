@@ -22,12 +22,14 @@ from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import Scene
 
 STYLE = """<style>
-.mantine-Tabs-tab{padding:8px 7.5px}
+.mantine-Slider-root{padding-bottom:1em!important}.mantine-Slider-markLabel{translate:0 .6rem}
 .ad{margin:6px 12px;font-size:13.5px;line-height:1.45}.ad svg{width:100%;font:10px sans-serif;fill:#333}
 .ad svg[data-start]{cursor:pointer}.ad h4{margin:2px 0;font-size:15px}.ad ul{margin:4px 0;padding-left:18px}
 .ad table{border-collapse:collapse;width:100%}.ad td,.ad th{padding:3px 4px;text-align:right;white-space:nowrap}
 .ad th:first-child{text-align:left;font-weight:600}.ad tr{border-bottom:1px solid #e2e5e9}
 .ad .wide{overflow-x:auto;font-size:12.5px}
+@media(max-width:960px){.ad .wide{font-size:10.5px}.ad .wide td,.ad .wide th{padding:3px 2px}}
+@media(max-width:600px){.ad .wide tr>:nth-child(4),.ad .wide tr>:nth-child(5){display:none}}
 .ad i{display:inline-block;width:10px;height:10px;border-radius:5px;margin-right:5px}
 .ad summary{color:#5c6670;cursor:pointer}.ad details{margin:6px 0}
 .ad code{display:block;background:#f1f3f5;padding:5px 7px;overflow-wrap:anywhere;font-size:11.5px}
@@ -36,6 +38,9 @@ STYLE = """<style>
 .mantine-Notifications-root{top:auto!important;bottom:12px;width:300px!important}
 .ad .good{color:#16703c}.ad .bad{color:#b00020}.ad .soft{color:#5c6670}.ad a[data-panel]{font-weight:600;color:#1864ab}
 </style>"""
+
+WIDE, NARROW = 430, 330
+"""Width of the panels, and in a small window [pixels]."""
 
 
 def link(panel: str, words: str) -> str:
@@ -116,7 +121,8 @@ class Page:
         self.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
         self.gui.set_panel_label("armdesign studio")
         self.gui.main_panel.dock_right()
-        self.gui.main_panel.set_width(430)
+        self.gui.main_panel.set_width(WIDE)
+        server.on_client_connect(self.fit)
         self.headline = self.html("")
         self.way = self.gui.add_button("", color="orange", visible=False)  # out of what is wrong with the arm
         self.way.on_click(lambda _: self.work("start", lambda: self.panels["Parts"].go(0)))
@@ -142,6 +148,19 @@ class Page:
         for name, kind in kinds.items():
             with tabs.add_tab(name):
                 self.panels[name] = kind(self)
+
+    def fit(self, client: Any) -> None:  # noqa: ANN401 (viser's handle)
+        """Make the panels of a window narrower while they would take half of it."""
+        width = WIDE
+
+        def changed(_: object) -> None:
+            nonlocal width
+            wanted = WIDE if client.camera.image_width + width > 2 * WIDE + 100 else NARROW
+            if wanted != width:
+                width = wanted
+                client.gui.main_panel.set_width(width)
+
+        client.camera.on_update(changed)
 
     def begin(self) -> None:
         """Let time pass from now on."""

@@ -42,7 +42,7 @@ class RecordingPanel:
         upload = gui.add_upload_button("Choose a recording, or drop it on the page")
         upload.on_upload(lambda event: self.uploaded(event.target.value.name, event.target.value.content))
         self.about = page.html('<span class="soft">C3D, TRC, CSV, BVH, MVNX, JSON, ROS bags and more.</span>')
-        with gui.add_folder("Which points are the arm, and which part counts?") as self.arm_folder:
+        with gui.add_folder("The arm's points, and the time") as self.arm_folder:
             self.points = [gui.add_dropdown(role.capitalize(), (NONE,)) for role in ROLES]
             self.target = gui.add_dropdown("A clicked point becomes", tuple(role.capitalize() for role in ROLES))
             self.part = gui.add_multi_slider("From, to [s]", 0.0, 1.0, 0.01, (0.0, 1.0))

@@ -308,7 +308,7 @@ class RoomPanel:
             count += 1
             name = f"{kind}_{count}"
         x, y = (round(float(value), 2) for value in middle[:2])
-        self.solids.append(Solid(name, kind, (x + 0.5, y, 0.2), (0.4, 0.4, 0.4)))
+        self.solids.append(Solid(name, kind, (x + 0.3, y, 0.15), (0.3, 0.3, 0.3)))
         self.list_solids(name)
         self.changed()
 

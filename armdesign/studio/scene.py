@@ -17,11 +17,17 @@ from armdesign.search.design_problem import DesignProblem
 from armdesign.settings.place import Site
 from armdesign.studio.arms import Arm
 from armdesign.studio.takes import Shot, nearest
+from armdesign.views.preview.human import limb_radii
+from armdesign.views.preview.shapes import rod_places
 
 PERSON, POINT, UNSEEN = (213, 94, 0), (120, 128, 138), (200, 40, 40)
+LIMB = (172, 28, 0)
+"""The person's colour for viser's batches, which take a colour as linear."""
 COLOURS = ("#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f5539", "#444444")
 TUBE, BASE, OBSTACLE, REGION = (169, 183, 196), (61, 70, 80), (138, 127, 114), (59, 110, 165)
-BALL, ROD = 0.014, 0.012
+BALL, FLESH = 0.014, 0.55
+FROM_Y = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+"""Turns a cylinder along z so that it runs along y, shape (4, 4)."""
 PATH_POINTS = 400
 MOST_TRIANGLES = 20_000
 """Larger meshes are drawn as the box about them."""
@@ -132,7 +138,7 @@ class Scene:
         self.show_time(self.time)
 
     def show_person(self, name: str, chain: Array) -> None:
-        """The person's arm as rods, and the path of the hand.
+        """The person's arm as limbs, rounded where they meet, and the path of the hand.
 
         Args:
             name: Node.
@@ -140,8 +146,16 @@ class Scene:
         """
         if chain.shape[1] < 2:
             return
-        lines = np.stack([chain[0, :-1], chain[0, 1:]], axis=1)
-        self.person = [self.api.add_line_segments(name, lines, PERSON, thickness=2 * ROD)]
+        radii = limb_radii(chain.shape[1] - 1)
+        solids = trimesh.creation.cylinder(1.0, 1.0, sections=24, transform=FROM_Y), trimesh.creation.icosphere(2, 1.0)
+        self.person = [
+            self.api.add_batched_meshes_simple(
+                f"{name}/{k}", solid.vertices, solid.faces, np.tile([1.0, 0.0, 0.0, 0.0], (len(radii), 1)),
+                np.zeros((len(radii), 3)), batched_scales=np.tile(radii[:, None], (1, 3)), batched_colors=LIMB,
+                opacity=FLESH,
+            )
+            for k, solid in enumerate(solids)
+        ]  # fmt: skip
         frames = np.unique(np.linspace(0, len(chain) - 1, PATH_POINTS).astype(int))
         hand = chain[frames, -1]
         path = np.stack([hand[:-1], hand[1:]], axis=1)
@@ -205,9 +219,14 @@ class Scene:
                 seen = np.isfinite(places[:, 0])
                 self.balls.batched_positions = np.where(seen[:, None], places, 0.0).astype(np.float32)
                 self.balls.batched_scales = np.where(seen, 1.0, 1e-6).astype(np.float32)
-            for rods in self.person:
+            if self.person:
                 body = self.shot.chain[nearest(self.shot.recording.time, time)]
-                rods.points = np.stack([body[:-1], body[1:]], axis=1).astype(np.float32)
+                limbs, bends = self.person
+                middle, turn, length = rod_places(body[:-1], body[1:])
+                radii = limb_radii(len(length))
+                limbs.batched_positions, limbs.batched_wxyzs = middle.astype(np.float32), np.roll(turn, 1, axis=1)
+                limbs.batched_scales = np.stack([radii, length, radii], axis=1).astype(np.float32)
+                bends.batched_positions = body[:-1].astype(np.float32)
         for arm, links in zip(self.arms, self.links, strict=False):
             poses = arm.at(time)
             for link, pose, turn in zip(links, poses, wxyz(poses[:, :3, :3]), strict=True):

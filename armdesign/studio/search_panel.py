@@ -274,11 +274,11 @@ class SearchPanel:
         ended = state != "running"
         lines = [f"<h4>{STATES.get(state, state)}</h4>"]
         if ended:
-            words = summary(result.verdict, result.problem.settings, result.base_pose)[:-1]  # motors decide the speed
+            words = summary(result.verdict, result.problem.settings, result.base_pose)
             mark = "" if result.verdict.passed else ' class="bad"'  # good only once its parts fit
             items = "".join(f"<li{mark if k == 1 else ''}>{escape(line)}</li>" for k, line in enumerate(words))
             lines.append(
-                f"<p>As it was searched; with its parts chosen it stands and moves as Parts says.</p><ul>{items}</ul>"
+                f"<p>As it was searched; its motors, once chosen in Parts, decide the speed.</p><ul>{items}</ul>"
             )
         if result.facts is not None and ended:
             sure = result.facts.agreement
@@ -286,7 +286,7 @@ class SearchPanel:
             lines.append(f"{run.iterations or result.facts.evaluations} arms tried.{better}")
         x, y = np.array(points, dtype=float).reshape(-1, 2).T
         if len(x) > 1:
-            title = "Score of the best arm so far: errors and detours [mm]"
+            title = "How far off the best arm is, detours added [mm]"
             lines.append(plot([Curve(x, y, COLOURS[0], "best so far")], title, "arms tried"))
         if ended:
             ways = link("Parts", "choose its parts"), link("Arms", "compare it"), link("Redesign", "change it")

@@ -19,10 +19,10 @@ from armdesign.views.skeleton import places
 
 POINT, PLACE, ERROR, TRACE = 0.014, 0.009, 0.0045, 0.003
 """Radii [m]."""
-LIMBS = (0.05, 0.03)
-"""Radii of the demonstrator's arm at its first and last segment, about those of an adult [m]."""
-FLESH = 0.45
-"""Opacity of it, so that points and errors inside are seen."""
+LIMBS = (0.045, 0.025)
+"""Radii of the demonstrator's arm at its first and last segment, about those of a slender adult [m]."""
+FLESH = 0.3
+"""Opacity of it, so that the arm, points and errors inside are seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +51,11 @@ def motion_of(run: Result) -> Motion:
     return Motion(run.problem.task.P, run.problem.task.arm, on_arm[:, :-1], on_arm[:, -1], path.distance)
 
 
+def limb_radii(count: int) -> Array:
+    """Radii of the segments of a person's arm from the shoulder on, shape (count,) [m]."""
+    return np.linspace(*LIMBS, count)
+
+
 def draw_demonstrator(node: Any, motion: Motion, chosen: Indices) -> list[Track]:  # noqa: ANN401
     """Draw the points as balls, and the demonstrator's arm as limbs from point to point, rounded where they meet.
 
@@ -68,8 +73,8 @@ def draw_demonstrator(node: Any, motion: Motion, chosen: Indices) -> list[Track]
         ball = node[f"point_{i + 1}"]
         ball.set_object(mg.Sphere(POINT), material(DEMONSTRATOR))
         tracks.append(position_track(ball.path.lower(), points[:, i]))
-    radii = np.linspace(*LIMBS, max(ends.shape[1] - 1, 1)).tolist()
-    for i in range(ends.shape[1] - 1):
+    radii = limb_radii(ends.shape[1] - 1).tolist()
+    for i in range(len(radii)):
         segment = node[f"segment_{i + 1}"]
         segment.set_object(rod(radii[i]), material(DEMONSTRATOR, FLESH))
         tracks += rod_tracks(segment.path.lower(), ends[:, i], ends[:, i + 1])

@@ -25,7 +25,8 @@
   // The camera: as near as everything stays in sight.
   const SIDES = { front: [1, 0, 0.02], side: [0, -1, 0.02], top: [0.001, 0, 1], all: data.direction };
   function frame(direction = data.direction) {
-    const all = data.framed.map(point), away = point(direction).normalize();
+    const whole = direction === data.direction;  // from straight aside the floor far below is left out
+    const all = data.framed.concat(whole ? data.feet : []).map(point), away = point(direction).normalize();
     const target = new THREE.Box3().setFromPoints(all).getCenter(new THREE.Vector3());
     const room = { left: narrow() ? -0.95 : -0.95 + 2 * Math.min(0.4, 270 / window.innerWidth), right: 0.95, low: narrow() ? -0.68 : -0.84, high: narrow() ? 0.5 : 0.94 };
     const place = (distance) => {

@@ -18,8 +18,7 @@ from armdesign._types import Array
 from armdesign.demonstration.files.readers import legible_text
 from armdesign.errors import SettingsError, counted
 from armdesign.search.result import Result
-from armdesign.views.preview.colours import ARM, AXES, DEMONSTRATOR, VIRIDIS
-from armdesign.views.preview.keyframes import RATE
+from armdesign.views.preview.colours import ARM, AXES, DEMONSTRATOR, TUBE, VIRIDIS
 from armdesign.views.preview.preview_scene import AXIS, Scene, Shown, build_scene
 from armdesign.views.preview.surroundings import OBSTACLE, REGION
 
@@ -33,6 +32,8 @@ SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0)
 """Speeds to choose from on the page, beside the one it begins with."""
 MOST_DESIGNS = 12
 """Designs side by side; more would look alike, and would not fit into the page's size."""
+THING = "#2b2620"
+"""Colour of the names of obstacles."""
 NAME_GAP = 0.06
 """Free space below a design's name [m]."""
 
@@ -101,6 +102,7 @@ def page(scene: Scene, speed: float, title: str | None = None) -> str:
         regions=any(shown.regions for shown in scene.designs),
         colours={
             "arm": ARM,
+            "tube": TUBE,
             "demonstrator": DEMONSTRATOR,
             "room": OBSTACLE,
             "region": REGION,
@@ -108,6 +110,7 @@ def page(scene: Scene, speed: float, title: str | None = None) -> str:
         },
         ticks=[f"{share * scene.scale.top * 1e3:g}" for share in (0.0, 0.5, 1.0)],
         oriented=any(shown.oriented for shown in scene.designs),
+        moved=moved_words([slides for shown in scene.designs for slides in shown.sliding]),
         notes=notes(scene, speed),
     )
 
@@ -119,7 +122,8 @@ def page_data(scene: Scene, speed: float) -> dict[str, Any]:
         "speed": speed,
         "designs": [design_data(shown) for shown in scene.designs],
         "labels": [label for shown in scene.designs for label in labels(shown, several=len(scene.designs) > 1)],
-        "framed": [point for shown in scene.designs for point in framed(shown, scene.floor).tolist()],
+        "framed": [point for shown in scene.designs for point in framed(shown).tolist()],
+        "feet": [[*shown.pose[:2, 3].tolist(), scene.floor] for shown in scene.designs],
         "scale": {"top": scene.scale.top * 1e3, "colours": VIRIDIS},
         "direction": looked_from(scene).tolist(),
     }
@@ -133,13 +137,17 @@ def looked_from(scene: Scene) -> Array:
     return direction
 
 
-def framed(shown: Shown, floor: float) -> Array:
-    """What the camera has to see of a design: its space, base frame, name and foot, shape (13, 3)."""
+def moved_words(sliding: Sequence[bool]) -> str:
+    """What the column says of how far joints have moved: angle, travel of sliding ones, or both."""
+    return " or ".join(word for word, said in (("angle", not all(sliding)), ("travel", any(sliding))) if said)
+
+
+def framed(shown: Shown) -> Array:
+    """What the camera has to see of a design: its space, base frame and name, shape (12, 3)."""
     corners = np.stack(np.meshgrid(*shown.bounds.T, indexing="ij"), axis=-1).reshape(-1, 3)
     origin = shown.pose[:3, 3]
     axes = origin + 1.2 * AXIS * shown.pose[:3, :3].T
-    above = [[*origin[:2], top_of(shown)], [*origin[:2], floor]]
-    return np.concatenate([corners, axes, above])
+    return np.concatenate([corners, axes, [[*origin[:2], top_of(shown)]]])
 
 
 def top_of(shown: Shown) -> float:
@@ -160,10 +168,13 @@ def design_data(shown: Shown) -> dict[str, Any]:
 
 
 def labels(shown: Shown, *, several: bool) -> list[dict[str, Any]]:
-    """Texts at points of the scene: the axes of the base frame, and the design's name where there are several."""
-    found = []
+    """Texts in the scene: x and y of the base frame, obstacles, and the design's name where there are several.
+
+    That of z would lie on the arm.
+    """
+    found = [{"text": name, "place": top.tolist(), "kind": "thing", "colour": THING} for name, top in shown.things]
     origin = shown.pose[:3, 3]
-    for axis, direction, colour in zip("xyz", shown.pose[:3, :3].T, AXES, strict=True):
+    for axis, direction, colour in zip("xy", shown.pose[:3, :2].T, AXES, strict=False):
         place = (origin + 1.15 * AXIS * direction).tolist()
         found.append({"text": axis, "place": place, "kind": "axis", "colour": colour})
     if several:
@@ -182,9 +193,10 @@ def notes(scene: Scene, speed: float) -> list[str]:
     if shown == frames:
         return [f"{rate}, all of {counted(frames, 'frame')}.", *drawn]
     off = max(design.deviation for design in scene.designs)
-    density = (shown - len(scene.designs)) / sum(float(design.times[-1]) for design in scene.designs)
-    text = f"{rate}, {shown} of {counted(frames, 'frame')} ({min(density, RATE):.3g} per second)"
-    between = f"; between them the end-effector is at most {off * 1e3:.1f} mm off." if off > NEGLIGIBLE else "."
+    text = f"{rate}. {shown} of {counted(frames, 'frame')} are shown as they are"
+    between = (
+        f", the others by straight lines that leave the path by up to {off * 1e3:.1f} mm." if off > NEGLIGIBLE else "."
+    )
     return [f"{text}{between}", *drawn]
 
 

@@ -26,7 +26,13 @@ from armdesign.views.preview.human import (
 from armdesign.views.preview.keyframes import Indices, choose_frames, deviation, most_keyframes
 from armdesign.views.preview.recorder import Command, Window, animation
 from armdesign.views.preview.shapes import draw_frame, draw_grid
-from armdesign.views.preview.surroundings import draw_obstacles, draw_sites, thinned_names, wall_normals
+from armdesign.views.preview.surroundings import (
+    draw_obstacles,
+    draw_sites,
+    named_tops,
+    thinned_names,
+    wall_normals,
+)
 
 GAP = 0.25
 """Free space between designs side by side [m]."""
@@ -60,6 +66,7 @@ class Shown:
         surrounded: Whether anything stands in its room.
         regions: Whether there is a choice of places for its base.
         simplified: Names of the obstacles that are drawn as the box about them.
+        things: Names of the obstacles that stand still, with the middles of their tops, shape (3,) [m].
     """
 
     name: str
@@ -77,6 +84,7 @@ class Shown:
     surrounded: bool = False
     regions: bool = False
     simplified: tuple[str, ...] = ()
+    things: tuple[tuple[str, Array], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +174,7 @@ def describe(run: Result, motion: Motion, chosen: Indices, beside: Array, bounds
         surrounded=bool(run.problem.first.obstacles.each),
         regions=any(np.ptp(site.box, axis=0).max() > 0.0 for site in run.problem.space.sites),
         simplified=tuple(map(legible_text, thinned_names(run.problem.first.obstacles.each))),
+        things=tuple((legible_text(name), top + beside) for name, top in named_tops(run.problem.first.obstacles.each)),
     )
 
 

@@ -47,13 +47,27 @@ def rod_tracks(path: str, start: Array, end: Array) -> list[Track]:
         start: Shape (K, 3) [m].
         end: Shape (K, 3) [m].
     """
-    length = np.maximum(np.linalg.norm(end - start, axis=1), THINNEST)
+    middle, turn, length = rod_places(start, end)
     stretch = np.stack([np.ones_like(length), length, np.ones_like(length)], axis=1)
     return [
-        Track(path, ".position", "vector3", (start + end) / 2.0),
-        Track(path, ".quaternion", "quaternion", turns_from_y((end - start) / length[:, None])),
+        Track(path, ".position", "vector3", middle),
+        Track(path, ".quaternion", "quaternion", turn),
         Track(path, ".scale", "vector3", stretch),
     ]
+
+
+def rod_places(start: Array, end: Array) -> tuple[Array, Array, Array]:
+    """Where rods of length 1 along y have to be to lie between points.
+
+    Args:
+        start: Shape (K, 3) [m].
+        end: Shape (K, 3) [m].
+
+    Returns:
+        Their middles, shape (K, 3) [m], quaternions x, y, z, w, shape (K, 4), and lengths, shape (K,) [m].
+    """
+    length = np.maximum(np.linalg.norm(end - start, axis=1), THINNEST)
+    return (start + end) / 2.0, turns_from_y((end - start) / length[:, None]), length
 
 
 def turns_from_y(directions: Array) -> Array:

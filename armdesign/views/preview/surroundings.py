@@ -15,8 +15,8 @@ from armdesign.views.preview.keyframes import Indices
 from armdesign.views.preview.recorder import Track, pose_tracks
 from armdesign.views.preview.shapes import material
 
-OBSTACLE, REGION = "#8a7f72", "#3b6ea5"
-OPACITY, REGION_OPACITY, SLAB_OPACITY = 0.8, 0.15, 0.5
+OBSTACLE, REGION = "#8a7f72", "#aa3377"
+OPACITY, REGION_OPACITY, SLAB_OPACITY = 0.8, 0.35, 0.5
 GROUND = "#d9dce0"
 SLAB, BESIDE, LEVEL = 0.02, 0.1, 0.5
 """Thickness of floors and walls, how far they reach beyond what is shown [m]; what looks down more is a ceiling."""
@@ -98,6 +98,16 @@ def wall_normals(obstacles: Sequence[Obstacle]) -> Array:
     """Where the free sides of the walls that are drawn are, shape (W, 3)."""
     normals = [one.poses[0, :3, 2] for one in obstacles if isinstance(one.shape, Plane) and len(one.poses) == 1]
     return np.array([normal for normal in normals if abs(normal[2]) < LEVEL]).reshape(-1, 3)
+
+
+def named_tops(obstacles: Sequence[Obstacle]) -> list[tuple[str, Array]]:
+    """Names of what stands still in the room, each with the middle of its top, shape (3,) [m]."""
+    still = [one for one in obstacles if len(one.poses) == 1 and len(one.shape.outline)]
+    tops = [one.shape.outline @ one.poses[0, :3, :3].T + one.poses[0, :3, 3] for one in still]
+    return [
+        (one.name, np.array([*(top.min(axis=0) + top.max(axis=0))[:2] / 2.0, top[:, 2].max()]))
+        for one, top in zip(still, tops, strict=True)
+    ]
 
 
 def thinned_names(obstacles: Sequence[Obstacle]) -> list[str]:

@@ -13,11 +13,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from armdesign.cell.obstacles import Box, Obstacle
 from armdesign.errors import SettingsError
 from armdesign.kinematics.models import arm_model
 from armdesign.views.preview import preview_html
-from armdesign.views.preview.preview_page import digest, looked_from
+from armdesign.views.preview.preview_page import digest, labels, looked_from, moved_words
 from armdesign.views.preview.preview_scene import build_scene
+from armdesign.views.preview.surroundings import named_tops
 
 FRAMES = (0, 37, 99)
 LARGEST = 5_000_000
@@ -111,7 +113,7 @@ def test_long_recordings_stay_below_the_size_and_say_what_was_left_out(any_run, 
     assert len(page.encode()) < LARGEST
     shown = int(re.search(r"(\d+) of \d+ frames", page).group(1))
     assert 500 < shown < frames
-    assert re.search(rf"of {frames} frames \([\d.]+ per second\); between them .* at most [\d.]+ mm off", page)
+    assert re.search(rf"of {frames} frames are shown as they are, the others by straight lines .* [\d.]+ mm", page)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf"), 1e9])
@@ -175,6 +177,16 @@ def test_the_camera_stands_on_the_free_side_of_walls(any_run):
     seen = dataclasses.replace(scene, designs=(dataclasses.replace(scene.designs[0], walls=walls),))
     assert (walls @ looked_from(seen) > 0.0).all()
     assert np.linalg.norm(looked_from(seen)) == pytest.approx(np.linalg.norm(looked_from(scene)))
+
+
+def test_what_stands_in_the_room_has_its_name_in_the_picture_and_joints_slide_or_turn(any_run):
+    shown = build_scene([any_run(0, 3)]).designs[0]
+    box = Obstacle("table", Box(np.array([0.4, 0.6, 0.2])), np.eye(4)[None])
+    assert [[name, *top] for name, top in named_tops([box])] == [["table", 0.0, 0.0, 0.1]]
+    texts = labels(dataclasses.replace(shown, things=tuple(named_tops([box]))), several=False)
+    assert [each["text"] for each in texts] == ["table", "x", "y"]  # that of z would lie on the arm
+    words = [moved_words(each) for each in ([False], [True], [True, False])]
+    assert words == ["angle", "travel", "angle or travel"]
 
 
 def test_the_browser_has_the_arms_where_pinocchio_has_them(probe, example_runs):
