@@ -17,7 +17,7 @@ from armdesign.building.build import Build, assembly_of
 from armdesign.building.catalogue import Actuator
 from armdesign.building.clocking import clock_words
 from armdesign.building.labels import Labels
-from armdesign.building.part_lists import screw_length, shortened
+from armdesign.building.part_lists import TIGHTENING, screw_length, shortened, tightening
 from armdesign.building.parts import Placed, Screws
 from armdesign.building.projection import Solid, draw_solids, slanted, solids_of
 from armdesign.building.sheet import Sheet, number, svg_of
@@ -104,7 +104,7 @@ def made_first(build: Build) -> list[str]:
     return [
         f"{len(places)} × {name} ({part.material}): {', '.join(each.mark for each in places)}"
         for name, (part, places) in assembly_of(build).counted().items() if not part.bought
-    ] + [f"Bought besides, and not chosen here: {besides}."]  # fmt: skip
+    ] + [f"Bought besides, and not chosen here: {besides}.", TIGHTENING[build.options.printed]]  # fmt: skip
 
 
 def surface(build: Build) -> str:
@@ -174,7 +174,7 @@ def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Ste
             joined = [s for s in screws if set(s.joins) & marks and set(s.joins) <= marks | done]
             # beside a screw across no key reaches a flange's
             joined = sorted(joined, key=lambda s: (s.nut, s.joins[1] in late and not s.spacer))
-            words += screw_words(joined, surface(build))
+            words += screw_words(joined, surface(build), printed=build.options.printed)
             found.append(Step(title, words, pictured(there, new, whole)))
             there += [solid for _, shown in new for solid in shown]
             done |= marks
@@ -196,12 +196,13 @@ def part_words(new: Sequence[tuple[Placed, list[Solid]]]) -> list[str]:
     return words
 
 
-def screw_words(joined: Sequence[Screws], base_on: str = FLOOR) -> list[str]:
+def screw_words(joined: Sequence[Screws], base_on: str = FLOOR, *, printed: bool = False) -> list[str]:
     """Screws by what they join, in words, with how long they have to be and may be.
 
     Args:
         joined: The screws.
         base_on: What the base's plate is screwed to.
+        printed: Whether parts are printed.
     """
     words = []
     for each in joined:
@@ -217,8 +218,10 @@ def screw_words(joined: Sequence[Screws], base_on: str = FLOOR) -> list[str]:
         ends = ", with a locking nut" if each.nut else ""
         if second == base_on:
             ends = f"; longer by what the {base_on} takes"
-        elif "J" in (first[0], second[0]) and not each.spacer and "-" not in first and not np.isfinite(each.most):
-            ends = f"; how deep the holes of {first} are, its maker's drawing says"
+        else:
+            ends += f"; {tightening(each, printed=printed)}"
+            if "J" in (first[0], second[0]) and not each.spacer and "-" not in first and not np.isfinite(each.most):
+                ends += f"; how deep the holes of {first} are, its maker's drawing says"
         words.append(
             f"{first} to {second}{through}: {each.count} × {each.thread} x {screw_length(each)}{shortened(each)}, at "
             f"least {number(1e3 * each.length)} mm{most} under the head{ends}{f'; {each.note}' if each.note else ''}."

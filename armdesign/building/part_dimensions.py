@@ -259,21 +259,21 @@ def sides(places: Sequence[Placed], screws: Sequence[Screws]) -> list[tuple[str,
     if part.kind not in ("bracket", "corner"):
         ends = extent(part)
         return [(words, end * z) for words, end in zip(ENDS[part.kind], ends, strict=True) if words]
-    held: dict[int, list[str]] = {}
+    held: dict[int, dict[str, list[str]]] = {}
     for each in places:
         for joined in screws:
             if each.mark in joined.joins:
                 other = joined.spacer or next(mark for mark in joined.joins if mark != each.mark)
-                tube = re.search(r"-T(\d+)", other)
-                side, words = -1, f"base plate {other}"
+                tube, of = re.search(r"-T(\d+)", other), re.search(r"-C(\d+)", each.mark)
+                side, what = -1, "base plate"
                 if tube is not None:
-                    of = re.search(r"-C(\d+)", each.mark)
                     side = 0 if of is None else int(tube[1]) - int(of[1])
-                    words = f"{'tube' if other[-2:] in ('-a', '-b') else 'spacer'} {other}"
+                    what = "tube" if other.endswith(("-a", "-b")) else "spacer"
                 elif other != "B":
-                    words = f"actuator {other}, {'housing' if each.mark.endswith(f'L{other[1:]}') else 'output'}"
-                held.setdefault(side, []).append(words)
+                    what = f"{'housing' if each.mark.endswith(f'L{other[1:]}') else 'output'} of actuator"
+                held.setdefault(side, {}).setdefault(what, []).append(other)
     faces = {k: seat + 5e-3 * np.array([turn[1], -turn[0], 0.0])
              for k, (seat, turn) in enumerate(zip(seats(part), outward(part), strict=True))}  # fmt: skip
     faces[-1] = np.append(datum(part), 0.0) - [5e-3, 0.0, 0.0]
-    return [(" / ".join(dict.fromkeys(words)), faces[side]) for side, words in held.items()]
+    return [(" / ".join(f"{what} {', '.join(marks)}" for what, marks in words.items()), faces[side])
+            for side, words in held.items()]  # fmt: skip

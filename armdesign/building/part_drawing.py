@@ -26,7 +26,19 @@ from armdesign.building.part_holes import HOLE_HEADS, HoleGroup, datum, directio
 from armdesign.building.part_tolerances import ANGLE
 from armdesign.building.parts import Part, Placed, Rod, Screws, file_name
 from armdesign.building.projection import SHADES, View, draw_solids, slanted, solids_of
-from armdesign.building.sheet import LETTER, SCALES, Box, Sheet, block_box, circle, framed, number, pdf_of, svg_of
+from armdesign.building.sheet import (
+    LETTER,
+    SCALES,
+    Box,
+    Sheet,
+    block_box,
+    circle,
+    framed,
+    number,
+    pdf_of,
+    svg_of,
+    text_width,
+)
 from armdesign.building.shop import ALUMINIUM
 from armdesign.kinematics.base_pose import MOUNTINGS
 
@@ -38,10 +50,13 @@ AT_AN_ANGLE = View("at an angle", (0.77, 0.0, -0.64), (-0.27, 0.91, -0.32))
 """From the front, the right and above."""
 EDGES = "Edges broken 0.3. Surfaces Ra 3.2."
 PRINTING = {
-    True: "Print it solid, lying on what the front view shows: layers run along both plates, and no load parts them.",
-    False: "Print it solid, its disc on the bed; the tube's screw has to stay tight, since bending would part layers.",
+    "bracket": "Print it solid, lying on what the front view shows: layers run along both plates, no load parts them.",
+    "corner": "Print it solid, lying on what the front view shows.",
+    "base plate": "Print it solid, lying flat.",
+    "spacer": "Print it solid, lying flat.",
 }
-"""How parts are printed, by whether they are drawn out from an outline: no load may part layers that need not."""
+"""How parts are printed, by their kind: no load may part layers that need not."""
+SPIGOT_PRINTED = "Print it solid, its disc on the bed. Its weak place is the spigot's root, where bending parts layers."
 THREADS_PRINTED = (
     "Threads: print their holes 0.3 smaller, drill as stated, tap by hand; no inserts, no thread-forming screws."
 )
@@ -96,25 +111,29 @@ def part_sheet(places: Sequence[Placed], screws: Sequence[Screws], arm: str, of:
     foot = block_box([*fields, ""])[3] + 3.0
     picture = Box((405.0 - PICTURE[0], foot, 405.0, foot + PICTURE[1]))
     rest = Box((COLUMN, picture[3] + 3.0, 405.0, table[1] - 3.0))
-    beside = Box((27.0, 20.0 + 5.0 * len(lines), COLUMN - 4.0, 282.0))
     besides = [*tilted, *([BOTTOM] if any(each.view == BOTTOM for each in part_dimensions(part)) else [])]
-    rooms = [beside] if besides else [beside, Box((27.0, max(beside[1], picture[3]), 405.0, table[1] - 4.0))]
     top = TOP if outlines(part) else None
     side = SIDE if top is None or any(looks_along(SIDE, direction(hole)) for hole in part.holes) else None
+    wide = max(text_width(line, 3.0) for line in lines)
+    taken = [table, picture, block_box([*fields, ""]), Box((20.0, 10.0, 28.0 + wide, 19.0 + 5.0 * len(lines)))]
     for scale in SCALES[2:]:
-        views, _ = arranged([Sheet() if view is None else part_view(part, view, scale, tilted, held)
-                             for view in (FRONT, top, side)])  # fmt: skip
-        more = [part_view(part, view, scale) for view in besides]
-        high = sum(float(view.extent.size[1]) + 3.0 for view in more)
-        wide = max((float(view.extent.size[0]) for view in more), default=0.0)
-        room = next((room for room in rooms if np.all(np.array(views.size) <= room.size)), None)
-        if room is not None and high <= rest.size[1] and wide <= rest.size[0]:
+        views, boxes = arranged([Sheet() if view is None else part_view(part, view, scale, tilted, held)
+                                 for view in (FRONT, top, side)])  # fmt: skip
+        more, above = [], rest[3]
+        for view in besides:
+            one = part_view(part, view, scale)
+            more.append((one, np.array([COLUMN - one.extent[0], above - one.extent[3]])))
+            above -= float(one.extent.size[1]) + 3.0
+        column = [one.extent.moved(by) for one, by in more]
+        corners = [np.array([27.0, high - views.size[1]]) for high in (282.0, table[1] - 4.0)]
+        corner = next((by for by in corners if by[1] > 15.0 and not any(
+            box.moved(by).overlaps(other) for box in boxes for other in (*taken, *column))), None)  # fmt: skip
+        inside = all(box[2] <= rest[2] and box[1] >= rest[1] for box in column)
+        if corner is not None and inside and 27.0 + views.size[0] <= 405.0:
             break
-    sheet.put(views, np.array((room or beside)[::3]) - (0.0, views.size[1]))
-    above = rest[3]
-    for view in more:
-        sheet.put(view, (COLUMN - view.extent[0], above - view.extent[3]))
-        above -= float(view.extent.size[1]) + 3.0
+    sheet.put(views, corners[0] if corner is None else corner)
+    for one, by in more:
+        sheet.put(one, by)
     draw_picture(sheet, part, picture)
     for k, line in enumerate(reversed(lines)):
         sheet.text(line, (27.0, 16.0 + 5.0 * k), "left", 3.0)
@@ -170,16 +189,15 @@ def notes(part: Part) -> list[str]:
     elif part.scribes and part.kind == "base plate":
         lines.append("x: scribe line, over the edge, too, towards x of the base. Angles of holes are against it.")
     elif part.scribes:
-        lines.append("S: scribe line, over the edge, too. A flange is on as it has to be when its line meets this one.")
-    elif part.kind == "spacer":
-        lines.append("It may be turned to any of the positions in which its screws go in: all are alike.")
+        between = ", half way between two holes A" if part.kind == "spacer" else ""
+        lines.append(f"S: scribe line, over edges, too{between}. It has to meet that of what is bolted on.")
     if any(group.circle for group in hole_groups(part)):
         lines.append("Circles are about the datum, where the arrows x and y begin; angles from x, anticlockwise.")
     if tapped:
         lines.append("M × a, drill ⌀ × b: a is the depth of full thread, b that of the drill, without its tip.")
     if part.kind == "tube" or part.material == ALUMINIUM[0]:
         return [*lines, EDGES]
-    return [*lines, PRINTING[bool(outlines(part))], *([THREADS_PRINTED] if tapped else [])]
+    return [*lines, PRINTING.get(part.kind, SPIGOT_PRINTED), *([THREADS_PRINTED] if tapped else [])]
 
 
 def marked(places: Sequence[Placed]) -> str:
@@ -239,6 +257,7 @@ def part_view(
         labels.keep_clear(*outline)
         outside.append(Box((*outline.min(axis=0).tolist(), *outline.max(axis=0).tolist())))
     box = sheet.extent
+    scribes = draw_scribes(labels, part, view, factor)
     for hole in part.holes:
         draw_hole(labels, hole, view, factor)
     if outlines(part) and view is FRONT:
@@ -249,7 +268,7 @@ def part_view(
         if group.circle and looks_along(view, group.way):
             key = tuple((np.round(factor * view.flat(group.middle), 3) + 0.0).tolist())
             data[key] = min(factor * group.circle / 2.0, data.get(key, np.inf))
-        elif part.kind == "bracket" and view is FRONT:
+        elif part.kind == "bracket" and not group.circle and view is FRONT:
             data[tuple((factor * datum(part)).tolist())] = 15.0
     for place, radius in data.items():
         edges = outlines(part) and view is not FRONT
@@ -273,20 +292,36 @@ def part_view(
         labels.boxes += outside
         for words, point in held:
             labels.leader(words, factor * view.flat(point))
-    for scribe, end in zip(part.scribes, "ab" if part.kind == "tube" else "  ", strict=False):
-        ends = factor * view.flat(scribe)
-        if part.kind == "tube" and looks_along(view, scribe[1] - scribe[0]):  # a notch in the end
-            ends[1] *= 1.0 - 2.0 / np.linalg.norm(ends[1])
-        if np.linalg.norm(ends[1] - ends[0]) > 1.0:
-            sheet.line(*ends, pen="heavy")
-            plain = "x" if part.kind == "base plate" else "S"
-            labels.leader(plain if end == " " else f"S at -{end}", ends.mean(axis=0))
+    for words, where in scribes:
+        labels.leader(words, where)
     bores = {round(2e3 * h.radius, 2): h for h in part.holes if not h.use and looks_along(view, h.end - h.start)}
     for size, hole in bores.items():
         labels.leader(f"⌀{number(size, 2)}", factor * view.flat(hole.end) + 0.35 * scale * size)
     extent = sheet.extent
     sheet.text(view.name, ((extent[0] + extent[2]) / 2.0, extent[1] - LETTER - 1.0), size=3.0)
     return sheet
+
+
+def draw_scribes(labels: Labels, part: Part, view: View, factor: float) -> list[tuple[str, Array]]:
+    """The scribe lines of a part that a view shows, and what to call them with a place of each, shape (2,) [mm].
+
+    Args:
+        labels: The view.
+        part: The part.
+        view: How it is looked at.
+        factor: Millimetres on paper per metre.
+    """
+    found = []
+    for scribe, end in zip(part.scribes, "ab" if part.kind == "tube" else "  ", strict=False):
+        ends = factor * view.flat(scribe)
+        if part.kind in ("tube", "spacer") and looks_along(view, scribe[1] - scribe[0]):  # a notch in the end
+            ends[1] *= 1.0 - 2.0 / np.linalg.norm(ends[1])
+        if np.linalg.norm(ends[1] - ends[0]) > 1.0:
+            labels.sheet.line(*ends, pen="heavy")
+            labels.keep_clear(*ends)
+            plain = "x" if part.kind == "base plate" else "S"
+            found.append((plain if end == " " else f"S at -{end}", ends.mean(axis=0)))
+    return found
 
 
 def draw_group(labels: Labels, part: Part, group: HoleGroup, view: View, factor: float) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from armdesign.building import BILL, CUTS
 from armdesign.building.build import Build
 from armdesign.building.kit import EXACT, Kit, KitArm
-from armdesign.building.parts import Screws
+from armdesign.building.parts import PITCHES, SCREWS, Screws
 from armdesign.building.shop import ALUMINIUM
 from armdesign.files import csv_table
 
@@ -23,6 +23,19 @@ LENGTHS = (4, 5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 70, 80, 9
 """Of screws, under the head (ISO 4762) [mm]."""
 SHORT = 0.5
 """By how much they may be shorter: js15 up to 50 mm [mm]."""
+
+FRICTION, YIELD = 0.12, 640e6
+"""Of screws' threads and heads, and the stress at which class 8.8 yields [Pa]."""
+TIGHT = {False: 0.8, True: 0.2}
+"""Share of VDI 2230's torque for screws in aluminium, and where a part is printed: what is under heads, or threads."""
+TIGHTENING = {
+    False: "Torques are 80 % of those of VDI 2230-1 for class 8.8 and a friction of 0.12, because threads and what is "
+    "under heads are aluminium. An actuator's maker may allow less: then that holds.",
+    True: "Torques are 20 % of those of VDI 2230-1 for class 8.8 and a friction of 0.12: an assumption, since no "
+    "standard has printed PETG. Tighten again after a day. No thread lock on printed parts: it makes them crack. An "
+    "actuator's maker may allow less: then that holds.",
+}
+"""Where torques are from, by whether parts are printed."""
 
 
 class Row(NamedTuple):
@@ -156,7 +169,7 @@ def made_rows(build: Build) -> list[Row]:
             continue
         screws[each.thread, screw_length(each), shortened(each)] += each.count
         nuts[each.thread] += each.count * each.nut
-    rows += [Row(f"screw {thread} x {length}{cut}", count, "piece", "screws", "", "ISO 4762")
+    rows += [Row(f"screw {thread} x {length}{cut}", count, "piece", "screws", "", "ISO 4762, class 8.8")
              for (thread, length, cut), count in sorted(screws.items())]  # fmt: skip
     return rows + [Row(f"locking nut {thread}", count, "piece", "screws", "", "ISO 10511")
                    for thread, count in sorted((+nuts).items())]  # fmt: skip
@@ -173,6 +186,40 @@ def shortened(screws: Screws) -> str:
     if screw_length(screws) <= 1e3 * screws.most + 1e-6:
         return ""
     return f", shortened to {np.floor(1e3 * screws.most):.0f} mm"
+
+
+def torque(thread: str) -> float:
+    """What a screw of class 8.8 is tightened with by VDI 2230-1, to 90 % of its yield with a friction of 0.12 [N m].
+
+    M_A = F (0.16 P + 0.58 d2 mu + D_K mu / 2), F = 0.9 R_p A_0 / sqrt(1 + 3 t^2),
+    t = 3 d2 / (2 d0) (P / (pi d2) + 1.155 mu), with d0 = (d2 + d3) / 2, A_0 its circle, and D_K the mean of the
+    head's diameter and its hole's.
+
+    Args:
+        thread: One of ``SCREWS``.
+    """
+    pitch, (clear, _, head), d = PITCHES[thread], SCREWS[thread], 1e-3 * float(thread[1:])
+    d2, d3 = d - 0.6495 * pitch, d - 1.2269 * pitch
+    d0 = (d2 + d3) / 2.0
+    shear = 1.5 * d2 / d0 * (pitch / (np.pi * d2) + 1.155 * FRICTION)
+    force = 0.9 * YIELD * np.pi / 4.0 * d0**2 / np.sqrt(1.0 + 3.0 * shear**2)
+    return float(force * (0.16 * pitch + 0.58 * d2 * FRICTION + (head + clear) / 4.0 * FRICTION))
+
+
+def tightening(screws: Screws, *, printed: bool = False) -> str:
+    """With what torque screws are tightened and what keeps them, in words.
+
+    Args:
+        screws: The screws, with a thread.
+        printed: Whether what they hold is printed.
+    """
+    if screws.nut:
+        return "tight by hand, so that the tube is not dented; the nut locks itself"
+    moment = f"{TIGHT[printed] * torque(screws.thread):.2g} N m"
+    if not printed:
+        return f"{moment}, with medium thread lock"
+    into_metal = "-" not in screws.joins[0] and screws.joins[0] != "B"  # an actuator
+    return f"{moment}, " + ("thread lock on its tip alone" if into_metal else "no thread lock")
 
 
 def kit_rows(arm: KitArm, kit: Kit, family: str) -> list[Row]:

@@ -11,7 +11,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.building.brackets import HELD
 from armdesign.building.parts import SCREWS, Part, Placed, Prism, Rod, Screws
-from armdesign.building.shop import GAP, SHORTEST_SPACER, SHORTEST_TUBE, TOOL, Seat, Shop, drilled, frame
+from armdesign.building.shop import GAP, SHORTEST_SPACER, SHORTEST_TUBE, TOOL, Seat, Shop, drilled, frame, scribed
 from armdesign.errors import CatalogueError
 
 TOOL_NOTE = "screwed on from the tool's side, before the tool"
@@ -22,6 +22,7 @@ ACROSS = "screw across"
 TOGETHER = "hole across: with tube and spigot put together, drilled once through both, so that the screw has no play"
 BOTH = "its hole is drilled through both together"
 IN_LINE = "scribe lines S of both in line"
+ALL_IN_LINE = "lines S of all in line, else it is a quarter turn wrong"
 ONE_WAY = "S of tube and flange in line, else it is half a turn wrong"
 SCRIBED = 15e-3
 """Length of the scribe lines on tubes, from their ends [m]."""
@@ -224,13 +225,14 @@ def spacer(joint: Joint, nodes: Sequence[Placed | None], shop: Shop) -> tuple[li
             continue
         pose = frame(joint.first.along, other.across, joint.first.point)
         holes = drilled(circle.places(), 0.0, span, SCREWS[circle.thread][0], "through")
+        scribes = _spacer_scribe(pose[:3, :3].T @ other.between(circle), shop.half, span)
         part = shop.part("spacer", [Rod(np.zeros(3), np.array([0.0, 0.0, span]), shop.half)], holes,
                          sizes={"diameter": 2.0 * shop.half, "length": span}, circles={"through": circle},
-                         note=SPACER_NOTE)  # fmt: skip
+                         note=SPACER_NOTE, scribes=scribes)  # fmt: skip
         deep = (2.0 * d if blind(held) else shop.plate + GAP) - 0.5e-3
         under = through.part.sizes["under heads"] + span
         screws = Screws(circle.thread, under + shop.bite, circle.count, (own.mark, other.mark),
-                        most=under + deep, spacer=joint.mark)  # fmt: skip
+                        most=under + deep, spacer=joint.mark, note=ALL_IN_LINE)  # fmt: skip
         return [Placed(part, joint.mark, joint.link, pose), through], [screws]
     raise CatalogueError(
         f"between {joint.first.mark} and {joint.second.mark} there are {span * 1e3:.1f} mm, too little for a tube, and "
@@ -238,6 +240,11 @@ def spacer(joint: Joint, nodes: Sequence[Placed | None], shop: Shop) -> tuple[li
         allowed=f"at least {(2.0 * shop.flange + SHORTEST_TUBE) * 1e3:g} mm",
         fix="Take thinner tubes, smaller actuators, or search with a larger --clearance",
     )  # fmt: skip
+
+
+def _spacer_scribe(way: Array, radius: float, span: float) -> tuple[Array, ...]:
+    """The scribe line along a spacer, in a direction from its axis, shape (3,)."""
+    return (radius * way + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, span]]),)
 
 
 def blind(node: Placed) -> bool:
@@ -280,7 +287,9 @@ def drilled_through(node: Placed, seat: Seat, across: Array, long: float, shop: 
         "under heads": under,
     }  # fmt: skip
     circles = {name: own for name, own in part.circles.items() if name in ("face", HELD)} | {"tube (through)": circle}
-    return replace(node, part=replace(part, holes=tuple(holes), sizes=sizes, circles=circles, scribes=()))
+    half = np.pi / circle.count  # its line is in line with the other seat's, which looks the other way
+    scribes = scribed(np.cos(half) * f - np.sin(half) * np.cross(u, f), middle, shop.half, part.sizes["width"] / 2.0)
+    return replace(node, part=replace(part, holes=tuple(holes), sizes=sizes, circles=circles, scribes=scribes))
 
 
 def tool_spacer(joint: Joint, node: Placed | None, shop: Shop) -> tuple[list[Placed], list[Screws]]:
@@ -316,9 +325,12 @@ def tool_spacer(joint: Joint, node: Placed | None, shop: Shop) -> tuple[list[Pla
     holes += drilled(tool.places(turn), span - deep, span, tap, use)
     sizes = {"diameter": 2.0 * radius, "length": span, "counterbore": 2.0 * wide, "under heads": under,
              "tapped depth": deep, "turn of second circle": turn}  # fmt: skip
+    half = np.pi / circle.count
     part = shop.part("spacer", [Rod(np.zeros(3), top, radius)], holes, sizes=sizes,
-                     circles={"through": circle, use: tool}, note=TOOL_NOTE)  # fmt: skip
+                     circles={"through": circle, use: tool}, note=TOOL_NOTE,
+                     scribes=_spacer_scribe(np.array([np.cos(half), np.sin(half), 0.0]), radius, span))  # fmt: skip
     room = (2.0 * d if node is None or blind(node) else shop.plate + GAP) - 0.5e-3
-    held = Screws(circle.thread, under + shop.bite, circle.count, (joint.mark, joint.first.mark), most=under + room)
+    held = Screws(circle.thread, under + shop.bite, circle.count, (joint.mark, joint.first.mark), most=under + room,
+                  note=ALL_IN_LINE)  # fmt: skip
     pose = frame(joint.first.along, joint.first.across, joint.first.point)
     return [Placed(part, joint.mark, joint.link, pose)], [held, tool_screws(joint.mark, deep, shop)]
