@@ -53,7 +53,8 @@ class Labels:
         """
         if any(box.overlaps(other) for other in self.boxes):
             return False
-        return not crossing(self.lines, box).any() and not any(crossing(lines, other).any() for other in self.boxes)
+        texts = np.reshape(self.boxes, (-1, 4))
+        return not crossing(self.lines, box).any() and not (len(lines) and crossing(lines, texts).any())
 
     def leader(self, text: str, target: ArrayLike, size: float = LETTER, *, line: bool = True) -> Box:
         """A text beside a place, with a line to it where it is not close by.
@@ -146,21 +147,22 @@ def text_box(middle: Array, width: float, height: float) -> Box:
     return Box((*(middle - half).tolist(), *(middle + half).tolist()))
 
 
-def crossing(lines: Array, box: Box) -> NDArray[np.bool_]:
-    """Which straight lines share more than their border with a box.
+def crossing(lines: Array, boxes: ArrayLike) -> NDArray[np.bool_]:
+    """Which straight lines share more than their border with boxes.
 
     Args:
         lines: Starts and ends, shape (k, 2, 2) [mm].
-        box: The box.
+        boxes: Left, bottom, right, top, shape (4,) or (m, 4) [mm].
 
     Returns:
-        Shape (k,).
+        Shape (k,) or (m, k).
     """
+    edges = np.asarray(boxes, dtype=float)[..., None]
     enters, leaves = np.zeros(len(lines)), np.ones(len(lines))  # shares of the way at which it does
     for k in range(2):
         start, way = lines[:, 0, k], lines[:, 1, k] - lines[:, 0, k]
         way = np.where(way == 0.0, TINY, way)
-        one, other = (box[k] - start) / way, (box[k + 2] - start) / way
+        one, other = (edges[..., k, :] - start) / way, (edges[..., k + 2, :] - start) / way
         enters, leaves = np.maximum(enters, np.minimum(one, other)), np.minimum(leaves, np.maximum(one, other))
     crossed: NDArray[np.bool_] = enters < leaves
     return crossed

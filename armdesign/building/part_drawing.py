@@ -116,7 +116,11 @@ def part_sheet(places: Sequence[Placed], screws: Sequence[Screws], arm: str, of:
     side = SIDE if top is None or any(looks_along(SIDE, direction(hole)) for hole in part.holes) else None
     wide = max(text_width(line, 3.0) for line in lines)
     taken = [table, picture, block_box([*fields, ""]), Box((20.0, 10.0, 28.0 + wide, 19.0 + 5.0 * len(lines)))]
+    spans = np.ptp(np.concatenate([solid.corners for solid in solids_of(part, np.eye(4))]), axis=0)
+    least = spans[:2] + spans[2] * np.array([side is not None, top is not None])  # without any labels
     for scale in SCALES[2:]:
+        if np.any(1e3 * scale * least > (378.0, 262.0)) and scale > SCALES[-1]:
+            continue
         views, boxes = arranged([Sheet() if view is None else part_view(part, view, scale, tilted, held)
                                  for view in (FRONT, top, side)])  # fmt: skip
         more, above = [], rest[3]
@@ -193,6 +197,8 @@ def notes(part: Part) -> list[str]:
         lines.append(f"S: scribe line, over edges, too{between}. It has to meet that of what is bolted on.")
     if any(group.circle for group in hole_groups(part)):
         lines.append("Circles are about the datum, where the arrows x and y begin; angles from x, anticlockwise.")
+    if "inner radius" in part.sizes:
+        lines.append(f"Between the plates a radius of {number(1e3 * part.sizes['inner radius'], 2)} or less.")
     if tapped:
         lines.append("M × a, drill ⌀ × b: a is the depth of full thread, b that of the drill, without its tip.")
     if part.kind == "tube" or part.material == ALUMINIUM[0]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from string import ascii_uppercase
 from typing import NamedTuple
 
@@ -60,6 +61,7 @@ def direction(hole: Rod) -> Array:
     return way
 
 
+@lru_cache(maxsize=64)
 def hole_groups(part: Part) -> list[HoleGroup]:
     """The holes of a part by what they are for, their diameter and direction; bores without a letter are left out."""
     groups: dict[tuple[object, ...], list[Rod]] = {}
@@ -135,8 +137,8 @@ def drilled_on(part: Part, hole: Rod) -> tuple[float, float]:
     Returns:
         Both in metres.
     """
-    u, steps = direction(hole), np.arange(0.0, 0.2, 0.25e-3)
-    across, turns = np.linalg.svd(u[None])[2][1:], np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    u, steps = direction(hole), np.arange(0.0, 0.2, 0.5e-3)
+    across, turns = np.linalg.svd(u[None])[2][1:], np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
     ring = (hole.radius + 0.5e-3) * (np.cos(turns)[:, None] * across[0] + np.sin(turns)[:, None] * across[1])
     points = (hole.end + steps[:, None] * u)[:, None] + ring
     inside = part.holds(points.reshape(-1, 3)).reshape(points.shape[:2])

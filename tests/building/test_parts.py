@@ -1,6 +1,7 @@
 """Parts as solids: what they weigh, where their holes are, that they hold together, and what CAD makes of them."""
 
 import dataclasses
+import re
 import xml.etree.ElementTree as ET
 from itertools import combinations, product
 from pathlib import Path
@@ -16,9 +17,9 @@ from armdesign.building.assembly import assemble
 from armdesign.building.brackets import Knot, anchor, bracket, corner
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_dimensions import PART_VIEWS, part_dimensions
-from armdesign.building.part_drawing import marked, notes, part_view, square_to, tilted_ways
+from armdesign.building.part_drawing import marked, notes, part_sheet, part_view, square_to, tilted_ways
 from armdesign.building.part_holes import hole_rows, looks_along
-from armdesign.building.part_lists import screw_length
+from armdesign.building.part_lists import screw_length, tightening, torque
 from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod, Screws
 from armdesign.building.parts_clearance import parts_gap
@@ -594,6 +595,7 @@ def test_hole_tables_say_what_to_drill():
     flat = bracket(face_of(), "wedge", up, 1, thin)[0].part
     assert next(hole_rows(flat, []))[1] == "4 × M3 × 6, drill ⌀2.5 × 7.5: tube"
     beside = bracket(face_of(), "angle", np.array([1.0, 0.0, 0.0]), 1, SHOP)[0].part
+    assert "Between the plates a radius of 3 or less." in notes(beside)
     assert next(hole_rows(beside, []))[1] == "4 × M4 through, drill ⌀3.3: tube"
 
 
@@ -740,3 +742,64 @@ def test_urdf_of_a_build_shows_its_meshes(tmp_path, solids):
     write_result(tmp_path / "plain", design)
     plain = CliRunner().invoke(app, ["export", str(tmp_path / "plain"), "--format", "step"])
     assert (plain.exit_code, "armdesign build" in plain.output) == (2, True)
+
+
+def test_spacers_and_their_brackets_have_lines_in_line(at_random):
+    met = 0
+    for _, made, _shop in at_random:
+        parts = {each.mark: each for each in made.placed}
+        for screws in (each for each in made.screws if each.spacer):
+            ways = []
+            for mark in screws.joins:
+                line = parts[mark].pose[:3, :3] @ (parts[mark].part.scribes[0][1] - parts[mark].part.scribes[0][0])
+                ways.append(line / np.linalg.norm(line))
+            assert ways[0] == pytest.approx(ways[1], abs=1e-9)
+            scribe = parts[screws.spacer].part.scribes[0]
+            assert scribe[0][:2] == pytest.approx(scribe[1][:2])  # along it
+            met += 1
+    assert met
+
+
+@pytest.mark.parametrize("kind", ["corner", "wedge", "angle", "standing", "tube flange", "spacer"])
+def test_sheets_have_every_dimension_and_no_text_on_another(kind, at_random):
+    for _, made, _shop in at_random:
+        for part, places in made.counted().values():
+            if kind in (part.kind, part.note):
+                sheet = part_sheet(places, made.screws, "arm", "1 of 1")
+                texts = [words.text for words in sheet.words]
+                assert {each.text for each in part_dimensions(part)} <= set(texts)
+                boxes = [(words.text, words.box) for words in sheet.words]
+                assert not [(a[0], b[0]) for a, b in combinations(boxes, 2) if a[1].overlaps(b[1])]
+                return
+    raise AssertionError(f"no {kind} among the arms")
+
+
+def test_a_flange_can_be_made_from_its_sheet_alone(assembly):
+    part, places = next(each for each in assembly.counted().values() if each[0].kind == "tube flange")
+    texts = [words.text for words in part_sheet(places, assembly.screws, "arm", "1 of 1").words]
+
+    def read(pattern):
+        found = {float(match[1]) for text in texts if (match := re.fullmatch(pattern, text))}
+        assert len(found) == 1, (pattern, found)
+        return found.pop()
+
+    spigot, thick = read(r"⌀([\d.]+) \(bore .*"), read(r"([\d.]+) ±0.1")
+    plain = sorted(float(text[1:]) for text in texts if re.fullmatch(r"⌀[\d.]+", text))
+    bore, disc = plain  # those of the front view
+    on = read(r"B on ⌀([\d.]+)")  # in the table, too
+    long = max(float(text) for text in texts if re.fullmatch(r"[\d.]+", text) and float(text) != on) - thick
+    screw, across = read(r"4 × ⌀([\d.]+) through, for .*"), read(r"⌀([\d.]+) \+0.1 / 0 across.*")
+    holes = across**2 * (spigot - bore) + 4.0 * screw**2 * thick + bore**2 * (long + thick)
+    volume = np.pi / 4.0 * (disc**2 * thick + spigot**2 * long - holes)
+    assert volume == pytest.approx(1e9 * part.volume, rel=2e-3)
+
+
+def test_torques_are_those_of_the_standard():
+    for thread, table in {"M4": 3.0, "M5": 5.9, "M6": 10.1, "M8": 24.6}.items():  # VDI 2230-1, 8.8, friction 0.12
+        assert torque(thread) == pytest.approx(table, rel=0.06)
+    across = Screws("M3", 0.03, 1, ("L1-T1", "L1-T1-a"), nut=True)
+    on_servo, on_bracket = Screws("M3", 0.01, 4, ("J1", "J1-L1")), Screws("M4", 0.01, 4, ("L1-T1-a", "J1-L1"))
+    assert "nut locks itself" in tightening(across)
+    assert tightening(on_bracket) == "2.5 N m, with medium thread lock"
+    assert tightening(on_bracket, printed=True) == "0.62 N m, no thread lock"
+    assert "tip alone" in tightening(on_servo, printed=True)
