@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from armdesign.building.sheet import figure_of
 from armdesign.errors import counted
 from armdesign.experiments.auto_dof.dof_rule import ENOUGH, WITHIN, Rule, Verdict, choose_dof, explain, rule_of
 from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, search_unit, task_name
-from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
+from armdesign.experiments.studies.study_tables import Cell, Column, Spread, Table, spread_of
 from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.files import write_whole
 from armdesign.kinematics.dh_files import read_design
 from armdesign.runs.reading import read_result
 from armdesign.views.preview import preview_html
-from armdesign.views.report.drawing import ARM, GREY, HUMAN, png
+from armdesign.views.report.drawing import GREY, WIDTH, png
 from armdesign.views.report.sketch import sketch
 
 TITLE = "Fitness over the number of joints, and the arm of the number that is chosen"
@@ -164,46 +163,58 @@ def final_table(found: Sequence[Choice]) -> Table:
 
 
 def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
-    """r, f and E over n, a column a task: every seed a dot, mean and standard deviation, the chosen n ringed."""
-    found = choices(request, records)
-    picture = Figure(figsize=(max(4.0, 3.1 * len(found)), 6.2), layout="constrained")
-    axes = picture.subplots(len(PARTS), len(found), sharex=True, squeeze=False)
-    for j, choice in enumerate(found):
-        for axis, (name, factor, label) in zip(axes[:, j], PARTS, strict=True):
-            draw_part(axis, choice, records, name, factor)
-            axis.set(xticks=request.dof, ylabel=label if j == 0 else "")
-            axis.set_xlim(min(request.dof) - 0.5, max(request.dof) + 0.5)
-            axis.set_ylim(0.0, None)
-        axes[0, j].set_title(choice.task)
-        axes[-1, j].set_xlabel("joints n")
-        axes[1, j].axhline(
-            1e3 * read_rule(request).enough, color="#D55E00", linewidth=1.0, linestyle="--", label="enough"
-        )
-    handles, labels = axes[1, 0].get_legend_handles_labels()
-    picture.legend(handles, labels, loc="outside lower center", ncols=2 if len(found) == 1 else 3)
+    """The path fitness f over n, a panel per task: mean and standard deviation of the seeds, best arm, chosen n."""
+    found = {}
+    for choice in choices(request, records):
+        spreads = {
+            n: spread_of(1e3 * float(r.content["path_fitness"])
+                         for r in records if r.finished and (r.task, r.dof) == (choice.task, n))
+            for n in choice.best
+        }  # fmt: skip
+        best = {n: 1e3 * float(record.content["path_fitness"]) for n, record in choice.best.items()}
+        found[choice.task] = (spreads, best, choice.chosen)
+    return draw_numbers(found, request.dof, 1e3 * read_rule(request).enough)
+
+
+def draw_numbers(
+    found: Mapping[str, tuple[Mapping[int, Spread | None], Mapping[int, float], int | None]],
+    dof: Sequence[int],
+    enough: float,
+) -> Figure:
+    """Two panels beside each other.
+
+    Args:
+        found: By task f of the seeds and of the best arm by n [mm], and the n that is chosen.
+        dof: All n.
+        enough: f that is good enough [mm].
+    """
+    lines = max(1, -(-len(found) // 2))
+    picture = Figure(figsize=(WIDTH, 1.75 * lines + 1.0), layout="constrained")
+    panels = picture.subplots(lines, 2, sharex=True, squeeze=False).ravel()
+    chosen = [f"{task} {n}" for task, (_, _, n) in found.items() if n is not None]
+    picture.suptitle("Joints that do:\n" + ", ".join(chosen) if chosen else "")
+    for axes, (task, (spreads, best, n)) in zip(panels, found.items(), strict=False):
+        known = {n: spread for n, spread in spreads.items() if spread is not None}
+        means = [each.mean for each in known.values()]
+        below = [min(each.spread, each.mean) for each in known.values()]
+        above = [each.spread for each in known.values()]
+        axes.errorbar(list(known), means, [below, above], color=GREY, marker="o", markersize=3.5, capsize=3,
+                      label="mean of the seeds, std. dev.")  # fmt: skip
+        axes.plot(list(best), list(best.values()), "k_", markersize=9, markeredgewidth=2.0, label="best arm")
+        if n is not None:
+            axes.plot(n, best[n], "o", markersize=12, markerfacecolor="none", markeredgecolor="black",
+                      markeredgewidth=1.6, label="chosen")  # fmt: skip
+        axes.axhline(enough, color="black", linewidth=1.0, linestyle="--", label="good enough")
+        axes.set(title=task, xticks=dof, xlim=(min(dof) - 0.5, max(dof) + 0.5))
+        axes.set_ylim(0.0, None)
+    for axes in panels[len(found) :]:
+        axes.set_visible(False)
+    for axes in panels[-2:]:
+        axes.set_xlabel("joints")
+    picture.supylabel("path fitness f [mm]", fontsize=9.5)
+    handles, labels = panels[0].get_legend_handles_labels()
+    picture.legend(handles, labels, loc="outside lower center", ncols=2, handlelength=2.0)
     return picture
-
-
-def draw_part(axis: Axes, choice: Choice, records: Sequence[Record], name: str, factor: float) -> None:
-    """One panel: a part of the fitness over n."""
-    values = {
-        n: np.array(
-            [factor * float(r.content[name]) for r in records if r.finished and (r.task, r.dof) == (choice.task, n)]
-        )
-        for n in choice.best
-    }
-    for i, (n, x) in enumerate(values.items()):
-        axis.plot(np.full(len(x), n - 0.12), x, ".", color=GREY, markersize=4, label="each seed" if i == 0 else None)
-    means, spreads = (
-        [x.mean() for x in values.values()],
-        [x.std(ddof=1) if len(x) > 1 else 0.0 for x in values.values()],
-    )
-    axis.errorbar(list(values), means, spreads, color=ARM, marker="o", markersize=4, capsize=3, label="mean, std. dev.")
-    best = {n: factor * float(record.content[name]) for n, record in choice.best.items()}
-    axis.plot(list(best), list(best.values()), "k_", markersize=12, markeredgewidth=1.6, label="best arm (least r)")
-    if choice.chosen is not None:
-        axis.plot(choice.chosen, best[choice.chosen], "o", markersize=13, markerfacecolor="none", markeredgecolor=HUMAN,
-                  markeredgewidth=1.8, label="chosen")  # fmt: skip
 
 
 def more(request: StudyRequest, records: Sequence[Record], folder: Path) -> tuple[str, ...]:

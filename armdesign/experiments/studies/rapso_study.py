@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,12 +16,14 @@ from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequ
 from armdesign.experiments.studies.study_tables import Cell, Column, Spread, Table
 from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.files import csv_table, write_whole
-from armdesign.views.report.drawing import GREY
+from armdesign.views.report.drawing import GREY, WIDTH
 
 TITLE = "RA-PSO against PSO"
 RANGES = ("valid", "box")
 READINGS = {"valid": "extent over the valid particles", "box": "width of the bounds"}
 QUANTITIES = {"fitness": "fitness", "effort": "CE"}
+WORDS = {"fitness": "score r", "effort": "computing effort"}
+"""What they are called in the figure; less of both is better."""
 MUCH = -50.0
 """Change of CE in percent that still counts as much lower; the paper's are -66.5 to -76.0."""
 ASIDE = 0.22
@@ -229,22 +231,38 @@ def interval(values: Change, k: int) -> str:
 
 
 def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
-    """Change of fitness and of CE over D: the mean with its interval, every task and n as a faint dot."""
+    """Change of score and of computational effort over D: the mean with its interval, every task and n as a dot."""
     intervals, ranges = read_options(request)
-    picture = Figure(figsize=(4.8, 2.0 * len(ranges) + 0.5), layout="constrained")
-    axes = picture.subplots(len(ranges), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
-    for line, reading in zip(axes, ranges, strict=True):
-        rows = rows_of(request, records, reading)
-        for axis, (name, title) in zip(line, QUANTITIES.items(), strict=True):
+    return draw_readings({reading: rows_of(request, records, reading) for reading in ranges}, intervals)
+
+
+def draw_readings(found: Mapping[str, Sequence[Row]], intervals: Sequence[int]) -> Figure:
+    """A row of panels per reading of range.
+
+    Args:
+        found: Rows by reading, that of the mean last.
+        intervals: The values of D.
+    """
+    picture = Figure(figsize=(WIDTH, 2.0 * len(found) + 1.1), layout="constrained")
+    axes = picture.subplots(len(found), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
+    means = [rows[-1] for rows in found.values() if rows]
+    if means:
+        spans = (
+            f"{words} {min(changes):+.0f} to {max(changes):+.0f} %"
+            for name, words in WORDS.items()
+            if (changes := [value for row in means for value in getattr(row, name).percent])
+        )
+        picture.suptitle("RA-PSO against PSO, mean of all:\n" + ", ".join(spans))
+    for line, (reading, rows) in zip(axes, found.items(), strict=True):
+        for axis, (name, words) in zip(line, WORDS.items(), strict=True):
             draw_changes(axis, rows, intervals, name)
-            axis.set(title=f"{title}, range = {reading}", xticks=intervals)
+            axis.set(title=words, xticks=intervals)
             axis.set_xlim(min(intervals) - 0.5, max(intervals) + 0.5)
-            axis.title.set_fontsize(9)
-        line[0].set_ylabel("change against PSO [%]", fontsize=8.5)
+        line[0].set_ylabel(f"change [%]; range:\n{READINGS[reading]}")
     for axis in axes[-1]:
-        axis.set_xlabel("D")
+        axis.set_xlabel("angles move every D-th time")
     handles, labels = axes[0][0].get_legend_handles_labels()
-    picture.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=8.5, frameon=False)
+    picture.legend(handles, labels, loc="outside lower center", ncols=2, handlelength=2.0)
     return picture
 
 
@@ -253,8 +271,8 @@ def draw_changes(axis: Axes, rows: Sequence[Row], intervals: Sequence[int], name
     axis.axhline(0.0, color="black", linewidth=0.8)
     for k, row in enumerate(row for row in rows if row.dof is not None):
         values: Change = getattr(row, name)
-        axis.plot(np.array(intervals) + ASIDE, values.percent, "o", color=GREY, markersize=3, alpha=0.6,
-                  markeredgewidth=0.0, label=None if k else "a task with n joints")  # fmt: skip
+        axis.plot(np.array(intervals) + ASIDE, values.percent, "o", color=GREY, markersize=3.5,
+                  markeredgewidth=0.0, label=None if k else "one task and number of joints")  # fmt: skip
     if rows:
         mean: Change = getattr(rows[-1], name)
         errors = np.nan_to_num(np.stack([mean.percent - mean.low, mean.high - mean.percent]))

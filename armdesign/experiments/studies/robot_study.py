@@ -11,20 +11,28 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from armdesign.errors import SearchError, SettingsError, counted
 from armdesign.experiments.studies.opytimizer_swarms import check_budget, check_opytimizer, minimise
 from armdesign.experiments.studies.penalised import MISSED, WIDTH, PenalisedFitness
-from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, search_unit, task_name, work_unit
+from armdesign.experiments.studies.study_plan import (
+    FILLS,
+    MARKS,
+    Defaults,
+    Record,
+    StudyRequest,
+    search_unit,
+    task_name,
+    work_unit,
+)
 from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
 from armdesign.experiments.sweep.jobs import Reporter
 from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_design
 from armdesign.settings.sections import Search as SearchSettings
-from armdesign.views.report.drawing import ARM, GREY
+from armdesign.views.report import drawing
 
 TITLE = "Searches for the whole robot"
 NAME = "robot"
@@ -35,8 +43,6 @@ TITLES = {
     "abc": "ABC", "ga": "GA", "pso-opytimizer": "PSO of opytimizer", "sa": "SA", "sa-default": "SA, its defaults",
     "pso": "PSO", "rapso": "RA-PSO",
 }  # fmt: skip
-MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
-"""Of the numbers of joints in the figure."""
 TEMPERATURE = 1.0
 """What SA starts at: r differs by some decimetres between good arms [m]."""
 OWN_WAYS = ("patience", "target", "time_limit", "first")
@@ -186,37 +192,40 @@ def mean_fitness(done: Sequence[Record], task: str | None = None, n: int | None 
 
 
 def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
-    """How good every search's arms are: mean r by number of joints, lowest to highest seed; a panel per task."""
-    names, algorithms = [task_name(key) for key in request.tasks], list(request.options["algorithms"])
-    height = 0.3 + (0.06 * len(request.dof) + 0.08) * len(algorithms)
-    picture = Figure(figsize=(4.8, (height + 0.5) * len(names) + 0.4), layout="constrained")
-    panels = picture.subplots(len(names), 1, squeeze=False, sharex=True)[:, 0]
-    for axes, name in zip(panels, names, strict=True):
-        done = [r for r in records if r.task == name and r.finished]
-        for i, algorithm in enumerate(algorithms):
-            draw_algorithm(axes, request, done, algorithm, i)
-        axes.set_title(name, fontsize=9.5, loc="left")
-        axes.set_yticks(range(len(algorithms)), [TITLES[each] for each in algorithms])
-        axes.set_ylim(len(algorithms) - 0.5, -0.5)
-        axes.grid(axis="x", linewidth=0.35)
-        for edge in range(1, len(algorithms)):
-            axes.axhline(edge - 0.5, color="#dddddd", linewidth=0.6)
-    panels[-1].set_xlim(left=0.0)  # once all is drawn, as this ends the scaling of the axis that they share
-    panels[-1].set_xlabel("robot fitness r [m], less is better")
-    handles, labels = panels[0].get_legend_handles_labels()
-    picture.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8.5, frameon=False, handlelength=1.2)
+    """How good every search's arms are: r on the mean of all n and seeds, a row per search and a mark per task."""
+    algorithms = list(request.options["algorithms"])
+    found = {
+        name: {
+            algorithm: float(np.mean(values))
+            for algorithm in algorithms
+            if (values := [float(r.content["fitness"]) for r in records
+                           if r.finished and (r.task, r.algorithm) == (name, algorithm)])
+        }
+        for name in map(task_name, request.tasks)
+    }  # fmt: skip
+    return draw_searches(found, algorithms)
+
+
+def draw_searches(found: Mapping[str, Mapping[str, float]], algorithms: Sequence[str]) -> Figure:
+    """One panel, the best search on top.
+
+    Args:
+        found: Mean r by task and algorithm [m].
+        algorithms: All.
+    """
+    picture = Figure(figsize=(drawing.WIDTH, 0.28 * len(algorithms) + 1.5), layout="constrained")
+    axes = picture.subplots()
+    whole = {each: [marks.get(each, np.inf) for marks in found.values()] for each in algorithms}
+    order = sorted(algorithms, key=lambda each: float(np.mean(whole[each])))
+    if np.isfinite(whole[order[0]]).all():
+        axes.set_title(f"Least r on the mean of the tasks: {TITLES[order[0]]}")
+    for k, (name, marks) in enumerate(found.items()):
+        places = [(marks[each], row) for row, each in enumerate(order) if each in marks]
+        axes.plot(*np.array(places).reshape(-1, 2).T, MARKS[k % len(MARKS)], color="black", markersize=6,
+                  markerfacecolor=FILLS[k % len(FILLS)], label=name)  # fmt: skip
+    axes.set_yticks(range(len(order)), [TITLES[each] for each in order])
+    axes.set_ylim(len(order) - 0.5, -0.5)
+    axes.set_xlim(left=0.0)
+    axes.set_xlabel("mean r over all n [m]; less is better")
+    picture.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, handlelength=1.0)
     return picture
-
-
-def draw_algorithm(axes: Axes, request: StudyRequest, records: Sequence[Record], algorithm: str, i: int) -> None:
-    """A row of a search: for every number of joints the mean over the seeds, and from the best to the worst."""
-    colour = ARM if algorithm in OWN else GREY
-    for k, n in enumerate(request.dof):
-        values = [float(r.content["fitness"]) for r in records if r.algorithm == algorithm and r.dof == n]
-        place = i + (k - (len(request.dof) - 1) / 2.0) * 0.8 / max(len(request.dof), 2)
-        style: dict[str, Any] = {"marker": MARKS[k % len(MARKS)], "color": colour, "markersize": 5, "linestyle": "none"}
-        if values:
-            axes.plot([min(values), max(values)], [place, place], color=colour, linewidth=1.6, solid_capstyle="butt")
-            axes.plot([np.mean(values)], [place], **style)
-        if i == 0:
-            axes.plot([], [], **(style | {"color": "black"}), label=f"n = {n}")

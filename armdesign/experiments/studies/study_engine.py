@@ -12,6 +12,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
 from armdesign.demonstration.provenance import as_json
 from armdesign.errors import RunFolderError, SettingsError, counted
 from armdesign.experiments.studies.machine import about_machine, versions
@@ -98,7 +101,7 @@ def run_study(
     if not any(record.finished for record in records):
         return StudyResult(runs, (), (RUNS, ABOUT))
     tables = marked(module.tables(request, records), records)
-    files = write_tables(folder, tables, png(lambda: module.figure(request, records)))
+    files = write_tables(folder, tables, png(lambda: legible(module.figure, request, records)))
     write_more = getattr(module, "more", None)
     if write_more is None or runs.count("waiting", "interrupted"):
         more: tuple[str, ...] = ()
@@ -161,6 +164,18 @@ def write_tables(folder: Path, tables: Sequence[Table], picture: bytes) -> tuple
         write_whole(folder / name, text)
     write_whole(folder / FIGURE, picture)
     return (*files, FIGURE)
+
+
+def legible(figure: Callable[..., Figure], *given: Any) -> Figure:  # noqa: ANN401 (what a study's figure takes)
+    """A figure whose letters are 6 pt and more where it is printed 80 mm wide.
+
+    Args:
+        figure: Makes it, at ``WIDTH``.
+        given: What it is made from.
+    """
+    parameters: Any = mpl.rcParams
+    parameters.update({"font.size": 9.5, "axes.titlesize": 9.5, "figure.titlesize": 10.5, "legend.fontsize": 9.5})
+    return figure(*given)
 
 
 def write_about(folder: Path, request: StudyRequest, records: Sequence[Record], seconds: float) -> None:

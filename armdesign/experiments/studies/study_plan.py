@@ -10,6 +10,9 @@ from typing import Any
 from armdesign.experiments.sweep.sweep_plan import Unit
 from armdesign.search.design_problem import DesignProblem
 
+MARKS, FILLS = ("o", "s", "^", "D"), ("black", "white", "#999999", "white")
+"""Of the tasks in figures: they differ in grey, too."""
+
 
 @dataclass(frozen=True)
 class StudyRequest:

@@ -20,12 +20,13 @@ from armdesign.errors import SearchError, SettingsError, counted
 from armdesign.experiments.studies.frame_fitness import FrameFitness
 from armdesign.experiments.studies.frame_solvers import AGENTS, REFERENCE, SOLVERS, TITLES, FrameSolvers
 from armdesign.experiments.studies.opytimizer_swarms import ALGORITHMS, check_budget, check_opytimizer
-from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, task_name, work_unit
+from armdesign.experiments.studies.study_plan import FILLS, MARKS, Defaults, Record, StudyRequest, task_name, work_unit
 from armdesign.experiments.studies.study_tables import Cell, Column, Table, spread_of
 from armdesign.experiments.sweep.jobs import Reporter
 from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.fitness.robot import RobotFitness
 from armdesign.search.design_problem import DesignProblem
+from armdesign.views.report.drawing import WIDTH
 
 TITLE = "Solvers of the temporal fitness"
 NAME = "temporal"
@@ -243,45 +244,49 @@ def title_of(solver: str) -> str:
 
 
 def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
-    """Mean excess over the best known value against the time of a solve: a panel per task and number of joints."""
+    """Time of a solve and mean excess over the best known value of every solver, over all n; a mark per task."""
     instances = Instances(records)
     names = [task_name(key) for key in request.tasks]
-    picture = Figure(figsize=(3.1 * len(request.dof) + 1.9, 2.9 * len(names) + 0.6), layout="constrained")
-    panels = picture.subplots(len(names), len(request.dof), sharex=True, sharey=True, squeeze=False)
-    for row, name in zip(panels, names, strict=True):
-        for axes, n in zip(row, request.dof, strict=True):
-            draw_panel(axes, instances, name, n)
-            axes.set_title(f"{name}, n = {n}")
-    for axes in panels[-1]:
-        axes.set_xlabel("time of a solve [s]")
-    for axes in panels[:, 0]:
-        axes.set_ylabel("excess over best known [mm]")
-    panels[0, 0].set_ylim(bottom=-0.2 * LINEAR, top=2.0 * max(LINEAR, panels[0, 0].get_ylim()[1]))
-    handles, labels = panels[0, 0].get_legend_handles_labels()
-    picture.legend(handles, labels, loc="outside right center", handlelength=1.5)
-    return picture
+    found: dict[str, dict[str, tuple[float, float]]] = {}
+    for solver in instances:
+        for task in names:
+            solves = {key: solve for key, solve in instances.of(solver, task).items() if key in instances.best}
+            seconds, excess = spread_of(solve.seconds for solve in solves.values()), instances.excess(solves)
+            if seconds is not None and excess is not None:
+                found.setdefault(title_of(solver), {})[task] = (seconds.mean, excess)
+    return draw_solvers(found, names)
 
 
-def draw_panel(axes: Axes, instances: Instances, task: str, n: int) -> None:
-    """One mark per solver.
+def draw_solvers(found: Mapping[str, Mapping[str, tuple[float, float]]], names: Sequence[str]) -> Figure:
+    """Two columns side by side, a row per solver.
 
     Args:
-        axes: The panel.
-        instances: All solves.
-        task: Name of the task.
-        n: Number of joints.
+        found: Mean time [s] and excess [mm] by solver and task.
+        names: Of the tasks.
     """
-    for i, solver in enumerate(instances):
-        solves = {key: solve for key, solve in instances.of(solver, task, n).items() if key in instances.best}
-        seconds, excess = spread_of(solve.seconds for solve in solves.values()), instances.excess(solves)
-        family = ("dls", "slsqp").index(solver.partition("-")[0]) if solver.startswith(("dls", "slsqp")) else 2
-        axes.plot(
-            [np.nan if seconds is None else seconds.mean], [np.nan if excess is None else excess], linestyle="none",
-            marker="Dso"[family], color=f"C{i % 10}", markersize=7, markeredgecolor="white", markeredgewidth=0.6,
-            label=title_of(solver), clip_on=False,
-        )  # fmt: skip
-    axes.set_xscale("log")
-    axes.set_yscale("symlog", linthresh=LINEAR)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(lambda value, _: f"{value:g}")
-    axes.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
+    picture = Figure(figsize=(WIDTH, 0.24 * len(found) + 1.5), layout="constrained")
+    exact = {
+        solver: max(seconds for seconds, _ in marks.values())
+        for solver, marks in found.items()
+        if len(marks) == len(names) and all(1e-3 * excess <= WITHIN for _, excess in marks.values())
+    }
+    if exact:
+        picture.suptitle(f"Quickest that finds the best known pose: {min(exact, key=exact.__getitem__)}")
+    rows: Sequence[Axes] = picture.subplots(1, 2, sharey=True)
+    for axes, part, label in zip(rows, (0, 1), ("time [s]", "above it [mm]"), strict=True):
+        for k, name in enumerate(names):
+            places = [(marks[name][part], row) for row, marks in enumerate(found.values()) if name in marks]
+            axes.plot(*np.array(places).reshape(-1, 2).T, MARKS[k % len(MARKS)], color="black", markersize=5.5,
+                      markerfacecolor=FILLS[k % len(FILLS)], label=name)  # fmt: skip
+        axes.set_xlabel(label)
+    rows[0].set_xscale("log")
+    rows[1].set_xscale("symlog", linthresh=LINEAR)
+    for axes in rows:
+        axes.margins(x=0.08)
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axes.minorticks_off()
+    rows[1].set_xticks([0.0, 0.1, 10.0])
+    rows[0].set_yticks(range(len(found)), list(found))
+    rows[0].set_ylim(len(found) - 0.5, -0.5)
+    picture.legend(*rows[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, handlelength=1.0)
+    return picture

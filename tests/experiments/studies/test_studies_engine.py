@@ -7,18 +7,21 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from matplotlib.text import Text
 
 from armdesign import Settings, prepare, read_recording
 from armdesign.errors import RunFolderError, SettingsError
 from armdesign.experiments.studies import StudyRequest, run_study
 from armdesign.experiments.studies import temporal_study as temporal
-from armdesign.experiments.studies.study_engine import planned
+from armdesign.experiments.studies.study_engine import legible, planned
 from armdesign.experiments.studies.study_registry import perform
 from armdesign.experiments.studies.study_store import read_study_folder
+from armdesign.experiments.studies.temporal_study import draw_solvers
 from armdesign.experiments.sweep import carry_out_unit, unit_worker
 from armdesign.experiments.sweep.jobs import Reporter, carry_out_work
 from armdesign.search.backends.processes import WorkerProcesses
 from armdesign.search.backends.workers import Event, JobContext
+from armdesign.views.report.drawing import png
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 SOLVERS = ("slsqp", "dls-1")
@@ -275,3 +278,22 @@ def test_joints_that_make_no_arm_are_named(ask):
     short = replace(prepared, settings=prepared.settings.replace({"design": {"length": (5.0, 6.0)}}))
     with pytest.raises(SettingsError, match=r" with \d joints?: the bounds of a and d"):
         planned(study_request, dict.fromkeys(tasks, short))
+
+
+def test_a_figure_is_legible_where_it_is_printed_80_mm_wide():
+    found = {
+        "DLS, 1 start": {"a": (1e-3, 5.0), "b": (2e-3, 1.0)},
+        "DLS, 64 starts": {"a": (0.01, 0.0), "b": (0.1, 0.0)},
+    }
+    sizes = []
+
+    def drawn():
+        figure = legible(draw_solvers, found, ["a", "b"])
+        figure.draw_without_rendering()
+        texts = [each for each in figure.findobj(Text) if each.get_text().strip() and each.get_visible()]
+        sizes.extend(each.get_fontsize() * 80.0 / (25.4 * figure.get_figwidth()) for each in texts)
+        assert figure.get_suptitle().endswith("DLS, 64 starts")  # the quickest that is exact on both tasks
+        return figure
+
+    png(drawn)
+    assert min(sizes) >= 6.0
