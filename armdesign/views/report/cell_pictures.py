@@ -31,6 +31,8 @@ LETTER = 0.075
 """Width of a small letter [inch]."""
 LINE = 0.16
 """Height of a line of small letters [inch]."""
+ROW = 0.07
+"""From one row of dimensions to the next, by the extent of what is drawn."""
 ALIKE = 3
 """So many obstacles whose names begin with one word have that word written once."""
 SHORTEST, NEXT_TO = 1.0, 2.0
@@ -127,9 +129,11 @@ def cell_pictures(run: Result) -> list[Picture]:
 
         x, y = (f"{'xyz'[k]} {scene.base[k]:.0f} mm" for k in (across, up))
         alt = f"{title} of the cell, {where}: the base at {x}, {y}; obstacles: {names or 'none'}."
-        caption = f"{title}, millimetres {where}. Square: the base, with its distances from the origin (cross) and "
-        caption += "from the nearest edge beside it. "
-        caption += "Blue: the arm, light to dark; dashed: the demonstrator's arm; dotted: the hand's path"
+        sized = dimensions(scene, [across, up])
+        caption = f"{title}, millimetres {where}. Square: the base"
+        caption += ", with its distances from the origin (cross)" if sized else ""
+        caption += " and from the nearest edge beside it. " if any("edge" in text for *_, text in sized) else ". "
+        caption += "Blue: the arm, light to dark; dashed: the person's arm; dotted: the hand's path"
         caption += "; dashed box: where the base might stand, perhaps seen in part." if scene.sites else "."
         pictures.append(picture(key, build, alt, caption))
     return pictures
@@ -145,9 +149,13 @@ def cell_figure(scene: CellScene, across: int, up: int) -> Figure:
     """
     axes = [across, up]
     low, high = box(scene.projected(axes))
-    margin = 0.06 * float((high - low).max())  # room for the dimensions
-    figure = framed(low - margin, high + margin, left=0.72, right=0.1, bottom=0.45, top=0.08)
+    sized, extent = dimensions(scene, axes), float((high - low).max())
+    rows = [sum(np.argmax(np.abs(end - start)) == k for start, end, _ in sized) for k in range(2)]
+    room = ROW * extent * np.array(rows)  # for the dimensions: those across below, those upwards to the right
+    room_x, room_y = np.array([room[1], 0.0]), np.array([0.0, room[0]])
+    figure = framed(low - room_y, high + room_x, left=0.72, right=0.1, bottom=0.45, top=0.08)
     axis = figure.axes[0]
+    dimension_lines(axis, sized, (np.array([high[0], low[1]]), ROW * extent))
     for outline in scene.obstacles:
         if outline.normal is not None:
             draw_edge(axis, outline, axes)
@@ -194,31 +202,47 @@ def draw_edge(axis: Axes, outline: Outline, axes: list[int]) -> None:
     axis.set(xlim=tuple(limits[:, 0]), ylim=tuple(limits[:, 1]))
 
 
+def dimension_lines(axis: Axes, sized: Sequence[tuple[Array, Array, str]], place: tuple[Array, float]) -> None:
+    """Draw dimensions beside what is drawn: those across below it, those upwards to the right of it.
+
+    Args:
+        axis: Where.
+        sized: See ``dimensions``.
+        place: The lower right corner of what is drawn, shape (2,) [mm], and from row to row [mm].
+    """
+    (corner, row), rows = place, [0, 0]
+    per_inch = np.ptp(axis.get_xlim()) / (WIDTH - 0.82)
+    for start, end, text in sized:
+        k = int(np.argmax(np.abs(end - start)))
+        level = corner[1 - k] + (row if k else -row) * (rows[k] + 0.6)
+        rows[k] += 1
+        ends = np.array([start, end])
+        ends[:, 1 - k] = level
+        for point, foot in zip((start, end), ends, strict=True):
+            axis.plot(*np.array([point, foot]).T, color=GREY, linewidth=0.5, zorder=2.5)
+        axis.annotate("", ends[1], ends[0], arrowprops={"arrowstyle": "<->", "color": GREY, "lw": 0.9, "shrinkA": 0,
+                                                        "shrinkB": 0}, zorder=5)  # fmt: skip
+        spot, across, up = ends.mean(axis=0), "center", "center"
+        if float(np.ptp(ends[:, k])) < len(text) * LETTER * per_inch:  # too short to be written on
+            spot = ends[np.argmax(ends[:, k])] + 0.06 * per_inch * np.eye(2)[k]
+            across, up = ("center", "bottom") if k else ("left", "center")
+        style: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
+        axis.text(spot[0], spot[1], text, ha=across, va=up, rotation=90 * k, fontsize=8, zorder=7, bbox=style)
+
+
 def labels(axis: Axes, scene: CellScene, axes: list[int]) -> None:
-    """Names of the obstacles and dimensions of the base, each where no other stands.
+    """Names of the obstacles, each where no other stands.
 
     Args:
         axis: Where they are written.
         scene: What is drawn.
         axes: The two coordinates of the picture.
     """
-    arrow: dict[str, Any] = {"arrowstyle": "<->", "color": GREY, "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
     per_inch = np.ptp(axis.get_xlim()) / (WIDTH - 0.82)
-    wanted: list[tuple[str, Array]] = []
-    for start, end, text in dimensions(scene, axes):
-        aside, off = np.zeros(2), np.zeros(2)
-        if (
-            " to " in text
-        ):  # beside the distance from the origin, which may lie on the same line, and its text beside it
-            k = int(np.argmin(np.abs(end - start)))
-            aside[k] = -1.5 * LINE * per_inch
-            off[k] = -per_inch * (LINE if k == 1 else LETTER * len(text) / 2.0 + 0.08)
-        axis.annotate("", tuple(end + aside), tuple(start + aside), arrowprops=arrow, zorder=5)
-        wanted.append((text, (start + end) / 2.0 + aside + off))
     solid = grouped(
         {each.name: each.points for each in scene.obstacles if each.normal is None}
     )  # moving: the last place
-    wanted += [(short(name, 20).strip(), points[:, axes].mean(axis=0)) for name, points in solid.items()]
+    wanted = [(short(name, 20).strip(), points[:, axes].mean(axis=0)) for name, points in solid.items()]
     half = 0.09 * per_inch
     taken: list[Array] = [np.stack([scene.base[axes] - half, scene.base[axes] + half])]
     for text, at in wanted:
@@ -272,7 +296,7 @@ def dimensions(scene: CellScene, axes: list[int]) -> list[tuple[Array, Array, st
         )  # then how thick what it stands on is says nothing
         if edges and not standing:
             edge, name = min(edges, key=lambda each: abs(each[0] - base[k]))
-            ends.append((edge, f"{abs(edge - base[k]):.0f} to {name}"))
+            ends.append((edge, f"{abs(edge - base[k]):.0f} from the edge of {name}"))
         for at, text in ends:
             if abs(at - base[k]) > SHORTEST:
                 start = base.copy()

@@ -44,7 +44,7 @@ WIDTH, LOOK = 900, 60
 INSET, LETTERS = 360, 24
 """Width and height of the close view, and height of what is written on it [pixels]."""
 AZIMUTHS = np.deg2rad(np.arange(-75.0, 270.0, 30.0))
-CLOSE = 25.0
+CLOSE = 12.0
 """Half the width of what a close view shows at least [mm]."""
 TILE = 250.0
 """Width of the floor's tiles [mm]."""

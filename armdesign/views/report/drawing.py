@@ -169,9 +169,12 @@ def legend_room(names: Sequence[str]) -> float:
 
 
 def legend_above(figure: Figure, axis: Axes) -> None:
-    """The lines of an axis by name above it, in as many columns as fit."""
+    """The lines of an axis by name above it, in as many columns as fit, to be read line by line."""
     handles, labels = axis.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper left", ncols=legend_lines(labels)[0], columnspacing=1.4, borderpad=0.2)
+    columns = legend_lines(labels)[0]
+    order = [i for column in range(columns) for i in range(column, len(labels), columns)]  # Matplotlib fills columns
+    figure.legend([handles[i] for i in order], [labels[i] for i in order], loc="upper left", ncols=columns,
+                  columnspacing=1.4, borderpad=0.2)  # fmt: skip
 
 
 def short(name: str, length: int = 28) -> str:

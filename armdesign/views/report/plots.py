@@ -192,38 +192,49 @@ UNITS = (("deg", "cm"), ("N m", "N"))
 """Units of angles and torques of joints that turn, and of the same of joints that slide."""
 
 
-def joint_pictures(loads: JointLoads) -> list[Picture]:
-    """Angles and torques of all joints over time, and how much of their limits each uses."""
+def joint_pictures(run: Result, loads: JointLoads) -> list[Picture]:
+    """Angles and torques of all joints over time, and how much of its limits each uses.
+
+    Args:
+        run: The run.
+        loads: What its motion asks of the joints.
+    """
     scale = np.where(loads.prismatic, 100.0, np.rad2deg(1.0))
     effort = loads.limits.effort
     sliding = " and ".join(str(i + 1) for i in np.flatnonzero(loads.prismatic))
     units = [f"{turns}; {slides} of {sliding}" if sliding else turns for turns, slides in UNITS]
+    stated = None if run.problem.settings.needs.max_torque is None else np.stack([-effort, effort], axis=1)
     both = (
         ("angles", "angle", units[0], loads.motion.q * scale, loads.limits.position * scale[:, None]),
-        ("torques", "torque", units[1], loads.torque, np.stack([-effort, effort], axis=1)),
+        ("torques", "torque", units[1], loads.torque, stated),
     )
     pictures = []
     for key, what, unit, values, limits in both:
 
-        def build(label: str = f"{what} [{unit}]", values: Array = values, limits: Array = limits) -> Figure:
+        def build(label: str = f"{what} [{unit}]", values: Array = values, limits: Array | None = limits) -> Figure:
             return joint_figure(loads.time, values, limits, label)
 
-        alt = f"Joint {key} over time, and beside it the range each joint uses within its limits."
-        pictures.append(picture(key, build, alt))
+        words = f"{what.capitalize()} of every joint over time"
+        words += ", gravity and payload included" if what == "torque" else ""
+        words += "; no limit of it is stated." if limits is None else "; right: what each uses (bar) of its limits."
+        pictures.append(picture(key, build, words, words))
     return pictures
 
 
-def joint_figure(time: Array, values: Array, limits: Array, label: str) -> Figure:
-    """Values of shape (T, n) over time, and beside it their range in the limits of shape (n, 2)."""
+def joint_figure(time: Array, values: Array, limits: Array | None, label: str) -> Figure:
+    """Values of shape (T, n) over time, and their range in limits of shape (n, 2), where there are any."""
     n = values.shape[1]
     names = [f"joint {i + 1}" for i in range(n)]
     figure = new_figure(2.5 + legend_room(names), top=legend_room(names) + 0.1)
-    left, right = figure.subplots(1, 2, width_ratios=[3.2, 0.55 + 0.13 * n])
-    figure.subplots_adjust(wspace=0.42)
+    if limits is None:
+        left = figure.subplots()
+    else:
+        left, right = figure.subplots(1, 2, width_ratios=[3.2, 0.55 + 0.13 * n])
+        figure.subplots_adjust(wspace=0.42)
+        show_ranges(right, values, limits)
     for i, name in enumerate(names):
         left.plot(*thinned(time, values[:, i]), label=name, **line_style(i))
     left.set(xlabel="time [s]", ylabel=label, xlim=(time[0], time[-1]))
-    show_ranges(right, values, limits)
     legend_above(figure, left)
     return figure
 

@@ -66,7 +66,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "worst": worst_rendering(run, worst, made),
         "cell": cell_pictures(run),
         "clearance": plots.clearance_picture(run, near),
-        "joints": [*plots.joint_pictures(loads), plots.limits_picture(run, loads)],
+        "joints": [*plots.joint_pictures(run, loads), plots.limits_picture(run, loads)],
         "fitness": plots.fitness_picture(run, parts),
         "tracking": tracking_picture(run, tracking) if tracking else None,
         "convergence": plots.convergence_picture(history) if history is not None else None,

@@ -181,14 +181,15 @@ def assumptions(options: RobotOptions, unused: Collection[str] = ()) -> list[Ass
 
     Args:
         options: What is assumed.
-        unused: Names of what this arm does not rest on.
+        unused: Names of what this arm does not rest on; what is not set is left out, too.
     """
     rows = []
     for option in assumed(options):
-        if option.name in unused:
+        if option.name in unused or option.value is None:
             continue
         unit = UNIT.search(option.doc)
-        value = "not set" if option.value is None else f"{option.value:g} {unit.group(1) if unit else ''}"
+        value = f"{option.value:g} {unit.group(1) if unit else ''}"
+        value = ("yes" if option.value else "no") if isinstance(option.value, bool) else value
         text = " ".join(UNIT.sub("", option.doc).split()).rstrip(".")
         rows.append(Assumption(text, value.strip(), option.flag))
     gravity = f"{GRAVITY[2]:g} m/s^2"

@@ -133,8 +133,8 @@ def test_dimensions_are_distances_from_the_origin_and_the_nearest_edge(numbers):
             assert np.count_nonzero(start != end) == 1
             assert numbers(text)[0] == pytest.approx(np.abs(start - end).sum(), abs=0.5)
     said = [text for _, _, text in dimensions(scene, [0, 1])]
-    assert said == ["620", "120 to table", "150", "250 to table"]
-    assert [text for _, _, text in dimensions(scene, [0, 2])] == ["620", "120 to table", "800"]
+    assert said == ["620", "120 from the edge of table", "150", "250 from the edge of table"]
+    assert [text for _, _, text in dimensions(scene, [0, 2])] == ["620", "120 from the edge of table", "800"]
 
 
 def test_how_fast_it_is_names_the_largest_load(invented, numbers):

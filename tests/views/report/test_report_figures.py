@@ -1,13 +1,16 @@
 """What the figures rest on: parts that add up, peaks that stay, labels that keep apart, scales that hold."""
 
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from armdesign.export.options import RobotOptions
 from armdesign.kinematics.dh import DHTable
-from armdesign.views.report.drawing import inlined, legend_lines, line_style, short, thinned
-from armdesign.views.report.facts import fitness_parts
+from armdesign.views.report.drawing import inlined, legend_above, legend_lines, line_style, new_figure, short, thinned
+from armdesign.views.report.facts import fitness_parts, joint_loads
+from armdesign.views.report.plots import joint_pictures
 from armdesign.views.report.report_scene import box, framed, view
 
 
@@ -91,3 +94,23 @@ def test_names_are_shortened_and_legends_fit():
     assert short("a\nb") == "a b"
     assert legend_lines(["joint 1"] * 5) == (3, 2)
     assert legend_lines(["y" * 60]) == (1, 1)
+
+
+def test_a_legend_is_read_line_by_line():
+    figure = new_figure(2.0)
+    axis = figure.subplots()
+    for i in range(5):
+        axis.plot([0.0, 1.0], [0.0, i], label=f"joint {i + 1}")
+    legend_above(figure, axis)
+    columns = [text.get_text()[-1] for text in figure.legends[0].get_texts()]
+    assert columns == ["1", "4", "2", "5", "3"]  # Matplotlib fills three columns of 2, 2 and 1 from above
+
+
+def test_torques_are_held_against_stated_limits_only(invented):
+    run = invented()
+    loads = joint_loads(run, RobotOptions())
+    _, torques = joint_pictures(run, loads)
+    assert "no limit" in torques.caption
+    settings = run.problem.settings.replace({"needs": {"max_torque": [9.0]}})
+    stated = dataclasses.replace(run, problem=dataclasses.replace(run.problem, settings=settings))
+    assert "no limit" not in joint_pictures(stated, loads)[1].caption

@@ -165,10 +165,14 @@ def test_an_arm_that_was_given_has_no_search_but_its_offsets(invented, take_apar
 def test_assumptions_are_those_that_were_made(invented):
     run = invented()
     heavier = RobotOptions(Body(joint_mass=1.25), LimitOptions(payload=2.0, margin=2.0))
-    for options, values in ((RobotOptions(), ("0.6 kg", "not set", "not set")), (heavier, ("1.25 kg", "2 kg", "2"))):
+    for options, values in ((RobotOptions(), ("0.6 kg", None, None)), (heavier, ("1.25 kg", "2 kg", "2"))):
         said = {each.flag: each.value for each in words.assumptions(options)}
-        assert tuple(said[flag] for flag in ("--joint-mass", "--payload", "--margin")) == values
-        assert len(said) > len(dataclasses.fields(Body)) + len(dataclasses.fields(LimitOptions))
+        assert tuple(said.get(flag) for flag in ("--joint-mass", "--payload", "--margin")) == values
+    motors = run.problem.settings.replace({"needs": {"max_torque": [9.0], "max_speed": [500.0]}})
+    built = dataclasses.replace(run, problem=dataclasses.replace(run.problem, settings=motors))
+    used = {each.flag for each in words.assumptions(heavier, words.unused(built, built=True))}
+    assert "--payload" in used
+    assert not used & {"--joint-mass", "--base-mass", "--actuator-speed", "--actuator-torque", "--slide-speed"}
     light, heavy = (joint_loads(run, options) for options in (RobotOptions(), heavier))
     assert heavy.masses[1:] - light.masses[1:] == pytest.approx([0.65] * 3)
     assert (np.abs(heavy.torque).max(axis=0) > np.abs(light.torque).max(axis=0)).all()
