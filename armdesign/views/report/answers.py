@@ -132,7 +132,9 @@ def story(run: Result, worst: Worst, nearest: Sequence[Near], origin: Origin | N
     if run.base_pose.frame == "room":
         parts.append(f"It stands {standing(run)}.")
     asked = run.problem.settings.body.clearance
-    if not nearest:
+    if not nearest and run.problem.settings.body.kind != "thin":
+        parts.append("What it touches is not known.")
+    elif not nearest:
         parts.append("It was searched as lines without bodies, so what it touches is not known.")
     elif nearest[0].value <= 0.0:
         parts.append(f"It touches: {nearest[0].words}.")
@@ -304,8 +306,10 @@ def touching(nearest: Sequence[Near], settings: Settings) -> Answer:
         settings: What it was judged by.
     """
     question = "Does it touch anything?"
-    if not nearest:
+    if not nearest and settings.body.kind == "thin":
         return Answer(question, "not known", "The arm was searched as lines, without bodies.")
+    if not nearest:
+        return Answer(question, "not known", "Its parts do not fit together, or no two of them could touch.")
     least, asked = nearest[0], 1e3 * settings.body.clearance
     words = ". ".join(sentence(near.words) for near in nearest[:2])
     kept = least.value >= settings.body.clearance

@@ -34,6 +34,8 @@ class Near(NamedTuple):
     def words(self) -> str:
         """The same in a clause."""
         both, value = " and ".join(self.bodies), f"{figure(1e3 * abs(self.value))} mm"
+        if self.value == 0.0:
+            return f"{both} meet, {self.when}"
         if self.value < 0.0:
             return f"{both} are inside one another by {value}, {self.when}"
         if self.when == ALWAYS:
@@ -92,4 +94,6 @@ def clearances(run: Result, made: Build | None = None) -> Clearances:
         first, second = (f"{named.get(mark, '')} {mark}".strip() for mark in made.gap.parts)
         where = "on the motion" if made.gap.joint is None else f"at joint {made.gap.joint}"
         found.append(Near(made.gap.value, (first, second), where))
+    if made is not None and made.assembly is None and made.kit is None:
+        found = []  # of parts that do not fit together nothing is known
     return Clearances(tuple(sorted(found, key=lambda near: near.value)), time, series)

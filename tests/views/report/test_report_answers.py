@@ -71,6 +71,8 @@ def test_the_least_of_all_is_told_first_that_of_a_build_s_parts_too(invented, nu
     nearest = clearances(run, made).least
     assert nearest[0].bodies == gap.parts
     assert "joint 3" in nearest[0].words
+    assert clearances(run, SimpleNamespace(gap=None, assembly=None, kit=None)).least == ()  # its parts do not fit
+    assert Near(0.0, gap.parts, "at joint 3").words == "J3-L2 and J3-L3 meet, at joint 3"
     some = Near(0.004, ("bracket A", "bracket B"), "at joint 3")
     answer = touching((some,), run.problem.settings)
     assert (numbers(answer.figure), answer.good) == ([4.0], False)  # 5 mm are asked for
