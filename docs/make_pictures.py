@@ -25,7 +25,6 @@ from armdesign.views.writing import preview, report
 DOCS = Path(__file__).resolve().parent
 EXAMPLES = DOCS.parent / "examples"
 CELLS = {
-    "packaging": (3000, "packaging.csv"),
     "packaging_cell": (
         50_000,
         "packaging.csv --obstacles packaging_cell.toml --place 'x=0.72..1.0 y=-0.5..0.2 z=0.95' --dof 5 "
@@ -45,7 +44,7 @@ CELLS = {
 """Searches by their picture: candidates at most, and options as in ``examples/README.md`` and the tutorial."""
 RECORDING = "tutorial_recording.png"
 """Picture of a recording, without a search."""
-PAGES = {"preview.png": "packaging_cell", "report.png": "packaging_cell"}
+PAGES = {"preview.png": "packaging_cell", "welding_cell.png": "welding_cell", "report.png": "packaging_cell"}
 """Pictures of pages, by the search that they show."""
 WIDTH, HEIGHT = 1280, 860
 """Of the browser's window [pixels]."""
@@ -110,7 +109,7 @@ def shoot(page: str, picture: Path) -> None:
 
 def main() -> None:
     """Make the pictures that are asked for."""
-    names = [*(f"{name}.png" for name in CELLS), *PAGES, RECORDING]
+    names = [*dict.fromkeys([*(f"{name}.png" for name in CELLS), *PAGES]), RECORDING]
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=DOCS, help="folder of the pictures (default: that of this file)")
     parser.add_argument("--runs", type=Path, help="folder that keeps the searches, for the next time (default: none)")
@@ -126,7 +125,7 @@ def main() -> None:
                 armdesign(["recording", "plot", "box_lift.c3d", "--out", str(picture), "--overwrite"])
                 continue
             run = search(PAGES.get(name, picture.stem), kept, given.budget)
-            if name == "preview.png":
+            if name in ("preview.png", "welding_cell.png"):  # the preview draws walls, the report none
                 preview(read_result(run), Path(room) / "page.html", overwrite=True)
                 shoot(f"{(Path(room) / 'page.html').as_uri()}#t=0.9", picture)
             elif name == "report.png":

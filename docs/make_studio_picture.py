@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import tempfile
@@ -22,10 +23,13 @@ FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader
 def main() -> None:
     """Open the run, choose its parts, go to the moment of the largest error, and take the picture."""
     run, picture = map(Path, sys.argv[1:3])
+    picture, room = picture.resolve(), Path(tempfile.mkdtemp())  # where no parts are kept yet
+    shutil.copytree(run, room / "runs" / run.name)
+    os.chdir(room)
     server, guard = open_server()
-    studio = Page(server, Path(tempfile.mkdtemp()))  # where no parts are kept yet
+    studio = Page(server, Path())
     studio.lay_out(PANELS)
-    studio.panels["Search"].open_run(run)
+    studio.panels["Search"].open_run(Path("runs") / run.name)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
         page = browser.new_page(viewport={"width": 1280, "height": 800})
@@ -35,6 +39,7 @@ def main() -> None:
         page.get_by_role("tab", name="Parts", exact=True).click()
         page.get_by_role("button", name="Choose the parts").click()
         page.get_by_text("its parts fit").first.wait_for(timeout=400_000)
+        page.get_by_role("button", name="Download its parts list").wait_for(timeout=200_000)
         studio.time.value = studio.arm.worst
         page.get_by_text("Software WebGL").wait_for(state="hidden")
         page.get_by_text("Received").wait_for(state="hidden")

@@ -23,13 +23,14 @@ if TYPE_CHECKING:
 FORMATS = ("png", "svg", "pdf")
 _COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")  # Okabe and Ito
 _DASHES = ("-", "--", "-.", ":")  # so that the lines differ without colour too
-_GREY = "#B0B0B0"
-_SHADES = ("#DCE6EE", "#B9CDDD", "#86AECB", "#4189B9", "#00456E")  # of the arm, the first frame to the last
+_GREY = "#8C8C8C"
+_SHADES = ("#B4C8D8", "#8AAAC3", "#5F8CAD", "#356C94", "#00395C")  # of the arm, the first frame to the last
+_WIDTH = 4.8  # [inch]
 _FEW = 8  # points that get a colour each where no arm is known
 _ROWS = 40  # points with gaps that are shown
 _DRAWN = 2000  # frames of a path; more cannot be told apart
 _BARS = 400  # gaps side by side; more cannot be told apart
-_VIEWS = (("from one side: x and z", 0, 2), ("from the other: y and z", 1, 2), ("from above: x and y", 0, 1))
+_VIEWS = (("x and z, seen along y", 0, 2), ("y and z", 1, 2), ("x and y, from above", 0, 1))
 _FLATTEST = 0.35  # a side of the box around everything, as part of the longest
 
 
@@ -56,7 +57,15 @@ def draw_recording(recording: Recording, kind: str = "png") -> bytes:
     import matplotlib as mpl  # noqa: PLC0415  (slow to import)
 
     metadata = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
-    style = mpl.rc_context({"svg.hashsalt": "armdesign", "font.size": 9, "axes.titlesize": 10})
+    style = mpl.rc_context(  # 6 pt and more where it is printed 80 mm wide
+        {
+            "svg.hashsalt": "armdesign",
+            "font.size": 9.5,
+            "axes.titlesize": 9.5,
+            "legend.fontsize": 9.5,
+            "figure.titlesize": 10,
+        }
+    )
     with style, warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a letter that the font lacks is drawn as a box
         content = io.BytesIO()
@@ -67,7 +76,7 @@ def draw_recording(recording: Recording, kind: str = "png") -> bytes:
         figure.set_layout_engine("none")
         for axis in figure.axes:
             axis.set_position(np.round(axis.get_position(original=True).bounds, 6).tolist())
-        figure.savefig(content, format=kind, dpi=130, metadata=metadata)
+        figure.savefig(content, format=kind, dpi=180, metadata=metadata)
     return content.getvalue()
 
 
@@ -82,14 +91,15 @@ def check_kind(kind: str) -> str:
 def _figure(recording: Recording) -> Figure:
     """Three views and the gaps below one another."""
     from matplotlib.figure import Figure  # noqa: PLC0415
+    from matplotlib.layout_engine import ConstrainedLayoutEngine  # noqa: PLC0415
 
     rows = _rows(recording)
     low, high = _box(recording)
     size = high - low
-    below = 0.9 + 0.17 * max(2, min(len(rows), _ROWS))  # [inch]
-    above = 1.5 + 6.2 * np.clip((size[2] + size[1]) / (size[0] + size[1]), 0.4, 1.3)
-    figure = Figure(figsize=(8.0, above + below + 0.6), layout="constrained")
-    figure.suptitle(_plain(_title(recording)), fontsize=10)
+    below = 0.9 + 0.18 * max(2, min(len(rows), _ROWS))  # [inch]
+    above = 2.6 + 3.1 * np.clip((size[2] + size[1]) / (size[0] + size[1]), 0.4, 1.3)
+    figure = Figure(figsize=(_WIDTH, above + below + 0.4), layout=ConstrainedLayoutEngine(w_pad=0.1))
+    figure.suptitle(_plain(_title(recording)))
     parts: Any = figure.subfigures(2, 1, height_ratios=[above, below])
     upper, lower = parts
     axes = upper.subplots(2, 2, width_ratios=[size[0], size[1]], height_ratios=[size[2], size[1]])
@@ -100,7 +110,8 @@ def _figure(recording: Recording) -> Figure:
         _view(axis, recording, shown, (across, up))
         axis.set(title=title, xlabel=f"{'xyz'[across]} [m]", ylabel=f"{'xyz'[up]} [m]", aspect="equal")
         axis.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]))
-    _legend(axes[1, 1], axes[0, 0], len(recording.points) - len(shown))
+    axes[1, 1].axis("off")
+    _legend(upper, axes[0, 0], len(recording.points) - len(shown))
     _gaps(lower.subplots(), rows, recording)
     return figure
 
@@ -124,7 +135,7 @@ def _view(axis: Axes, recording: Recording, shown: Mapping[str, Array], plane: t
     every = _every(recording)
     for name, values in recording.points.items():
         if name not in shown or shown[name] is not values:
-            axis.plot(values[::every, across], values[::every, up], color=_GREY, linewidth=0.5, alpha=0.45, zorder=1)
+            axis.plot(values[::every, across], values[::every, up], color=_GREY, linewidth=0.7, zorder=1)
     for i, (name, values) in enumerate(shown.items()):
         style: dict[str, Any] = {"color": _COLOURS[i % len(_COLOURS)], "zorder": 3}
         style |= {"linestyle": _DASHES[i % len(_DASHES)], "linewidth": 1.1}
@@ -146,16 +157,16 @@ def _every(recording: Recording) -> int:
     return max(1, recording.frames // _DRAWN)
 
 
-def _legend(axis: Axes, source: Axes, others: int) -> None:
-    """What the colours mean, in the free corner."""
-    axis.axis("off")
+def _legend(part: Any, source: Axes, others: int) -> None:  # noqa: ANN401 (a subfigure)
+    """What the colours mean, below the views."""
     handles, labels = source.get_legend_handles_labels()
     if not handles:
-        axis.text(0.0, 1.0, f"{others} points, none known by its name as part of an arm", va="top", wrap=True)
+        part.supxlabel(f"{others} points, none known by its name as part of an arm", fontsize=9.5)
         return
-    title = "Dots: the first frame.\nThick lines: the arm in five frames, light to dark."
-    title += "\nFaded: the other points." if others > 0 else ""
-    axis.legend(handles, labels, loc="upper left", frameon=False, title=title, alignment="left", handlelength=4)
+    title = "Dots: first frame. Thick: arm in 5 frames, light to dark."
+    title += "\nGrey: other points." if others > 0 else ""
+    part.legend(handles, labels, loc="outside lower center", ncols=4 if len(labels) <= 4 else 2, frameon=False,
+                title=title, handlelength=2.2, columnspacing=1.0)  # fmt: skip
 
 
 def _gaps(axis: Axes, rows: Sequence[_Row], recording: Recording) -> None:
@@ -171,12 +182,12 @@ def _gaps(axis: Axes, rows: Sequence[_Row], recording: Recording) -> None:
     shown = [row for row in rows if row in shown]
     for place, row in enumerate(shown):
         axis.broken_barh(row.spans, (place - 0.4, 0.8), facecolor="#0072B2", edgecolor="#0072B2", linewidth=0.6)
-    labels = [_plain(f"{_short(row.name)}  {100 * row.missing:.1f} %") for row in shown]
-    axis.set_yticks(range(len(shown)), labels, fontsize=7)
+    labels = [_plain(f"{_short(row.name, 18)}  {100 * row.missing:.1f} %") for row in shown]
+    axis.set_yticks(range(len(shown)), labels, fontsize=9.5)
     axis.set(ylim=(len(shown) - 0.5, -0.5))
     axis.grid(axis="x", linewidth=0.3)
-    left_out = f"; {len(rows) - len(shown)} more with fewer gaps are not shown" if len(rows) > len(shown) else ""
-    axis.set(title=f"Not seen (share of the frames); {whole} of {len(recording.points)} points have no gap{left_out}")
+    left_out = f";\n{len(rows) - len(shown)} more with fewer gaps are not shown" if len(rows) > len(shown) else ""
+    axis.set(title=f"Not seen (share of frames); {whole} of {len(recording.points)} have no gap{left_out}")
 
 
 def _rows(recording: Recording) -> list[_Row]:
