@@ -42,6 +42,9 @@ def test_arms_of_the_folder_and_of_a_comparison_are_shown_once(folder, folders, 
     page = take_apart(report_html(run))
     assert any(row[0] == "<ur5>" and row[2] == "4.0" for row in page.rows)
     assert "Beside other arms" in "".join(page.text)
+    assert "with a payload" not in "".join(page.text)  # all carry the same
+    (folder / OTHERS).write_text(json.dumps(comparison(run) | {"payload": 1.5}))
+    assert [arm.payload for arm in other_arms(run)] == [0.0, 0.0, 1.5]
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"task": {"points": ["a"], "frames": 3}, "arms": []}'])
