@@ -135,6 +135,25 @@ def base_place(build: Build) -> str:
     )
 
 
+def base_turn(build: Build) -> list[str]:
+    """How what is bolted on the base's plate is turned, whose holes fit in several ways; nothing where they do not tell."""
+    placed = {each.mark: each for each in assembly_of(build).placed}
+    words = []
+    for mark in (mark for each in assembly_of(build).screws if each.joins[0] == "B" for mark in each.joins[1:]):
+        plate, other = placed["B"], placed.get(mark)
+        if other is None or not other.part.scribes or not plate.part.scribes:
+            continue
+        start, end = other.part.scribes[0]
+        x, y, up = plate.pose[:3, :3].T @ other.pose[:3, :3] @ (end - start)
+        if np.hypot(x, y) > abs(up) * 1e-3:
+            turn = number(round(float(np.degrees(np.arctan2(y, x))), 2) % 360.0, 2)
+            words.append(
+                f"Its holes fit {mark} in several ways: line S of {mark} points {turn}° counterclockwise from line x of B, "
+                "seen from the arm."
+            )
+    return words
+
+
 def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Step]:
     """What is done in which order, from the base to the tool: an actuator with its bracket, then the link to it.
 
@@ -170,7 +189,11 @@ def steps(build: Build, drawn: Sequence[tuple[Placed, list[Solid]]]) -> list[Ste
                           for mark in sorted(marks - {f"J{joint}"})]  # fmt: skip
             else:
                 title = "Base" if link == 0 else f"Link {link}" + (" with the tool" if link == table.dof else "")
-                words = [*([base_place(build)] if "B" in marks else []), *part_words(new), *link_words(link, table)]
+                words = [
+                    *([base_place(build), *base_turn(build)] if "B" in marks else []),
+                    *part_words(new),
+                    *link_words(link, table),
+                ]
             joined = [s for s in screws if set(s.joins) & marks and set(s.joins) <= marks | done]
             # beside a screw across no key reaches a flange's
             joined = sorted(joined, key=lambda s: (s.nut, s.joins[1] in late and not s.spacer))

@@ -41,6 +41,8 @@ TURNS = {
 """Kinds of bracket, and the angles between tube and face's normal that they make."""
 FLAT = ANGLE / 2.0
 """A wedge's angle below which it is made flat: half of what angles may be off [rad]."""
+SPARE = 0.4e-3
+"""What screws into an actuator stay clear of the ground of their holes: they and the bracket may be off by 0.34 mm."""
 BY_CHEEKS = "through its cheeks into both sides of the housing"
 HELD = "housing"
 """What the holes in cheeks are for."""
@@ -107,11 +109,12 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
     )
     thread, joins = face.circle.thread, (face.mark, mark)
     bite = min(1.5e-3 * float(thread[1:]), face.circle.deep - 0.5e-3)
-    screws = Screws(thread, made.under + bite, face.circle.count, joins, most=made.under + face.circle.deep)
+    most = made.under + face.circle.deep - SPARE
+    screws = Screws(thread, made.under + bite, face.circle.count, joins, most=most)
     if cheeked is not None:
-        most = CHEEK + cheeked.depth
-        least = min(most, CHEEK + 3e-3)
-        screws = Screws(cheeked.thread, least, 2 * len(cheeked.holes), joins, most=most, note=BY_CHEEKS)
+        bite = min(cheeked.depth - 1e-3, 3e-3)
+        screws = Screws(cheeked.thread, CHEEK + bite, 2 * len(cheeked.holes), joins, most=CHEEK + cheeked.depth - SPARE,
+                        note=BY_CHEEKS)  # fmt: skip
     elif face.circle.maker:
         screws = Screws("", made.under, 0, joins, maker=face.circle.maker)
     return Placed(part, mark, link, pose), seat, screws

@@ -176,7 +176,7 @@ def cheek_dimensions(part: Part) -> Iterator[Dimension]:
             yield Dimension(FRONT, np.array([high[0], low[1], 0.0]), np.array([axis[0], low[1], 0.0]))
             yield Dimension(FRONT, np.array([axis[0], low[1], 0.0]), np.array([low[0], low[1], 0.0]))
             yield Dimension(BOTTOM, low, np.array([low[0], low[1], high[2]]))
-            yield Dimension(BOTTOM, low * [1.0, 1.0, -1.0], low)
+            yield Dimension(BOTTOM, low * [1.0, 1.0, -1.0], low, "{} +0.2/0")  # a housing has to go in
         elif part.note == "wedge" and form is not prisms[0]:
             left = np.array([low[0], low[1], 0.0])
             yield Dimension(FRONT, left, np.array([low[0], high[1], 0.0]))

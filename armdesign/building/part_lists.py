@@ -185,7 +185,7 @@ def shortened(screws: Screws) -> str:
     """What a screw has to be cut to, in words, where its standard length is too long; empty where not."""
     if screw_length(screws) <= 1e3 * screws.most + 1e-6:
         return ""
-    return f", shortened to {np.floor(1e3 * screws.most):.0f} mm"
+    return f", shortened to {np.floor(2e3 * screws.most) / 2.0:g} mm"
 
 
 def torque(thread: str) -> float:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from itertools import combinations
@@ -15,7 +16,7 @@ import armdesign
 from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.building import RECORD, tubes
 from armdesign.building.assembly import assemble
-from armdesign.building.assembly_steps import HUNG, base_place, holding, screw_words, surface
+from armdesign.building.assembly_steps import HUNG, base_place, base_turn, holding, screw_words, surface
 from armdesign.building.build import build, chosen_parts, thinner
 from armdesign.building.build_options import BuildOptions
 from armdesign.building.catalogue import find_catalogue, shipped
@@ -200,6 +201,15 @@ def test_what_the_base_is_screwed_to_is_named(made):
     assert "at most 14.5 mm under the head" in screw_words([deep])[0]
     own = replace(screws, joins=("J2", "J2-L1"))
     assert "holes of J2" in screw_words([own])[0]
+
+
+def test_how_the_bracket_on_the_base_is_turned_is_said(made):
+    (words,) = base_turn(made)
+    turn = np.radians(float(re.search(r"points ([\d.]+)° counterclockwise", words)[1]))
+    base, bracket = (next(each for each in made.assembly.placed if each.mark == mark) for mark in ("B", "B-L0"))
+    way = bracket.pose[:3, :3] @ np.diff(bracket.part.scribes[0], axis=0)[0]
+    line = base.pose[:3, :2] @ [np.cos(turn), np.sin(turn)]
+    assert line @ way == pytest.approx(np.linalg.norm(way - way @ base.pose[:3, 2] * base.pose[:3, 2]), rel=1e-4)
 
 
 def test_a_pose_that_asks_more_than_an_actuator_bears_for_long_is_said(made):
