@@ -46,6 +46,8 @@ SPARE = 0.4e-3
 BY_CHEEKS = "through its cheeks into both sides of the housing"
 HELD = "housing"
 """What the holes in cheeks are for."""
+RIMS = 0.5e-3
+"""Between the rims of two flanges at a corner [m]."""
 INNER = 3e-3
 """Radius that a mill leaves in an inner corner, where there is room for it [m]."""
 
@@ -387,7 +389,8 @@ def corner(
     # no hole of one side comes out of the other: at its mouth, at its end
     far, radius = shop.circle.diameter / 2.0, SCREWS[shop.circle.thread][1] / 2.0
     inside = (far + radius) * np.sin(opening) + shop.web - min(0.0, shop.tapped * np.cos(opening))
-    away = float(max(shop.half * c / s, shop.tapped + 1e-3, inside / (1.0 - np.cos(opening))))
+    rims = (shop.half * c + RIMS / 2.0) / s
+    away = float(max(rims, shop.tapped + 1e-3, inside / (1.0 - np.cos(opening))))
     pose = np.eye(4)
     middle = back + onward
     pose[:3, 2] = unit(np.cross(onward, back))
@@ -396,9 +399,13 @@ def corner(
     pose[:3, 3] = point
     normals = (np.array([c, s, 0.0]), np.array([c, -s, 0.0]))
     edges = (np.array([-s, c, 0.0]), np.array([s, c, 0.0]))
-    # as thick at its edges as the holes are deep, and 2 mm more
-    ends = np.stack([(away - inward) * u + sign * shop.half * e for u, e in zip(normals, edges, strict=True)
-                     for sign in (1, -1) for inward in (0.0, shop.tapped + 2e-3)])  # fmt: skip
+    # as thick at its edges as the holes are deep, and 2 mm more; less at the tip that the other face cuts
+    thick = shop.tapped + 2e-3
+    room = away * (1.0 - np.cos(opening)) - shop.half * np.sin(opening)  # from the tip of a face to the other face
+    tip = min(thick, room / max(-np.cos(opening), 1e-9))
+    ends = np.stack([(away - inward) * u + sign * shop.half * e
+                     for u, e, inner in zip(normals, edges, (-1, 1), strict=True) for sign in (1, -1)
+                     for inward in (0.0, tip if sign == inner else thick)])  # fmt: skip
     outline = ends[ConvexHull(ends[:, :2]).vertices, :2]
     turns = (0.0, np.pi / 4.0)  # so that the holes of the two sides miss each other
     holes = [h for u, e, turn in zip(normals, edges, turns, strict=True)

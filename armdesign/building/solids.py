@@ -45,16 +45,27 @@ def solid(part: Part) -> Any:  # noqa: ANN401 (a TopoDS_Shape)
         CatalogueError: What comes out is no valid solid, as of dimensions that do not go together.
     """
     algo, upgrade = occ("BRepAlgoAPI"), occ("ShapeUpgrade")
-    first, *more = [formed(each) for each in part.solids]
-    shape = algo.BRepAlgoAPI_Fuse(first, together(more)).Shape() if more else first
+    shape, *more = [formed(each) for each in part.solids]
+    for each in more:  # one after the other: what touches within a compound is not fused
+        shape = algo.BRepAlgoAPI_Fuse(shape, each).Shape()
     if part.holes:
         shape = algo.BRepAlgoAPI_Cut(shape, together(formed(hole, drilled=True) for hole in part.holes)).Shape()
     unify = upgrade.ShapeUpgrade_UnifySameDomain(shape, True, True, False)
     unify.Build()
     shape = unify.Shape()
-    if not occ("BRepCheck").BRepCheck_Analyzer(shape).IsValid() or volume(shape) <= 0.0:
+    if not occ("BRepCheck").BRepCheck_Analyzer(shape).IsValid() or volume(shape) <= 0.0 or count(shape) != 1:
         raise CatalogueError(f"{part.name} is no valid solid", value=dict(part.sizes))
     return shape
+
+
+def count(shape: Any) -> int:  # noqa: ANN401
+    """How many solids a shape consists of."""
+    solid = occ("TopAbs").TopAbs_ShapeEnum.TopAbs_SOLID
+    each, found = occ("TopExp").TopExp_Explorer(shape, solid), 0
+    while each.More():
+        found += 1
+        each.Next()
+    return found
 
 
 def formed(form: Prism | Rod, *, drilled: bool = False) -> Any:  # noqa: ANN401

@@ -9,6 +9,7 @@ import pytest
 from armdesign.bodies.arm_body import arm_body
 from armdesign.building import clocking
 from armdesign.building.assembly import assemble
+from armdesign.building.brackets import HELD
 from armdesign.building.catalogue import find_catalogue
 from armdesign.building.part_lists import screw_length
 from armdesign.building.parts import SCREWS, Prism
@@ -200,3 +201,15 @@ def test_an_arm_of_round_actuators_has_no_cheeks():
     shop = Shop(0.025, 0.002, ("tube", 2700.0), ALUMINIUM)
     made = assemble(arm([[0.0, 0.0, 0.3], [1.5708, 0.1, 0.2], [0.0, 0.4, 0.0]], plain, shop), plain, shop)
     assert not any(hole.use == "housing" for each in made.placed for hole in each.part.holes)
+
+
+def test_brackets_with_cheeks_are_one_solid_each(at_random):
+    pytest.importorskip("OCP")
+    from armdesign.building import solids  # noqa: PLC0415
+
+    cheeked = [e.part for _, _, made in at_random for e in made.placed if HELD in e.part.circles]
+    for note in ("wedge", "angle"):
+        part = next(each for each in cheeked if each.note == note)
+        shape = solids.solid(part)
+        assert solids.count(shape) == 1
+        assert solids.volume(shape) * 1e-9 == pytest.approx(part.volume, rel=1e-3)

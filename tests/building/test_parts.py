@@ -24,7 +24,19 @@ from armdesign.building.part_tolerances import link_deviations
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Placed, Prism, Rod, Screws
 from armdesign.building.parts_clearance import parts_gap
 from armdesign.building.sheet import number
-from armdesign.building.shop import ALUMINIUM, FLOOR, GAP, PRINTED, TOOL, Face, Shop, envelope, generic_circle
+from armdesign.building.shop import (
+    ALUMINIUM,
+    FLOOR,
+    GAP,
+    PRINTED,
+    TOOL,
+    Face,
+    Shop,
+    envelope,
+    frame,
+    generic_circle,
+    unit,
+)
 from armdesign.building.tolerance import Tolerances
 from armdesign.building.tube_joints import flange, tool_plate, tube
 from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Sphere
@@ -658,6 +670,38 @@ def test_corner_holds_its_tubes_on_their_axes():
         assert np.linalg.det(placed.pose[:3, :3]) == pytest.approx(1.0)
 
 
+def test_faces_of_a_corner_are_square_to_its_tubes_with_the_mouths_of_their_holes_on_them():
+    rng, obtuse = np.random.default_rng(5), 0
+    for _ in range(60):
+        shop = dataclasses.replace(
+            SHOP, diameter=float(rng.uniform(0.012, 0.06)), made=(ALUMINIUM, PRINTED)[rng.integers(2)]
+        )
+        opening = np.radians(rng.uniform(40.0, 170.0))
+        obtuse += opening > np.pi / 2.0
+        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        ways = turn[0], np.cos(opening) * turn[0] + np.sin(opening) * turn[1]
+        placed, seats = corner("L1-C1", np.zeros(3), ways, 1, shop)
+        polygon, away = placed.part.solids[0].polygon, placed.part.sizes["tube's side from corner"]
+        edges = np.roll(polygon, -1, axis=0) - polygon
+        normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1)[:, None]
+        mouths = np.array([hole.start for hole in placed.part.holes])
+        for way, seat in zip(ways, seats, strict=True):
+            own = (placed.pose[:3, :3].T @ way)[:2]
+            face = int(np.argmax(normals @ own))
+            assert normals[face] == pytest.approx(own, abs=1e-9)
+            assert np.linalg.norm(edges[face]) == pytest.approx(2.0 * shop.half)
+            assert polygon[[face, (face + 1) % len(polygon)]] @ own == pytest.approx(np.full(2, away), abs=1e-12)
+            assert (polygon @ own).max() == pytest.approx(away, abs=1e-12)
+            assert (np.abs(mouths[:, :2] @ own - away) < 1e-12).sum() == shop.circle.count
+            assert seat.point == pytest.approx(away * way)
+        first, second = seats  # the rims are nearest where the discs touch the faces, at the inner tip
+        tips = [s.point + shop.half * unit(o.along - (o.along @ s.along) * s.along)
+                for s, o in ((first, second), (second, first))]  # fmt: skip
+        assert np.linalg.norm(tips[0] - tips[1]) > 0.5e-3 - 1e-9
+        assert not list(thin_walls(placed.part, shop.web))
+    assert obtuse > 20
+
+
 @pytest.fixture(scope="module")
 def solids():
     pytest.importorskip("OCP")
@@ -671,6 +715,7 @@ def test_solids_have_the_volumes_of_their_parts_and_closed_meshes(assembly, soli
 
     for name, (part, _) in assembly.counted().items():
         shape = solids.solid(part)
+        assert solids.count(shape) == 1, name
         assert solids.volume(shape) * 1e-9 == pytest.approx(part.volume, rel=1e-3), name
         closed = solids.mesh(shape)
         assert closed.is_watertight, name
@@ -705,6 +750,22 @@ def test_no_part_overlaps_another_of_its_link_or_the_next(assembly, solids):
             if abs(first.link - second.link) <= 1:
                 shared = solids.volume(BRepAlgoAPI_Common(shape, other).Shape())
                 assert shared < 1.0, (first.mark, second.mark)  # mm^3
+
+
+@pytest.mark.parametrize("opening", [60.0, 93.5, 130.0])
+def test_flanges_do_not_cut_into_their_corner_which_is_one_body(opening, solids):
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common  # noqa: PLC0415
+    from OCP.TopLoc import TopLoc_Location  # noqa: PLC0415
+
+    ways = np.array([1.0, 0, 0]), np.array([np.cos(np.radians(opening)), np.sin(np.radians(opening)), 0.0])
+    placed, seats = corner("L1-C1", np.zeros(3), ways, 1, SHOP)
+    block = solids.solid(placed.part)
+    assert solids.mesh(block).body_count == 1
+    block = block.Moved(TopLoc_Location(solids.transformation(placed.pose)))
+    discs = [solids.solid(flange(0.02, SHOP)).Moved(TopLoc_Location(solids.transformation(
+        frame(seat.along, seat.between(SHOP.circle), seat.point)))) for seat in seats]  # fmt: skip
+    for one, other in combinations([block, *discs], 2):
+        assert solids.volume(BRepAlgoAPI_Common(one, other).Shape()) < 1.0  # mm^3
 
 
 @pytest.mark.slow
