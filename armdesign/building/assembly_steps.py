@@ -136,7 +136,7 @@ def base_place(build: Build) -> str:
 
 
 def base_turn(build: Build) -> list[str]:
-    """How what is bolted on the base's plate is turned, whose holes fit in several ways; nothing where they do not tell."""
+    """How what is bolted on the base's plate is turned, whose holes fit several ways; nothing without scribe lines."""
     placed = {each.mark: each for each in assembly_of(build).placed}
     words = []
     for mark in (mark for each in assembly_of(build).screws if each.joins[0] == "B" for mark in each.joins[1:]):
@@ -148,8 +148,8 @@ def base_turn(build: Build) -> list[str]:
         if np.hypot(x, y) > abs(up) * 1e-3:
             turn = number(round(float(np.degrees(np.arctan2(y, x))), 2) % 360.0, 2)
             words.append(
-                f"Its holes fit {mark} in several ways: line S of {mark} points {turn}° counterclockwise from line x of B, "
-                "seen from the arm."
+                f"Its holes fit {mark} in several ways: line S of {mark} points {turn}° counterclockwise from line x "
+                "of B, seen from the arm."
             )
     return words
 
