@@ -48,6 +48,8 @@ HELD = "housing"
 """What the holes in cheeks are for."""
 RIMS = 0.5e-3
 """Between the rims of two flanges at a corner [m]."""
+KEY = 1e-3
+"""What a screw's head and its key stay clear of a plate that leans over them [m]."""
 INNER = 3e-3
 """Radius that a mill leaves in an inner corner, where there is room for it [m]."""
 
@@ -340,11 +342,14 @@ def angle(face: Face, theta: float, shop: Shop) -> Made:
 def standing_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float, float]:
     """Where a standing bracket's tube's middle is, along and above its face, its thickness, its length in front [m].
 
-    Before its second plate the heads of the face's screws have room, beside the radius that a mill leaves.
+    Before its second plate the heads of the face's screws have room, beside the radius that a mill leaves, and are
+    reached from above where it leans over them.
     """
     thick, circle = max(shop.plate, WEDGE), face.circle
-    heads = circle.diameter / 2.0 * np.cos(np.pi / circle.count) + SCREWS[circle.thread][2] / 2.0 + INNER
-    front = float(max(circle.edge, shop.half, heads + thick / np.sin(np.clip(theta, *TURNS["standing"]))))
+    heads = circle.diameter / 2.0 * np.cos(np.pi / circle.count) + SCREWS[circle.thread][2] / 2.0
+    theta = float(np.clip(theta, *TURNS["standing"]))
+    over = 2.0 * shop.half * max(0.0, np.cos(theta)) + thick * np.sin(theta)  # how far its upper end leans over them
+    front = float(max(circle.edge, shop.half, heads + INNER + thick / np.sin(theta), heads + KEY + over))
     return float(front - shop.half * np.cos(theta)), float(thick + shop.half * np.sin(theta)), thick, front
 
 

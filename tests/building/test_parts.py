@@ -568,6 +568,7 @@ def test_heads_have_room_before_the_second_plate_of_a_standing_bracket(theta):
         before = min(x for x, y in foot if y < foot[:, 1].min() + 1e-9)
         heads = max(hole.end[0] for hole in made.part.holes if hole.use == "face") + SCREWS["M5"][2] / 2.0
         assert before - heads >= made.part.sizes["inner radius"] - 1e-12
+        assert foot[:, 0].min() - heads >= 1e-3 - 1e-12  # straight above them is nothing, where it leans over, too
         point = anchor(Knot(np.zeros(3), face), "standing", np.array([np.sin(theta), 0.0, np.cos(theta)]), shop)
         assert np.cross(point - seat.point, seat.along) == pytest.approx(np.zeros(3), abs=1e-12)
         upright = anchor(Knot(np.zeros(3), face), "standing", face.normal, shop)  # tried on the way to an angle
