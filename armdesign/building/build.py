@@ -115,6 +115,14 @@ class Build:
         return f"{words}\n  {command} --out {run}-{rest}"
 
     @property
+    def gap_words(self) -> str:
+        """How near its parts come and what is required, or why they do not fit, a sentence; empty without solids."""
+        if self.kit is None and self.assembly is None:
+            return f"Its parts do not fit together: {self.misfit}."
+        asked = f"parts of a build have to keep {APART * 1e3:g} mm apart."
+        return "" if self.gap is None else f"{self.gap.words[:1].upper()}{self.gap.words[1:]}; {asked}"
+
+    @property
     def fits(self) -> int:
         """How far its parts go together: 2 where on the whole motion, 1 where as they are bolted, 0 where not."""
         return 0 if self.assembly is None else 1 if self.gap is not None and self.gap.met else 2

@@ -191,6 +191,21 @@ def test_gaps_of_a_recorded_build_are_measured_when_asked_for(made, tmp_path, mo
     assert again.choice.actuators == made.choice.actuators
 
 
+def test_check_measures_the_parts_of_a_build(made, tmp_path, monkeypatch):
+    place = tmp_path / "arm"
+    write_result(place, made.result)
+    (place / RECORD).write_text(build_record(made, made.result))
+    for value, code in ((0.00237, 0), (0.0005, 3)):
+        gap = PartsGap(value, ("J2-L1", "J2-L2"), np.zeros(3), 2)
+        monkeypatch.setattr("armdesign.building.build.parts_gap", lambda *_, gap=gap: gap)
+        outcome = CliRunner().invoke(app, ["check", str(place)])
+        assert outcome.exit_code == code
+        assert f"{1e3 * value:.2f} mm" in outcome.output
+        assert ("NOT TO BE MADE" in outcome.output) == (code == 3)
+        said = json.loads(CliRunner().invoke(app, ["check", str(place), "--json"]).stdout)
+        assert (said["parts"]["gap"], bool(said["parts"]["fault"])) == (value, code == 3)
+
+
 def test_what_the_base_is_screwed_to_is_named(made):
     screws = next(each for each in made.assembly.screws if each.joins == ("B", FLOOR))
     words = " ".join(screw_words([screws], "ceiling"))

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign.building.build import Build
+from armdesign.building.parts_clearance import APART
 from armdesign.building.record import Origin
 from armdesign.cell.obstacles import Plane
 from armdesign.errors import counted
@@ -19,7 +20,7 @@ from armdesign.feasibility.words import pace, place_words, sentence, speed_words
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.runs.folder import ALTERNATIVES
 from armdesign.search.result import Result, done
-from armdesign.settings import Settings
+from armdesign.settings import Body, Settings
 from armdesign.views.report.gaps import Near
 from armdesign.views.report.others import OTHERS, OtherArm
 
@@ -91,13 +92,14 @@ def worst_frame(run: Result) -> Worst:
     return max(found, key=lambda one: one.error)
 
 
-def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> str:
-    """Whether the arm does the job, in a sentence that needs no other.
+def plain_verdict(run: Result, worst: Worst, made: Build | None = None, beyond: str = "") -> str:
+    """Whether the arm does the job, in a sentence that needs no other, and what is not known or kept all the same.
 
     Args:
         run: The run.
         worst: Where the error is largest.
         made: Its parts, where it is a build.
+        beyond: Which joints pass their limits where the path is smoothed, a sentence after a blank.
     """
     if made is not None and made.fault:
         return f"{made.warning}."
@@ -109,7 +111,16 @@ def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> str:
     if verdict.tolerance_met is None:
         return f"This arm follows the hand to {off}. Nobody has said how much is allowed."
     if verdict.tolerance_met:
-        return f"This arm does the job: it follows the hand to {off}, {allowed} are allowed."
+        fraction = min(1.0, verdict.speed_fraction) * (made.speed if made is not None else 1.0)
+        slow = (
+            "" if fraction >= 1.0 else f", at {pace(fraction).removesuffix(' of the demonstrated speed')} of the speed"
+        )
+        slow = slow if fraction > 0.0 else ", but its joints cannot at any speed"
+        checked = run.base_pose.frame == "room" or run.problem.first.obstacles.each
+        return (
+            f"This arm does the job{slow}: it follows the hand to {off}, {allowed} are allowed.{beyond}"
+            + ("" if checked else " Where it stands has not been checked.")
+        )  # fmt: skip
     return f"This arm misses the hand by up to {off}; {allowed} are allowed. All else that was asked for is kept."
 
 
@@ -131,7 +142,6 @@ def story(run: Result, worst: Worst, nearest: Sequence[Near], origin: Origin | N
         )
     if run.base_pose.frame == "room":
         parts.append(f"It stands {standing(run)}.")
-    asked = run.problem.settings.body.clearance
     if not nearest and run.problem.settings.body.kind != "thin":
         parts.append("What it touches is not known.")
     elif not nearest:
@@ -139,8 +149,11 @@ def story(run: Result, worst: Worst, nearest: Sequence[Near], origin: Origin | N
     elif nearest[0].value <= 0.0:
         parts.append(f"It touches: {nearest[0].words}.")
     else:
-        less = f", less than the {1e3 * asked:g} mm asked for" if nearest[0].value < asked else ""
-        parts.append(f"Nearest to touching: {nearest[0].words}{less}.")
+        body = run.problem.settings.body
+        short = [near for near in nearest if near.short(body.clearance)]
+        least = (short or nearest)[0]
+        less = f", too near ({required(body, [least])})" if short else ""
+        parts.append(f"Nearest to touching: {least.words}{less}.")
     fraction, span = verdict.speed_fraction, run.problem.task.time
     if fraction == 0.0:
         parts.append("Its joints cannot do this at any speed.")
@@ -310,11 +323,26 @@ def touching(nearest: Sequence[Near], settings: Settings) -> Answer:
         return Answer(question, "not known", "The arm was searched as lines, without bodies.")
     if not nearest:
         return Answer(question, "not known", "Its parts do not fit together, or no two of them could touch.")
-    least, asked = nearest[0], 1e3 * settings.body.clearance
-    words = ". ".join(sentence(near.words) for near in nearest[:2])
-    kept = least.value >= settings.body.clearance
+    least, told = nearest[0], sorted(nearest[:2], key=lambda near: not near.short(settings.body.clearance))
+    words = ". ".join(sentence(near.words) for near in told)
+    kept = not any(near.short(settings.body.clearance) for near in nearest)
     shown = f"{figure(1e3 * least.value)} mm free" if least.value > 0.0 else "it does"
-    return Answer(question, shown, f"{words}. Asked for: {asked:g} mm.", kept)
+    return Answer(question, shown, f"{words}. {sentence(required(settings.body, nearest))}.", kept)
+
+
+def required(body: Body, nearest: Sequence[Near]) -> str:
+    """What has to stay free between bodies and between the parts of a build, in a clause.
+
+    Args:
+        body: What the arm was judged by.
+        nearest: What of it is to be told.
+    """
+    parts = [f"{1e3 * APART:g} mm is required between parts of a build"] if any(near.parts for near in nearest) else []
+    if all(near.parts for near in nearest):
+        return parts[0]
+    whose = "assumed" if body.clearance == Body().clearance else "asked for"
+    of = " between housings" if parts else ""
+    return "; ".join([*parts, f"{whose}{of}: {1e3 * body.clearance:g} mm"])
 
 
 def fast(verdict: Verdict, settings: Settings) -> Answer:

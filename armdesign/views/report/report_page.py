@@ -77,7 +77,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "verdict": run.verdict,
         "built": built_words(made, origin) if made else "",
         "fault": made.fault if made else "",
-        "headline": plain_verdict(run, worst, made),
+        "headline": plain_verdict(run, worst, made, words.passed_when_smoothed(loads)),
         "story": story(run, worst, near.least, origin),
         "reasons": run.verdict.reasons if len(run.verdict.reasons) > 1 or not run.verdict.feasible else (),
         "answers": answers(run, worst, near.least),

@@ -280,6 +280,15 @@ def limit_sentences(run: Result, loads: JointLoads) -> list[str]:
     return found
 
 
+def passed_when_smoothed(loads: JointLoads) -> str:
+    """Which joints pass the limits of their travel on the smoothed motion, as a sentence after a blank; or empty."""
+    q, limits = loads.motion.q, loads.limits.position
+    allowed = np.where(loads.prismatic, BEYOND / 1e3, np.deg2rad(BEYOND))
+    over = ((q < limits[:, 0] - allowed) | (q > limits[:, 1] + allowed)).any(axis=0)
+    names = " and ".join(f"joint {i + 1}" for i in np.flatnonzero(over))
+    return f" Where the drives smooth its path, {names} would pass the end of its range." if names else ""
+
+
 def whose_limits(run: Result, options: RobotOptions, *, built: bool) -> str:
     """Where the limits of speed and torque are from, in a sentence.
 
