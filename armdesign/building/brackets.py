@@ -50,6 +50,8 @@ RIMS = 0.5e-3
 """Between the rims of two flanges at a corner [m]."""
 KEY = 1e-3
 """What a screw's head and its key stay clear of a plate that leans over them [m]."""
+SINK, BESIDE = 0.25e-3, 1e-3
+"""Of what heads are sunk in: how much wider it is on either side, and what is left beside it [m]."""
 INNER = 3e-3
 """Radius that a mill leaves in an inner corner, where there is room for it [m]."""
 
@@ -120,6 +122,8 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
         screws = Screws(cheeked.thread, CHEEK + bite, 2 * len(cheeked.holes), joins, most=CHEEK + cheeked.depth - SPARE,
                         note=BY_CHEEKS)  # fmt: skip
     elif face.circle.maker:
+        room = replace(face.circle, diameter=face_room(part, face))
+        part = replace(part, circles={**part.circles, "face": room})
         screws = Screws("", made.under, 0, joins, maker=face.circle.maker)
     return Placed(part, mark, link, pose), seat, screws
 
@@ -226,14 +230,84 @@ def inner_radius(reach: float, theta: float) -> dict[str, float]:
     return {"inner radius": min(INNER, float(room))}
 
 
+def undrilled_turn(face: Face, theta: float, shop: Shop) -> float:
+    """How far the tube's circle is turned on a wedge that is not drilled for its face's screws, 0 to pi / 4 [rad].
+
+    A quarter of a right angle, away from the high side, which is shortest; less where that is beside known holes of
+    the face, whose screws' heads are sunk in the wedge.
+    """
+    back = face.housing.back if face.holds and face.housing is not None else np.empty((0, 2))
+    turns = np.radians(np.arange(45.0, -1.0, -7.5))
+    if not len(back):
+        return float(turns[0])
+    u, e = np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
+    tap, head = SCREWS[shop.circle.thread][1], SCREWS[face.circle.thread][2]
+    least = head / 2.0 + SINK + tap / 2.0 + BESIDE
+    gaps = []
+    for turn in turns:
+        taps = tapped_holes(np.zeros(3), u, e, turn, shop.tapped, shop)
+        plan = np.concatenate([np.linspace(each.start, each.end, 9) for each in taps])[:, [0, 2]]
+        gaps.append(float(np.linalg.norm(plan[:, None] - back, axis=2).min()))
+    clear = next((float(turn) for turn, gap in zip(turns, gaps, strict=True) if gap >= least), None)
+    if clear is None:
+        raise TurnError(
+            f"the holes for a tube meet those of {face.mark}, however they are turned", value=max(gaps),
+            allowed=f"at least {1e3 * least:.1f} mm between them", fix="Take thicker tubes or other actuators",
+        )  # fmt: skip
+    return clear
+
+
+def face_room(part: Part, face: Face) -> float:
+    """Diameter of the largest circle for screws of a face that is not drilled, with heads that are clear of all [m].
+
+    Args:
+        part: The bracket.
+        face: The face; 0 where the places of its holes are known, but are on no circle about the axis.
+
+    Raises:
+        TurnError: There is no room for its holes as far as they are known.
+    """
+    turns, head = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False), SCREWS[face.circle.thread][2] / 2.0
+    ring, up = np.stack([np.cos(turns), 0.0 * turns, np.sin(turns)], axis=1), np.array([0.0, 1.0, 0.0])
+    block, taps = part.note == "wedge", [hole for hole in part.holes if "tapped" in hole.use]
+    thick = WEDGE - 1e-3 if block else part.sizes["plate"]
+    plan = np.concatenate([np.linspace(hole.start, hole.end, 9) for hole in taps])[:, [0, 2]]
+
+    def clear(places: Array) -> bool:
+        """Whether heads at some x and z are clear: sunk beside the tapped holes, or on a plate beside the other."""
+        if block:
+            gap = np.linalg.norm(plan[:, None] - places, axis=2).min()
+            return bool(gap >= taps[0].radius + head + SINK + BESIDE)
+        points = np.insert(places, 1, face.height + thick, axis=1)[:, None] + (head + SINK) * ring
+        return not any(part.holds((points + y * up).reshape(-1, 3)).any() for y in (1e-6, 2.0 * head))
+
+    def on(radius: float) -> bool:
+        """Whether a disc about the axis is on the face, and as thick as heads need."""
+        return all(part.holds(radius * ring + (face.height + y) * up).all() for y in (0.0, thick))
+
+    back = face.housing.back if face.holds and face.housing is not None else np.empty((0, 2))
+    owns, found = np.radians(np.arange(0.0, 360.0 / face.circle.count, 7.5)), 0.0
+    for half in np.arange(0.25e-3, 0.1, 0.25e-3) if not len(back) else ():
+        circle = replace(face.circle, diameter=2.0 * float(half))
+        if not on(half + head + 1.5e-3) or not any(clear(circle.places(own)) for own in owns):
+            break
+        found = circle.diameter
+    least = face.circle.diameter - 1e-9 if face.circle.known else 1e-9
+    if not clear(back) if len(back) else found < least:
+        raise TurnError(
+            f"heads of the screws into {face.mark} have no room on its bracket", value=found,
+            fix="Take other tubes or actuators, or search with a larger --clearance",
+        )  # fmt: skip
+    return found
+
+
 def wedge_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float]:
     """Half the length of a wedge along the tilt, half its width, and its height under the tube's middle [m]."""
     theta = theta if theta >= FLAT else 0.0
     c, s, radius = np.cos(theta), np.sin(theta), SCREWS[shop.circle.thread][1] / 2.0
     held = face.housing is not None and face.holds  # a block on a plate that covers the box
     edge, plate = (0.0, shop.plate) if held else (face.circle.edge, 0.0)
-    # of what is not drilled here no screw has to be missed: the tapped holes are at 45 degrees, away from the high side
-    far = shop.circle.diameter / 2.0 * (np.cos(np.pi / 4.0) if held or face.circle.maker else 1.0)
+    far = shop.circle.diameter / 2.0 * (np.cos(undrilled_turn(face, theta, shop)) if held or face.circle.maker else 1.0)
     long = float(max(edge, shop.half * c, (far + radius) * c + shop.tapped * s + shop.web))
     return long, max(edge, shop.half), WEDGE + plate + long * np.tan(theta)
 
@@ -254,7 +328,7 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
     clear, _, head = SCREWS[face.circle.thread]
     under = WEDGE - 6e-3
     owns = np.radians(np.arange(0.0, 360.0 / face.circle.count, 7.5))
-    turns = np.radians([45.0] if held or face.circle.maker else np.arange(0.0, 90.0, 7.5))
+    turns = [undrilled_turn(face, theta, shop)] if held or face.circle.maker else np.radians(np.arange(0.0, 90.0, 7.5))
     taps_at = [tapped_holes(seat, u, e, turn, shop.tapped, shop) for turn in turns]
     drilled = np.array([[np.linspace(tap.start, tap.end, 5) for tap in taps] for taps in taps_at])[..., [0, 2]]
     bolts = np.array([face.circle.places(own) for own in owns])

@@ -20,9 +20,15 @@ side that is across the shorter one, for the screws that hold it:
     side_holes = { along = [14.0, 30.0], across = [6.0, 38.0], thread = "M2.5", depth = 4.0 }
 
 in the family's lengths, ``along`` the axis from the face that the output is on, ``across`` from the axis towards the
-far end, a hole for each pair of both. At least one of rated and peak torque is there; the other is taken to be the
-same, or by the family's ``rated_share`` of the peak. A family's ``position`` is what its actuators read of their own
-position, ``{ range = 360.0, middle = 180.0 }`` in degrees, counterclockwise as the output is looked at.
+far end, a hole for each pair of both. Where holes are not for metric screws, brackets are not drilled, but leave room
+for them: ``output_room`` is the diameter of a circle of four in the output, and in the back of a box there are
+
+    back_holes = { across = [-7.5, 22.5], beside = 8.0, thread = "M2" }
+
+``beside`` the axis, to either side, with heads as those of ``thread``. At least one of rated and peak torque is there;
+the other is taken to be the same, or by the family's ``rated_share`` of the peak. A family's ``position`` is what its
+actuators read of their own position, ``{ range = 360.0, middle = 180.0 }`` in degrees, counterclockwise as the output
+is looked at.
 """
 
 from __future__ import annotations
@@ -72,6 +78,7 @@ FIGURES: Mapping[str, str] = {
     "output_circle": "length",
     "output_screws": "",
     "output_depth": "length",
+    "output_room": "length",
     "housing_circle": "length",
     "housing_screws": "",
 }
@@ -81,7 +88,7 @@ WORDS = ("name", "axis", "interface", "sheet", "note", "output_thread", "housing
 CIRCLES = ("output", "housing")
 """Ends of an actuator with a bolt circle: '_circle' is its diameter, '_screws' how many, '_thread' such as M3."""
 BOX = ("width", "height", "depth")
-SIDES = "side_holes"
+SIDES, BACK = "side_holes", "back_holes"
 STRONGEST, WEAKEST = 150.0, 0.1
 """Peak torque over mass of actuators, at most and at least [N m / kg]: harmonic drives reach some 140."""
 DENSEST, LIGHTEST = 12000.0, 200.0
@@ -140,6 +147,10 @@ class Actuator:
         output_depth: How deep screws may go into its output [m]; None where that is not known.
         side_holes: Tapped holes in either side of a box: ``along`` the axis from its front [m], ``across`` from the
             axis to the far end [m], ``thread`` and ``depth`` [m]; empty where they are not known.
+        output_room: Diameter of a circle of four holes in its output that are not for metric screws, so that what is
+            on it is not drilled, but leaves room for them [m]; None where that is not known.
+        back_holes: Such holes in the back of a box, for the same: ``across`` from the axis to the far end and
+            ``beside`` it, to either side [m], and ``thread``, the nearest; empty where they are not known.
         note: What a mechanic has to know of it.
         position: ``range`` of what it reads of its own position, from 0 on, counterclockwise as its output is looked
             at, and the ``middle`` of it [rad]; empty where that is not known.
@@ -171,6 +182,8 @@ class Actuator:
     horn: float = 0.0
     output_depth: float | None = None
     side_holes: Mapping[str, Any] = field(default_factory=dict)
+    output_room: float | None = None
+    back_holes: Mapping[str, Any] = field(default_factory=dict)
     position: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
 
@@ -302,8 +315,8 @@ def examine(path: Path) -> tuple[Catalogue | None, list[str]]:
                if name in content and name not in sourced]  # fmt: skip
     for k, entry in enumerate(content["actuator"], start=1):
         name = entry.get("name", f"number {k}")
-        wrong = [*entry_faults(entry, share), *(f"figure '{f}' has no source" for f in entry if f in (*FIGURES, SIDES)
-                                                and f not in sourced)]  # fmt: skip
+        figures = [f for f in entry if f in (*FIGURES, SIDES, BACK)]
+        wrong = [*entry_faults(entry, share), *(f"figure '{f}' has no source" for f in figures if f not in sourced)]
         if not wrong:
             actuator = made(entry, content, scales, share)
             wrong = list(implausible(actuator, content["units"]))
@@ -379,7 +392,7 @@ def family_faults(content: Mapping[str, Any]) -> Iterator[str]:
             yield "a [[source]] needs 'document', 'date' and 'figures', a list of names"
             continue
         for name in fields["figures"]:
-            if name not in (*FIGURES, *WORDS, SIDES, *OPTIONAL[1:]):
+            if name not in (*FIGURES, *WORDS, SIDES, BACK, *OPTIONAL[1:]):
                 yield f"a [[source]] names the unknown figure '{name}'"
     for entry in content["actuator"] if isinstance(content.get("actuator"), list) else ():
         if not isinstance(entry, dict):
@@ -399,8 +412,10 @@ def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]
                 yield f"'{name}' is {value!r}, not a text"
         elif name == SIDES:
             yield from side_faults(value)
+        elif name == BACK:
+            yield from back_faults(value)
         elif name not in FIGURES:
-            yield f"unknown figure '{name}'; allowed: {', '.join((*WORDS, *FIGURES, SIDES))}"
+            yield f"unknown figure '{name}'; allowed: {', '.join((*WORDS, *FIGURES, SIDES, BACK))}"
         elif not is_number(value) or value < 0.0 or (value == 0.0 and name != "output_offset"):
             yield f"'{name}' is {value!r}; allowed: a number above 0"
     for name in ("name", "mass", "no_load_speed"):
@@ -410,7 +425,7 @@ def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]
         given = [name for name in (f"{end}_circle", f"{end}_screws", f"{end}_thread") if name in entry]
         if given and len(given) < 3:
             yield f"the bolt circle of the {end} has only {' and '.join(given)}; it needs _circle, _screws and _thread"
-        if entry.get(f"{end}_thread", "M3") not in SCREWS:
+        if str(entry.get(f"{end}_thread", "M3")) not in SCREWS:
             yield f"'{end}_thread' is {entry[f'{end}_thread']!r}; allowed: {', '.join(SCREWS)}"
         if is_number(entry.get(f"{end}_screws", 4)) and entry.get(f"{end}_screws", 4) not in range(2, 25):
             yield f"'{end}_screws' is {entry[f'{end}_screws']!r}; allowed: whole numbers from 2 to 24"
@@ -432,7 +447,7 @@ def entry_faults(entry: Mapping[str, Any], share: float | None) -> Iterator[str]
                 f"'axis_from_end' is {entry['axis_from_end']}; allowed: at most {half:g}, half of the longer side "
                 "across the axis, since it is from the near end"
             )
-    box_alone = [name for name in ("axis_from_end", "horn", SIDES) if name in entry]
+    box_alone = [name for name in ("axis_from_end", "horn", SIDES, BACK) if name in entry]
     if box_alone and not all(box):
         yield f"'{box_alone[0]}' is of a housing that is a box, by 'width', 'height', 'depth' and 'axis'"
     if "axis_from_end" not in entry and box_alone and all(box):
@@ -445,10 +460,22 @@ def side_faults(holes: object) -> Iterator[str]:
     rows = [table.get(name) for name in ("along", "across")]
     right = all(isinstance(row, list) and row and all(is_number(x) and x > 0.0 for x in row) for row in rows)
     depth: Any = table.get("depth")
-    if not right or not is_number(depth) or depth <= 0.0 or table.get("thread") not in SCREWS or len(table) != 4:
+    if not right or not is_number(depth) or depth <= 0.0 or str(table.get("thread")) not in SCREWS or len(table) != 4:
         yield (
             f"'{SIDES}' is {holes!r}; it has 'along' and 'across', lists of numbers above 0, 'depth' above 0, and "
             f"'thread', one of {', '.join(SCREWS)}"
+        )
+
+
+def back_faults(holes: object) -> Iterator[str]:
+    """What is wrong with the holes in the back of a box."""
+    table: dict[str, Any] = holes if isinstance(holes, dict) else {}
+    across, beside = table.get("across"), table.get("beside")
+    right = isinstance(across, list) and across and all(is_number(x) for x in (*across, beside))
+    if not right or float(beside or 0.0) < 0.0 or str(table.get("thread")) not in SCREWS or len(table) != 3:
+        yield (
+            f"'{BACK}' is {holes!r}; it has 'across', a list of numbers, 'beside', a number not below 0, and 'thread', "
+            f"one of {', '.join(SCREWS)}"
         )
 
 
@@ -465,7 +492,7 @@ def made(
     """
     si = {name: float(entry[name]) * scales.get(kind, 1.0) for name, kind in FIGURES.items() if name in entry}
     peak = si.get("peak_torque", si.get("rated_torque", 0.0))
-    size, sides, box = scales["length"], entry.get(SIDES, {}), None
+    size, sides, back, box = scales["length"], entry.get(SIDES, {}), entry.get(BACK, {}), None
     if "axis" in entry:
         width, height = sorted(si[name] for name in BOX if name != entry["axis"])
         near = si.get("axis_from_end", height / 2.0)
@@ -504,6 +531,10 @@ def made(
         box=box,
         horn=si.get("horn", 0.0),
         output_depth=si.get("output_depth"),
+        output_room=si.get("output_room"),
+        back_holes={} if not back else dict(
+            back, across=[size * x for x in back["across"]], beside=size * back["beside"]
+        ),
         side_holes={} if not sides else dict(
             sides, along=[size * x for x in sides["along"]], across=[size * x for x in sides["across"]],
             depth=size * sides["depth"],

@@ -178,8 +178,10 @@ def notes(part: Part) -> list[str]:
             lines += [
                 f"Face: not drilled. Drill it by the maker's drawing of the {face.maker}, about the axis drawn.",
                 "Thread, length and greatest depth of the screws are in the same drawing.",
-                f"There is room for a circle up to ⌀{number(1e3 * face.diameter)} mm with {face.thread}.",
             ]
+            if face.diameter:  # none where the holes are on no circle, for which there is room where they are
+                room = f"There is room for {face.count} {face.thread} on a circle up to"
+                lines.append(f"{room} ⌀{number(1e3 * face.diameter)} mm.")
             if part.note == "wedge":
                 under = number(1e3 * part.sizes["under heads"], 2)
                 lines.append(f"Sink their heads to {under} mm above the face, clear of the tapped holes.")

@@ -42,7 +42,8 @@ class BoltCircle:
         count: How many holes, evenly spaced.
         thread: Of their screws, one of ``SCREWS``.
         maker: Of which end of which actuator its maker's drawing gives the real one, where the catalogue does not:
-            then this one is only what room is left for, and not drilled; "" where it is known.
+            then this one is only what room is left for, at most, and not drilled; "" where it is known.
+        known: Of one with a maker: whether its diameter and number are known, but its screws have other threads.
         deep: How deep screws may go into what has its threads, where somebody else makes that [m].
     """
 
@@ -51,6 +52,7 @@ class BoltCircle:
     thread: str
     maker: str = ""
     deep: float = float("inf")
+    known: bool = False
 
     def places(self, turn: float = 0.0) -> Array:
         """Middles of the holes, the first at an angle from x [rad], shape (count, 2) [m]."""

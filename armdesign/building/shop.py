@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -137,6 +137,7 @@ class Housing(NamedTuple):
         holes: Of either side, x and y, shape (k, 2) [m]; none where they are not known, and it has no cheeks.
         thread: Of the holes.
         depth: Theirs [m].
+        back: Holes in its back that are known but not drilled for, x and z, shape (k, 2) [m].
     """
 
     near: float
@@ -146,6 +147,7 @@ class Housing(NamedTuple):
     holes: Array
     thread: str = ""
     depth: float = 0.0
+    back: Array = np.empty((0, 2))
 
     def pad(self, shop: Shop) -> tuple[float, float]:
         """How far what lies on its back reaches towards its far end, and half of its width [m]."""
@@ -161,7 +163,9 @@ def housing_of(actuator: Actuator) -> Housing | None:
     near, far, width = actuator.box
     front, sides = actuator.horn - actuator.length / 2.0, actuator.side_holes
     if not sides:
-        return Housing(near, far, width / 2.0, front, np.empty((0, 2)))
+        behind = actuator.back_holes
+        back = [[-x, side * behind["beside"]] for x in behind.get("across", ()) for side in (1.0, -1.0)]
+        return Housing(near, far, width / 2.0, front, np.empty((0, 2)), back=np.reshape(back, (-1, 2)))
     holes = np.array([[-x, front + y] for y in sides["along"] for x in sides["across"]])
     return Housing(near, far, width / 2.0, front, holes, sides["thread"], sides["depth"])
 
@@ -248,7 +252,11 @@ def circle_of(actuator: Actuator, end: str) -> BoltCircle:
         deep = actuator.output_depth if end == "output" else None
         return BoltCircle(*known, deep=float("inf") if deep is None else deep)
     wide = actuator.diameter if actuator.box is None else actuator.box[2]
-    return generic_circle(wide, f"{end} of {actuator.name}")
+    circle = generic_circle(wide, f"{end} of {actuator.name}")
+    if end == "output":
+        room = actuator.output_room
+        return circle if room is None else replace(circle, diameter=room, count=4, known=True)
+    return replace(circle, thread=actuator.back_holes.get("thread", circle.thread))
 
 
 def envelope(actuator: Actuator, shop: Shop) -> tuple[float, float]:

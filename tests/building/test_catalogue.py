@@ -102,6 +102,7 @@ def test_box_is_in_the_cylinder_that_its_long_end_sweeps(tmp_path):
         ("mass = 100.0", "mass = 100.0\nhorn = 2.0", ("'horn' is of a housing that is a box", "'horn' has no source")),
         ("diameter = 40.0\nlength = 30.0", f"{BOXED}axis_from_end = 21.0", ("at most 20", "the near end")),
         ("diameter = 40.0\nlength = 30.0", f"{BOXED}horn = 2.0", ("'horn' needs 'axis_from_end'",)),
+        ("mass = 100.0", "mass = 100.0\nback_holes = { across = [3.0] }", ("'back_holes' is", "'beside'", "M2.5")),
         ("mass = 100.0", "mass = 100.0\nside_holes = { along = [3.0] }", ("'side_holes' is", "'across'", "M2.5")),
         ("[[source]]", "position = { range = 360.0 }\n[[source]]", ("'position' is", "middle = 180.0")),
     ],

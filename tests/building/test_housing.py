@@ -9,11 +9,12 @@ import pytest
 from armdesign.bodies.arm_body import arm_body
 from armdesign.building import clocking
 from armdesign.building.assembly import assemble
-from armdesign.building.brackets import HELD
+from armdesign.building.brackets import HELD, bracket
 from armdesign.building.catalogue import find_catalogue
+from armdesign.building.part_drawing import notes
 from armdesign.building.part_lists import screw_length
 from armdesign.building.parts import SCREWS, Prism
-from armdesign.building.shop import ALUMINIUM, CHEEK, CHEEK_PLAY, PRINTED, Shop, envelope, housing_of
+from armdesign.building.shop import ALUMINIUM, CHEEK, CHEEK_PLAY, PRINTED, Face, Shop, circle_of, envelope, housing_of
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.dh import DHTable, rot_z
 from armdesign.settings import Body
@@ -146,6 +147,43 @@ def test_screws_into_a_horn_are_no_longer_than_it_is_deep(at_random):
             ):
                 assert screws.count == 8
                 assert screws.length < screws.most < 0.03
+
+
+@pytest.mark.parametrize("thick", [0.012, 0.016, 0.02, 0.025, 0.04])
+def test_known_holes_of_what_is_not_drilled_leave_room_for_their_heads_beside_tapped_ones(thick):
+    actuator = SIZES["XC330-T181"]
+    box, shop = housing_of(actuator), Shop(thick, 0.0015, ("tube", 2700.0), ALUMINIUM)
+    holes = np.array([[7.5, 8], [7.5, -8], [-22.5, 8], [-22.5, -8]]) * 1e-3  # of the drawing
+    assert sorted(box.back.tolist()) == pytest.approx(np.array(sorted(holes.tolist())))
+    _, tap, _ = SCREWS[shop.circle.thread]
+    face = Face("J1", np.zeros(3), np.array([0.0, 0, 1]), actuator.length / 2, box.near, circle_of(actuator, "housing"),
+                housing=box, holds=True)  # fmt: skip
+    for theta in np.radians(np.arange(0.0, 65.0, 4.0)):
+        part = bracket(face, "wedge", np.array([np.sin(theta), 0.0, np.cos(theta)]), 1, shop)[0].part
+        for hole in part.holes:
+            if "tapped" in hole.use:
+                plan = np.linspace(hole.start, hole.end, 30)[:, [0, 2]]
+                gap = np.linalg.norm(plan[:, None] - holes, axis=2).min() - tap / 2 - SCREWS["M2"][2] / 2
+                assert gap > 1e-3, (np.degrees(theta), gap)
+        assert not any("up to" in line for line in notes(part))
+    out = face._replace(circle=circle_of(actuator, "output"), radius=actuator.diameter / 2, housing=box, holds=False)
+    assert (out.circle.diameter, out.circle.maker) == (0.012, "output of XC330-T181")
+    for theta in np.radians([40.0, 90.0, 140.0]):
+        part = bracket(out, "angle", np.array([np.sin(theta), 0.0, np.cos(theta)]), 1, shop)[0].part
+        assert "There is room for 4 M2 on a circle up to ⌀12 mm." in notes(part)
+        rim = 6e-3 + SCREWS["M2"][2] / 2
+        assert in_parts(part, np.array([[-rim, out.height + 1e-4, 0.0], [0.0, out.height + 1e-4, rim]])).all()
+
+
+def test_brackets_with_no_room_for_known_holes_are_refused():
+    actuator, shop = SIZES["XC330-T181"], Shop(0.012, 0.0015, ("tube", 2700.0), ALUMINIUM)
+    box, middle, up = housing_of(actuator), np.zeros(3), np.array([0.0, 0, 1])
+    out = Face("J1", middle, up, actuator.length / 2, actuator.diameter / 2, circle_of(actuator, "output"))
+    held = Face("J1", middle, up, actuator.length / 2, box.near, circle_of(actuator, "housing"),
+                housing=box, holds=True)  # fmt: skip
+    for face, kind, theta in ((out, "wedge", 0.7), (held, "angle", 0.75)):
+        with pytest.raises(CatalogueError, match="no room"):
+            bracket(face, kind, np.array([np.sin(theta), 0.0, np.cos(theta)]), 1, shop)
 
 
 def test_masses_are_those_of_the_actuators(at_random):
