@@ -108,7 +108,8 @@ def speed_words(verdict: Verdict, settings: Settings) -> str:
         settings: What it was judged by.
     """
     limits = joint_needs(settings)
-    joint = int(np.argmax(np.array(verdict.peak_speed) / limits.actuator_speed))
+    share = np.array(verdict.peak_speed) / limits.actuator_speed
+    joint, peak_share = int(np.argmax(share)), float(share.max())
     slides = bool(limits.prismatic[joint])
     peak = verdict.peak_speed[joint] * (1.0 if slides else float(np.rad2deg(1.0)))
     joints = "within the stated limits the joints"
@@ -117,7 +118,8 @@ def speed_words(verdict: Verdict, settings: Settings) -> str:
         kinds += [f"{SLIDING:g} m/s"] if limits.prismatic.any() else []
         others = limits.acceleration is not None or limits.torque is not None
         joints = f"joints of {' and '.join(kinds)}{' within the stated limits' if others else ''}"
-    fastest = f"Joint {joint + 1} moves at up to {figure(peak)} {'m/s' if slides else 'deg/s'}"
+    fastest = f"Joint {joint + 1} moves at up to {figure(peak)} {'m/s' if slides else 'deg/s'}, "
+    fastest += "nearest its limit" if peak_share <= 1.0 else "furthest beyond its limit"
     if verdict.speed_fraction == 0.0:
         return f"{fastest}; {joints} cannot do the task at any speed."
     return f"{fastest}; {joints} do the task at {pace(verdict.speed_fraction)}."

@@ -72,6 +72,7 @@ class JointLoads:
         prismatic: Which joints slide, n of them.
         free: Share of random poses within the joint limits that are free of self-collision.
         lag: How far the servos of the exported arm stay behind the motion, in words.
+        payload: What it carries [kg].
     """
 
     time: Array
@@ -82,6 +83,7 @@ class JointLoads:
     prismatic: tuple[bool, ...]
     free: float
     lag: str
+    payload: float = 0.0
 
 
 def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
@@ -106,4 +108,5 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
         prismatic=run.table.prismatic,
         free=sampled_contacts(arm, run.limits, samples=FEW).free,
         lag=lag_note(replace(make_robot(arm, exported, chosen, start), pace=pace)),
+        payload=limits.payload or 0.0,
     )

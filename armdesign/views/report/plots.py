@@ -12,6 +12,7 @@ from armdesign._types import Array
 from armdesign.feasibility.needs import joint_needs
 from armdesign.feasibility.words import pace, sentence
 from armdesign.search.result import Result, done
+from armdesign.settings import Body
 from armdesign.swarm import History
 from armdesign.views.report.answers import Worst
 from armdesign.views.report.drawing import (
@@ -29,7 +30,7 @@ from armdesign.views.report.drawing import (
     thinned,
 )
 from armdesign.views.report.facts import FitnessParts, JointLoads
-from armdesign.views.report.gaps import Clearances
+from armdesign.views.report.gaps import ALWAYS, Clearances
 
 LETTER = 0.078
 """Room of a letter [inch]."""
@@ -132,26 +133,36 @@ def clearance_picture(run: Result, found: Clearances) -> Picture | None:
     if not shown:
         return None
     required = 1e3 * run.problem.settings.body.clearance
+    whose = "assumed" if run.problem.settings.body.clearance == Body().clearance else "asked for"
+    level = {"always" if near.when == ALWAYS else "the least of the parts": 1e3 * near.value
+             for near in reversed(found.least) if near.when == ALWAYS or near.parts}  # fmt: skip
 
     def build() -> Figure:
-        figure = new_figure(2.4 + legend_room(list(shown)), top=legend_room(list(shown)))
+        names = [*(f"from {name}" for name in shown), *level]
+        figure = new_figure(2.4 + legend_room(names), top=legend_room(names))
         axis = figure.subplots()
+        for (name, value), dashes in zip(level.items(), ("--", "-."), strict=False):
+            axis.axhline(value, color=GREY, linewidth=1.0, linestyle=dashes, label=name)
         for k, (name, each) in enumerate(shown.items()):
             style = line_style(1 + k)
             axis.plot(time, 1e3 * each, label=f"from {name}", **style)
             at = int(each.argmin())
             axis.plot(time[at], 1e3 * each[at], "o", color=style["color"], markersize=5, zorder=4)
         nearest = np.min(list(shown.values()), axis=0)
-        bound(axis, time, np.asarray(1e3 * nearest, dtype=float), required, "asked for: ")
+        bound(axis, time, np.asarray(1e3 * nearest, dtype=float), required, f"{whose}: ")
         top = 1.05 * max(1.2 * required, *(float(1e3 * each.max()) for each in shown.values()))
-        low = min(0.0, *(float(1e3 * each.min()) for each in shown.values()))
+        top = max(top, *(1.2 * value for value in level.values())) if level else top
+        low = min(0.0, *level.values(), *(float(1e3 * each.min()) for each in shown.values()))
         axis.set(xlabel="time [s]", ylabel="clearance [mm]", xlim=(time[0], time[-1]), ylim=(1.1 * low, top))
         legend_above(figure, axis)
         return figure
 
     alt = f"Clearance over time: {'; '.join(near.words for near in found.least)}."
     words = "How far bodies stay from one another and from obstacles, of those whose distance changes; dots: where it "
-    words += f"is least. {'. '.join(sentence(near.words) for near in found.least)}."
+    words += (
+        "is least; grey: the least of what always keeps its distance or of a build's parts. " if level else "is least. "
+    )
+    words += f"{'. '.join(sentence(near.words) for near in found.least)}."
     return picture("clearance", build, alt, words)
 
 
@@ -215,8 +226,13 @@ def joint_pictures(run: Result, loads: JointLoads) -> list[Picture]:
             return joint_figure(loads.time, values, limits, label)
 
         words = f"{what.capitalize()} of every joint over time"
-        words += ", gravity and payload included" if what == "torque" else ""
-        words += "; no limit of it is stated." if limits is None else "; right: what each uses (bar) of its limits."
+        load = "gravity and payload included" if loads.payload else "gravity included, without payload"
+        words += f", {load}" if what == "torque" else ""
+        words += (
+            "; its limits are assumed, as in the table."
+            if limits is None
+            else "; right: what each uses (bar) of its limits."
+        )
         pictures.append(picture(key, build, words, words))
     return pictures
 

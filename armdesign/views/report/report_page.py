@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from armdesign._version import __version__
 from armdesign.building import RECORD
 from armdesign.building.build import Build
 from armdesign.building.part_lists import cuts, grouped_bill
+from armdesign.building.parts import Assembly
 from armdesign.building.record import Origin, recorded_build, recorded_origin
 from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
@@ -61,7 +61,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
     near = clearances(run, made)
     pictures = {
         "rendering": cell_rendering(run, made),
-        "sketch": sketch_picture(run),
+        "sketch": sketch_picture(run, built=made is not None),
         "errors": plots.error_picture(run, worst),
         "worst": worst_rendering(run, worst, made),
         "cell": cell_pictures(run),
@@ -105,6 +105,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "mount": np.rad2deg(rpy(run.evaluation.path.mount)),
         "assumptions": words.assumptions(chosen, words.unused(run, built=made is not None)),
         "bill": grouped_bill(made) if made else {},
+        "marks": bracket_marks(made.assembly) if made and made.assembly else {},
         "currency": made.currency if made else "",
         "cuts": cuts(made) if made else [],
         "settings": words.changed_settings(run.problem.settings),
@@ -128,11 +129,19 @@ def built_words(made: Build, origin: Origin | None) -> str:
         origin: The design that it is built after, where that is known.
     """
     maker = next((a.maker for a in made.choice.actuators if a.maker), "")
-    counts = Counter(a.name for a in made.choice.actuators).items()
-    motors = " and ".join(f"{count} x {name}" if count > 1 else name for name, count in counts)
-    words = f"Built {f'from {origin.run}, ' if origin else ''}of {f'{maker} {motors}'.strip()}."
+    motors = ", ".join(f"J{j} {a.name}" for j, a in enumerate(made.choice.actuators, start=1))
+    words = f"Built {f'from {origin.run}, ' if origin else ''}of {f'{maker} motors'.strip()}: {motors}."
     sure = origin.sure if origin else ""
     return f"{words} {f'How sure its search was: {sure}' if sure else 'How sure its search was is not known here.'}"
+
+
+def bracket_marks(assembly: Assembly) -> dict[str, str]:
+    """Where each kind of bracket goes, its marks by its name in the bill."""
+    return {
+        name: ", ".join(each.mark for each in places)
+        for name, (part, places) in assembly.counted().items()
+        if part.kind == "bracket"
+    }
 
 
 def fill(context: dict[str, Any]) -> str:
@@ -173,11 +182,10 @@ def key_figures(run: Result, loads: JointLoads, payload: float) -> list[tuple[st
     pulls = loads.prismatic[strongest]
     figures = [
         ("Joints", run.table.joints if any(loads.prismatic) else str(run.table.dof)),
-        ("Length, tool included", f"{number(1e3 * run.table.length, 0)} mm"),
+        ("Lengths of all links, tool included", f"{number(1e3 * run.table.length, 0)} mm"),
         (
-            "Moving mass"
-            if run.problem.settings.body.modules
-            else "Moving mass, assumed",  # a build's is that of its parts
+            f"Moving mass{'' if run.problem.settings.body.modules else ', assumed'}"  # a build's is that of its parts
+            f"{', without payload' if payload else ''}",
             f"{number(loads.masses[1:].sum(), 2)} kg",
         ),
         (

@@ -14,8 +14,14 @@ def sketch(run: Result) -> Sheet:
     return arm_drawing(Pose(run.body, run.evaluation.path.q[0], MOUNTINGS[run.base_pose.mounted]))
 
 
-def sketch_picture(run: Result) -> Picture:
-    """The dimensioned drawing of a run's arm."""
+def sketch_picture(run: Result, *, built: bool = False) -> Picture:
+    """The dimensioned drawing of a run's arm.
+
+    Args:
+        run: The run.
+        built: Whether it is made of known parts.
+    """
+    parts = " Motors are drawn as the cylinders about them, without brackets and flanges." if built else ""
     return Picture(
         "sketch",
         inlined(svg_of(sketch(run)), "sketch"),
@@ -24,5 +30,5 @@ def sketch_picture(run: Result) -> Picture:
         "The arm at the start of its motion, in third-angle projection: the view from above over that from the front, "
         "that from the right beside it. Lengths a and link offsets d (along the joints' axes) are true lengths in "
         "millimetres, also where a view shows them shortened; α is the twist about the link before a joint. J1, J2, "
-        "... are the joints, dash-dotted lines their axes.",
+        f"... are the joints, dash-dotted lines their axes.{parts}",
     )

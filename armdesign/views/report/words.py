@@ -6,6 +6,7 @@ import re
 import shlex
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,12 +25,16 @@ from armdesign.settings.kinds import toml_value
 from armdesign.settings.sections import SECTIONS, Body, Design, Settings, Solver
 from armdesign.views.report.facts import JointLoads
 
+LONG = re.compile(r"-?\d+\.\d{10,}(e-?\d+)?")
+"""Numbers with what rounding has left behind."""
 UNIT = re.compile(r" ?\[([^\]]+)\]")
 ELSEWHERE = {
     "task": ("recording", "files", "base", "points", "orientation"),
     "fitness": ("weights", "orientation_weight"),
 }
 """Settings that other parts of the page show."""
+ELSEWHERE_SET = {"module_slide": ("--module-slide", "armdesign search"), "post": ("", "")}
+"""Of assumptions that the report and export have no option for: the option and the command that has it."""
 STOPPED = {
     "iterations": "all iterations were done",
     "budget": "the budget of candidates was spent",
@@ -87,6 +92,7 @@ class Assumption(NamedTuple):
     name: str
     value: str
     flag: str = ""
+    command: str = ""
 
 
 @dataclass(frozen=True)
@@ -113,11 +119,14 @@ def changed_settings(settings: Settings) -> list[Setting]:
         now, before = getattr(settings, title), getattr(default, title)
         for entry in fields(kind):  # type: ignore[arg-type]
             value, usual = getattr(now, entry.name), getattr(before, entry.name)
+            if entry.name in ("modules", "inertials"):  # of a build: its parts, listed as such
+                continue
             follows = title == "solver" and effort.get(entry.name, object()) == value
             follows |= usual is None and value in (False, "off")  # decided by the recording: nothing is done
             if value == usual or follows or entry.name in ELSEWHERE.get(title, ()):
                 continue
             doc = " ".join(str(entry.metadata["doc"]).split())
+            value = [Path(each).name for each in value] if entry.name == "obstacles" else value
             found.append(Setting(f"{title}.{entry.name}", shown(value), shown(usual), doc))
     return found
 
@@ -125,6 +134,7 @@ def changed_settings(settings: Settings) -> list[Setting]:
 def shown(value: Any) -> str:  # noqa: ANN401 (values of settings)
     """A value as in settings.toml; a long one, such as the designs that a search begins with, by its beginning."""
     text = "not set" if value is None else toml_value(value)
+    text = LONG.sub(lambda found: f"{float(found.group()):.9g}", text)
     return text if len(text) <= MOST_LETTERS else f"{text[:MOST_LETTERS]} ..."
 
 
@@ -191,7 +201,7 @@ def assumptions(options: RobotOptions, unused: Collection[str] = ()) -> list[Ass
         value = f"{option.value:g} {unit.group(1) if unit else ''}"
         value = ("yes" if option.value else "no") if isinstance(option.value, bool) else value
         text = " ".join(UNIT.sub("", option.doc).split()).rstrip(".")
-        rows.append(Assumption(text, value.strip(), option.flag))
+        rows.append(Assumption(text, value.strip(), *ELSEWHERE_SET.get(option.name, (option.flag, ""))))
     gravity = f"{GRAVITY[2]:g} m/s^2"
     return [
         *rows,
@@ -227,8 +237,8 @@ def trust(facts: SearchFacts) -> str:
         return f"The algorithm {facts.algorithm} cannot tell whether there is a better arm; multibasin can."
     if not known.beginnings:
         return (
-            "The search ended before its first start from nothing was through: nothing is known of how good this "
-            "arm is beside the best possible. A larger budget may find a better one."
+            "The search ended before its first beginning, a start from nothing, was through: nothing is "
+            "known of how good this arm is beside the best possible. A larger budget may find a better one."
         )
     return f"{facts.found} A beginning is a start of the search from nothing."
 

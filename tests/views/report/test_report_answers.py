@@ -20,7 +20,8 @@ from armdesign.views.report.cell_pictures import (
     free_spot,
     hull,
 )
-from armdesign.views.report.gaps import Near, clearances
+from armdesign.views.report.gaps import Clearances, Near, clearances
+from armdesign.views.report.plots import clearance_picture
 
 
 def test_answers_give_the_figures_of_the_verdict(invented, numbers):
@@ -104,6 +105,10 @@ def test_what_keeps_its_distance_is_told_so_and_not_drawn(invented):
     for near in found.least:
         assert ("always" in near.words) == (near.when == "always")
     assert all(np.ptp(each) > 1e-6 for each in found.series.values())
+    level = Clearances((Near(0.019, ("a", "b"), "always"), *found.least), found.time, found.series)
+    drawn = clearance_picture(run, level)
+    assert "always" in drawn.svg
+    assert "grey" in drawn.caption
 
 
 def test_the_cell_is_drawn_in_the_room(invented):

@@ -110,7 +110,7 @@ def test_torques_are_held_against_stated_limits_only(invented):
     run = invented()
     loads = joint_loads(run, RobotOptions())
     _, torques = joint_pictures(run, loads)
-    assert "no limit" in torques.caption
+    assert "limits are assumed" in torques.caption
     settings = run.problem.settings.replace({"needs": {"max_torque": [9.0]}})
     stated = dataclasses.replace(run, problem=dataclasses.replace(run.problem, settings=settings))
     assert "no limit" not in joint_pictures(stated, loads)[1].caption

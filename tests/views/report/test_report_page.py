@@ -15,7 +15,7 @@ from armdesign.export.options import LimitOptions, RobotOptions
 from armdesign.feasibility.violations import figure
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.reading import read_result
-from armdesign.settings import Body
+from armdesign.settings import Body, Settings
 from armdesign.swarm.agreement import Agreement
 from armdesign.views.report import report_html, words
 from armdesign.views.report.answers import next_steps, plain_verdict, worst_frame
@@ -285,9 +285,25 @@ def test_a_joint_beyond_its_limit_is_told_with_both_figures(invented):
     assert words.limit_sentences(run, within)[0] == "Every joint stays well within its range."
 
 
+def test_settings_are_shown_without_folders_and_what_rounding_leaves():
+    settings = Settings().replace(
+        {"cell": {"obstacles": ["/home/me/cell.toml"]}, "needs": {"max_speed": [461.99999999999994, 180.0, 90.0]}}
+    )
+    shown = {each.name: each.value for each in words.changed_settings(settings)}
+    assert shown["cell.obstacles"] == '["cell.toml"]'
+    assert shown["needs.max_speed"] == "[462, 180.0, 90.0]"
+
+
+def test_assumptions_name_a_command_that_has_the_option():
+    rows = {each.flag: each.command for each in words.assumptions(RobotOptions())}
+    assert rows["--module-slide"] == "armdesign search"
+    assert "--post" not in rows
+    assert rows["--tube-wall"] == ""
+
+
 def test_how_sure_a_search_is_depends_on_its_beginnings(invented):
     facts = invented().facts
     assert "multibasin" in words.trust(facts)
     none, alike = Agreement(0, 0, 1.0, 0, 0), Agreement(3, 3, 0.09, 9, 1)
-    assert "nothing is known" in words.trust(dataclasses.replace(facts, agreement=none))
+    assert "known of how good" in words.trust(dataclasses.replace(facts, agreement=none))
     assert "3 of 3 beginnings" in words.trust(dataclasses.replace(facts, agreement=alike))
