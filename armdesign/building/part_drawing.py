@@ -50,15 +50,17 @@ AT_AN_ANGLE = View("at an angle", (0.77, 0.0, -0.64), (-0.27, 0.91, -0.32))
 """From the front, the right and above."""
 EDGES = "Edges broken 0.3. Surfaces Ra 3.2."
 PRINTING = {
-    "bracket": "Print it solid, lying on what the front view shows: layers run along both plates, no load parts them.",
+    "bracket": "Print it solid, lying on what the front view shows: layers run along both plates.",
     "corner": "Print it solid, lying on what the front view shows.",
     "base plate": "Print it solid, lying flat.",
     "spacer": "Print it solid, lying flat.",
 }
 """How parts are printed, by their kind: no load may part layers that need not."""
+CHEEKS_PRINTED = "Support the upper cheek. Loads on cheeks bend them across layers: do not pry a housing out."
 SPIGOT_PRINTED = "Print it solid, its disc on the bed. Its weak place is the spigot's root, where bending parts layers."
 THREADS_PRINTED = (
-    "Threads: print their holes 0.3 smaller, drill as stated, tap by hand; no inserts, no thread-forming screws."
+    "Threads: holes in STL files are as drilled; print them 0.3 smaller (hole compensation), drill as stated, tap "
+    "by hand; no inserts, no thread-forming screws."
 )
 NEXT = 0.07
 """By how much each part is drawn away from the one before in the exploded view [m]."""
@@ -196,16 +198,18 @@ def notes(part: Part) -> list[str]:
         lines.append("x: scribe line, over the edge, too, towards x of the base. Angles of holes are against it.")
     elif part.scribes:
         between = ", half way between two holes A" if part.kind == "spacer" else ""
-        lines.append(f"S: scribe line, over edges, too{between}. It has to meet that of what is bolted on.")
+        lines.append(f"S: scribe line, over edges, too{between}. It has to meet that of the flange on it.")
     if any(group.circle for group in hole_groups(part)):
         lines.append("Circles are about the datum, where the arrows x and y begin; angles from x, anticlockwise.")
     if "inner radius" in part.sizes:
-        lines.append(f"Between the plates a radius of {number(1e3 * part.sizes['inner radius'], 2)} or less.")
+        radius, cheeks = number(1e3 * part.sizes["inner radius"], 2), "cheek" in part.sizes
+        lines.append(f"Between the plates a radius of {radius} or less{', none at cheeks' if cheeks else ''}.")
     if tapped:
         lines.append("M × a, drill ⌀ × b: a is the depth of full thread, b that of the drill, without its tip.")
     if part.kind == "tube" or part.material == ALUMINIUM[0]:
         return [*lines, EDGES]
-    return [*lines, PRINTING.get(part.kind, SPIGOT_PRINTED), *([THREADS_PRINTED] if tapped else [])]
+    cheeks = [CHEEKS_PRINTED] if "cheek" in part.sizes else []
+    return [*lines, PRINTING.get(part.kind, SPIGOT_PRINTED), *cheeks, *([THREADS_PRINTED] if tapped else [])]
 
 
 def marked(places: Sequence[Placed]) -> str:
