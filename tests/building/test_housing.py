@@ -241,8 +241,8 @@ def test_an_arm_of_round_actuators_has_no_cheeks():
     assert not any(hole.use == "housing" for each in made.placed for hole in each.part.holes)
 
 
-def test_brackets_with_cheeks_are_one_solid_each(at_random):
-    pytest.importorskip("OCP")
+def test_brackets_with_cheeks_are_one_solid_each_in_step_too(at_random, tmp_path):
+    control = pytest.importorskip("OCP.STEPControl")
     from armdesign.building import solids  # noqa: PLC0415
 
     cheeked = [e.part for _, _, made in at_random for e in made.placed if HELD in e.part.circles]
@@ -250,4 +250,9 @@ def test_brackets_with_cheeks_are_one_solid_each(at_random):
         part = next(each for each in cheeked if each.note == note)
         shape = solids.solid(part)
         assert solids.count(shape) == 1
-        assert solids.volume(shape) * 1e-9 == pytest.approx(part.volume, rel=1e-3)
+        (tmp_path / "part.step").write_bytes(solids.step_file([(part.name, shape, part.name, np.eye(4))]))
+        reader = control.STEPControl_Reader()
+        reader.ReadFile(str(tmp_path / "part.step"))
+        reader.TransferRoots()
+        assert solids.count(reader.OneShape()) == 1
+        assert solids.volume(reader.OneShape()) * 1e-9 == pytest.approx(part.volume, rel=1e-3)
