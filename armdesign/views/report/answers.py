@@ -108,19 +108,17 @@ def plain_verdict(run: Result, worst: Worst, made: Build | None = None, beyond: 
     if not verdict.feasible:
         also = f" It follows the hand to {off}." if verdict.tolerance_met is not False else ""
         return f"This arm cannot do the job as it is.{also}"
+    checked = run.base_pose.frame == "room" or run.problem.first.obstacles.each
+    also = beyond + ("" if checked else " Where it stands has not been checked.")
     if verdict.tolerance_met is None:
-        return f"This arm follows the hand to {off}. Nobody has said how much is allowed."
+        return f"This arm follows the hand to {off}. Nobody has said how much is allowed.{also}"
     if verdict.tolerance_met:
         fraction = min(1.0, verdict.speed_fraction) * (made.speed if made is not None else 1.0)
         slow = (
             "" if fraction >= 1.0 else f", at {pace(fraction).removesuffix(' of the demonstrated speed')} of the speed"
         )
         slow = slow if fraction > 0.0 else ", but its joints cannot at any speed"
-        checked = run.base_pose.frame == "room" or run.problem.first.obstacles.each
-        return (
-            f"This arm does the job{slow}: it follows the hand to {off}, {allowed} are allowed.{beyond}"
-            + ("" if checked else " Where it stands has not been checked.")
-        )  # fmt: skip
+        return f"This arm does the job{slow}: it follows the hand to {off}, {allowed} are allowed.{also}"
     return f"This arm misses the hand by up to {off}; {allowed} are allowed. All else that was asked for is kept."
 
 

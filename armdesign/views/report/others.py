@@ -44,6 +44,8 @@ class OtherArm(NamedTuple):
         mass: Moving mass without payload [kg]; None where it is not known.
         torque: Largest torque of any joint [N m]; None where it is not known, or joints slide, which take forces.
         payload: What it carries for that [kg].
+        speed: Largest speed of any joint [rad/s]; None where it is not known, or joints slide.
+        assumed: Whether its mass, and with it the torque, rests on assumed parts.
         place: Its run folder, as seen from that of the run; empty where it has none, or is not feasible.
     """
 
@@ -56,6 +58,8 @@ class OtherArm(NamedTuple):
     torque: float | None = None
     place: str = ""
     payload: float = 0.0
+    speed: float | None = None
+    assumed: bool = False
 
 
 def other_arms(run: Result) -> list[OtherArm]:
@@ -66,7 +70,8 @@ def other_arms(run: Result) -> list[OtherArm]:
     own = OtherArm(
         "this arm", "searched for" if run.facts else "as built" if built else "given", run.table.dof,
         run.verdict.hand_error.max, run.table.length, moving_mass(run, run.table),
-        strongest(run.table, run.verdict.peak_torque), payload=run.problem.settings.needs.payload,
+        most(run.table, run.verdict.peak_torque), "", run.problem.settings.needs.payload,
+        most(run.table, run.verdict.peak_speed), run.problem.settings.body.modules is None,
     )  # fmt: skip
     places = [(f"alternative {each.parent.name}", each) for each in numbered_results(run.folder / "alternatives")]
     places += [(f"best of {each.parent.name[1:]} joints", each) for each in numbered_results(run.folder, "n")]
@@ -85,7 +90,8 @@ def of_result(run: Result, name: str, path: Path) -> OtherArm | None:
     """
     try:
         table, verdict = read_design(path), read_json(path)["verdict"]
-        error, torque = float(verdict["hand_error"]["max"]), strongest(table, verdict["peak_torque"])
+        error, torque = float(verdict["hand_error"]["max"]), most(table, verdict["peak_torque"])
+        speed = most(table, verdict["peak_speed"])
     except (ArmDesignError, KeyError, TypeError, ValueError):
         return None
     if table.dof == run.table.dof and np.allclose(entries(table), entries(run.table), atol=SAME):
@@ -94,18 +100,18 @@ def of_result(run: Result, name: str, path: Path) -> OtherArm | None:
     kind = "searched for" if good else "not feasible"
     return OtherArm(
         name, kind, table.dof, error, table.length, moving_mass(run, table), torque, place if good else "",
-        run.problem.settings.needs.payload,
+        run.problem.settings.needs.payload, speed, run.problem.settings.body.modules is None,
     )  # fmt: skip
 
 
-def strongest(table: DHTable, torques: Sequence[float]) -> float | None:
-    """The largest torque of joints that all turn [N m]; None where one slides.
+def most(table: DHTable, peaks: Sequence[float]) -> float | None:
+    """The largest torque or speed of joints that all turn; None where one slides.
 
     Args:
         table: The arm.
-        torques: Of every joint.
+        peaks: Of every joint.
     """
-    return None if any(table.prismatic) else float(max(torques))
+    return None if any(table.prismatic) else float(max(peaks))
 
 
 def entries(table: DHTable) -> Array:
@@ -151,23 +157,26 @@ def of_row(row: dict[str, Any], hand: str, payload: float) -> OtherArm:
         payload: What it carries [kg].
     """
     error = row["point_error"][hand]
-    known = {key: None if row[key] is None else float(row[key]) for key in ("moving_mass", "peak_torque")}
+    keys = ("moving_mass", "peak_torque", "peak_speed")
+    known = {key: None if row.get(key) is None else float(row[key]) for key in keys}
     return OtherArm(
         str(row["name"]), "ready-made", int(row["joints"]), None if error is None else float(error["max"]),
         float(row["length"]), known["moving_mass"], known["peak_torque"], payload=payload,
+        speed=known["peak_speed"],
     )  # fmt: skip
 
 
 def winners(arms: Sequence[OtherArm]) -> list[tuple[str, str, tuple[str, ...]]]:
     """Who is best at what among arms that reach the task: the contest, the value in words, the names.
 
-    Nobody wins where fewer than two arms have a value, or all have the same.
+    Nobody wins where fewer than two arms have a value, or all have the same; least torque, where payloads differ.
     """
     found = []
+    alike = len({arm.payload for arm in arms if arm.error is not None}) < 2
     for what, key, factor, unit, digits in CONTESTS:
         values = {arm.name: getattr(arm, key) for arm in arms if arm.error is not None}
         shown = {name: f"{factor * value:.{digits}f}" for name, value in values.items() if value is not None}
-        if len(set(shown.values())) < 2:
+        if len(set(shown.values())) < 2 or (key == "torque" and not alike):
             continue
         least = min(shown.values(), key=float)
         text = counted(int(least), "joint") if key == "joints" else f"{least} {unit}"

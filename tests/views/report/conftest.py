@@ -142,7 +142,7 @@ def undrawn(monkeypatch):
     for module in (plots, cell_pictures, tracking):
         monkeypatch.setattr(module, "picture", empty)
     for name, key in (("cell_rendering", "rendering"), ("worst_rendering", "worst"), ("sketch_picture", "sketch")):
-        monkeypatch.setattr(report_page, name, lambda *_, key=key: empty(key, None, ""))
+        monkeypatch.setattr(report_page, name, lambda *_, key=key, **__: empty(key, None, ""))
 
 
 @pytest.fixture(scope="session")

@@ -22,6 +22,7 @@ def comparison(run, **more):
     task = run.problem.task
     row = {
         "name": "<ur5>", "kind": "ready-made", "joints": 6, "length": 1.3, "moving_mass": 17.0, "peak_torque": 99.0,
+        "peak_speed": 2.0,
         "point_error": {task.points[-1]: {"mean": 0.002, "max": 0.004}},
     }  # fmt: skip
     design = row | {"name": "run", "kind": "design"}
@@ -38,9 +39,11 @@ def test_arms_of_the_folder_and_of_a_comparison_are_shown_once(folder, folders, 
     assert (own.name, own.joints, own.error) == ("this arm", 3, run.verdict.hand_error.max)
     assert own.mass == pytest.approx(sum(link.inertial.mass for link in run.body.links[1:]))
     assert (second.name, second.joints) == ("alternative 2", 5)
-    assert bought == OtherArm("<ur5>", "ready-made", 6, 0.004, 1.3, 17.0, 99.0)
+    assert bought == OtherArm("<ur5>", "ready-made", 6, 0.004, 1.3, 17.0, 99.0, speed=2.0)
+    assert own.assumed
     page = take_apart(report_html(run))
     assert any(row[0] == "<ur5>" and row[2] == "4.0" for row in page.rows)
+    assert any(row[0] == "<ur5>" and "115" in row for row in page.rows)  # 2 rad/s
     assert "Beside other arms" in "".join(page.text)
     assert "with a payload" not in "".join(page.text)  # all carry the same
     (folder / OTHERS).write_text(json.dumps(comparison(run) | {"payload": 1.5}))
@@ -67,6 +70,8 @@ def test_winners_are_told_apart_by_what_they_win():
     assert found["Lightest"] == ("4.00 kg", ("a",))
     assert found["Least torque"] == ("10.0 N m", ("c",))
     assert winners(arms[:1]) == []
+    heavy = [*arms[:3], arms[2]._replace(name="e", payload=1.0)]
+    assert "Least torque" not in {what for what, *_ in winners(heavy)}  # with other payloads
     assert np.all([what != "Shortest" for what, *_ in winners(arms[:2])])
 
 
