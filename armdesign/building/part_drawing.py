@@ -324,7 +324,10 @@ def draw_scribes(labels: Labels, part: Part, view: View, factor: float) -> list[
         factor: Millimetres on paper per metre.
     """
     found = []
-    for scribe, end in zip(part.scribes, "ab" if part.kind == "tube" else "  ", strict=False):
+    ways = outward(part) if part.kind == "corner" else [view.towards] * len(part.scribes)
+    for scribe, end, way in zip(part.scribes, "ab" if part.kind == "tube" else "  ", ways, strict=False):
+        if way @ view.towards < -1e-6:  # on a side of a corner that is turned away
+            continue
         ends = factor * view.flat(scribe)
         if part.kind in ("tube", "spacer") and looks_along(view, scribe[1] - scribe[0]):  # a notch in the end
             ends[1] *= 1.0 - 2.0 / np.linalg.norm(ends[1])

@@ -3,15 +3,30 @@
 import re
 import xml.etree.ElementTree as ET
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from armdesign.bodies.arm_body import arm_body
 from armdesign.building.arm_drawing import Pose, arm_drawing, arm_sheet, arm_views, arranged
+from armdesign.building.brackets import corner
 from armdesign.building.labels import Labels, crossing
-from armdesign.building.projection import FRONT, SIDE, TOP, VIEWS, least_shortened, round_solid, silhouette, slanted
+from armdesign.building.part_dimensions import outward
+from armdesign.building.part_drawing import draw_scribes
+from armdesign.building.projection import (
+    FRONT,
+    SIDE,
+    TOP,
+    VIEWS,
+    View,
+    least_shortened,
+    round_solid,
+    silhouette,
+    slanted,
+)
 from armdesign.building.sheet import A3, PENS, Box, Sheet, Words, figure_of, number, pdf_of, svg_of, text_width
+from armdesign.building.shop import ALUMINIUM, Shop
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings.sections import Body
 
@@ -143,3 +158,16 @@ def test_numbers_of_drawings():
     assert [number(x) for x in (100.0, -1.04, 0.04, -0.001, 12.55)] == ["100", "−1", "0", "0", "12.6"]
     assert number(2700.0, 0) == "2700"
     assert text_width("MM", 3.5) == pytest.approx(2.0 * text_width("M", 3.5))
+
+
+@pytest.mark.parametrize("opening", [100.0, 130.0])
+def test_a_scribe_line_on_the_far_side_of_a_corner_is_not_drawn(opening):
+    turn = np.radians(opening)
+    ways = np.array([1.0, 0.0, 0.0]), np.array([np.cos(turn), np.sin(turn), 0.0])
+    part = corner("L1-C1", np.zeros(3), ways, 1, Shop(0.025, 0.002, ("tube", 2700.0), ALUMINIUM))[0].part
+    nothing = SimpleNamespace(sheet=SimpleNamespace(line=lambda *_, **__: None), keep_clear=lambda *_: None)
+    for k, way in enumerate(outward(part)):
+        view = View("onto a side", (0.0, 0.0, 1.0), tuple(np.cross(way, [0.0, 0.0, 1.0])))
+        ((words, place),) = draw_scribes(nothing, part, view, 1000.0)
+        assert words == "S"
+        assert place == pytest.approx(1000.0 * view.flat(part.scribes[k]).mean(axis=0))
