@@ -202,8 +202,8 @@ def notes(part: Part) -> list[str]:
     if any(group.circle for group in hole_groups(part)):
         lines.append("Circles are about the datum, where the arrows x and y begin; angles from x, anticlockwise.")
     if "inner radius" in part.sizes:
-        radius, cheeks = number(1e3 * part.sizes["inner radius"], 2), "cheek" in part.sizes
-        lines.append(f"Between the plates a radius of {radius} or less{', none at cheeks' if cheeks else ''}.")
+        radius, but = number(1e3 * part.sizes["inner radius"], 2), ", none at cheeks" if "cheek" in part.sizes else ""
+        lines.append(f"Between the plates a radius of {radius} or less{but}.")
     if tapped:
         lines.append("M × a, drill ⌀ × b: a is the depth of full thread, b that of the drill, without its tip.")
     if part.kind == "tube" or part.material == ALUMINIUM[0]:
