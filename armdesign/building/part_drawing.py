@@ -59,8 +59,7 @@ PRINTING = {
 CHEEKS_PRINTED = "Support the upper cheek. Loads on cheeks bend them across layers: do not pry a housing out."
 SPIGOT_PRINTED = "Print it solid, its disc on the bed. Its weak place is the spigot's root, where bending parts layers."
 THREADS_PRINTED = (
-    "Threads: holes in STL files are as drilled; print them 0.3 smaller (hole compensation), drill as stated, tap "
-    "by hand; no inserts, no thread-forming screws."
+    "Threads: print holes 0.3 smaller than in the STL, drill as stated, tap by hand; no inserts or forming screws."
 )
 NEXT = 0.07
 """By how much each part is drawn away from the one before in the exploded view [m]."""
