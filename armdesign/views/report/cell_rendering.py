@@ -29,13 +29,13 @@ from armdesign.views.report.rendering import (
     shot_of,
     together,
 )
-from armdesign.views.report.report_scene import SHADES, view
+from armdesign.views.report.report_scene import view
 
 PATH_POINTS = 120
 ARM, AROUND, PERSON, FLOOR = 1, 2, 3, 4
 """Marks of what is drawn."""
-OBSTACLE, GROUND, LINES, PLATE = "#c9b79c", "#f1f1ee", "#d9d9d4", "#3d3d42"
-TUBE, MODULE, BRACKET = SHADES[-1], "#22303b", "#aab3b9"
+OBSTACLE, GROUND, LINES, PLATE = "#eadfcb", "#f6f6f3", "#e6e6e1", "#9aa0a6"
+TUBE, MODULE, BRACKET = "#2f86c4", "#c3ced6", "#e3e7ea"
 BETWEEN, TIP = "#b00020", "#56b4e9"
 LIMB = (46.0, 28.0)
 """How thick a person's arm is drawn, at the shoulder and at the hand: its radius [mm]."""
@@ -65,8 +65,8 @@ def cell_rendering(run: Result, made: Build | None = None) -> Picture:
     faces = together([arm, path, *around_faces(run, [arm, first, path], 0, last)])
     focus = together([arm, first, path]).corners.reshape(-1, 3)
     every = together([faces, first, body])
-    shot = shot_of(every, best_view(faces, arm, focus), WIDTH, focus)
-    picture = see_through(faces, [first, body], shot)
+    shot = shot_of(every, best_view(every, arm, focus), WIDTH, focus)
+    picture = see_through(faces, [first, body], shot, ARM)
     start, end = (f"{problem.task.time[k] - problem.task.time[0]:.2f}" for k in (0, last))
     names = ", ".join(dict.fromkeys(one.name for one in run.problem.first.obstacles.each))
     alt = f"The arm of {run.table.dof} joints in its cell at the end of its motion; around it: {names or 'nothing'}."
@@ -118,7 +118,7 @@ def worst_rendering(run: Result, worst: Worst, made: Build | None = None) -> Pic
     shot = shot_of(together([faces, body]), turn, WIDTH - INSET, focus)
     half = max(CLOSE, 2.5 * float(np.linalg.norm(hand - tip)))
     close = Shot(turn, turn @ (hand + tip) / 2.0, INSET / (2.0 * half), INSET, INSET)
-    whole, near = see_through(faces, [body], shot), (1.0 + rendered(arm, close)[0]) / 2.0  # pale, under its marks
+    whole, near = see_through(faces, [body], shot, ARM), (1.0 + rendered(arm, close)[0]) / 2.0  # pale, under its marks
     picture = np.ones((max(shot.height, INSET), WIDTH, 3))
     picture[: shot.height, : shot.width], picture[:INSET, shot.width :] = whole, near
     marks = gap_marks(shot, close, hand, tip, f"{1e3 * worst.error:.1f} mm")

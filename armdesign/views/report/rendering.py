@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from armdesign._types import Array
 from armdesign.views.report.kernels.depth_buffer import fill
 
-SIDES = 20
+SIDES = 32
 """Flat sides that a cylinder is drawn with."""
 TALLEST = 0.75
 """Largest height of a picture by its width."""
@@ -27,8 +27,10 @@ FINER = 2
 """Samples a pixel in either direction, for smooth edges."""
 THROUGH = 0.65
 """How much is seen through a faint body."""
-AMBIENT = 0.55
+AMBIENT = 0.6
 """Share of the light that does not depend on where a face looks."""
+EDGE, INK = 12.0, 0.5
+"""What steps back by so much from a sample to the next has a line about it [mm]; how bright that is."""
 LIGHT = np.array([-0.5, 0.75, 1.0]) / np.linalg.norm([-0.5, 0.75, 1.0])
 """Where the light comes from: right, up, towards the viewer."""
 
@@ -182,24 +184,34 @@ def rendered(faces: Faces, shot: Shot) -> tuple[Array, NDArray[np.int64]]:
     chosen = np.full(depth.shape, -1, dtype=np.int64)
     fill(depth, chosen, seen)
     shaded = np.vstack([faces.colours * shade[:, None], np.ones((1, 3))])
+    deep = np.pad(np.where(chosen < 0, depth.min(initial=0.0, where=chosen >= 0) - 2.0 * EDGE, depth), 1, mode="edge")
+    bends = np.minimum(  # second differences, so that a floor seen at a flat angle has no lines
+        deep[2:, 1:-1] + deep[:-2, 1:-1], deep[1:-1, 2:] + deep[1:-1, :-2]
+    ) - 2.0 * deep[1:-1, 1:-1]  # fmt: skip
+    light = np.where(bends < -EDGE, INK, 1.0)[..., None] / FINER**2
     picture = np.zeros((shot.height, shot.width, 3))
     for i, j in np.ndindex(FINER, FINER):
-        picture += shaded[chosen[i::FINER, j::FINER]] / FINER**2
+        picture += shaded[chosen[i::FINER, j::FINER]] * light[i::FINER, j::FINER]
     marks = np.r_[faces.marks, -1][chosen]
     return picture[::-1], marks[::-1]
 
 
-def see_through(solid: Faces, faint: Sequence[Faces], shot: Shot) -> Array:
+def see_through(solid: Faces, faint: Sequence[Faces], shot: Shot, before: int) -> Array:
     """A picture, shape (H, W, 3), of triangles and of others that let ``THROUGH`` of what is behind them be seen.
 
     Args:
         solid: The triangles.
         faint: The others, each body for itself.
         shot: What is seen of them, from where.
+        before: Mark of what no faint body is drawn over, even where it is in front.
     """
-    plain = picture = rendered(solid, shot)[0]
+    plain, marks = rendered(solid, shot)
+    free = (marks != before).reshape(shot.height, FINER, shot.width, FINER).mean(axis=(1, 3))[..., None]
+    picture = plain
     for body in faint:
-        picture = picture + (1.0 - THROUGH) * (rendered(together([solid, body]), shot)[0] - plain)
+        seen = rendered(together([solid, body]), shot)[0]
+        opaque = free * (1.0 - THROUGH) * (seen != plain).any(axis=2, keepdims=True)
+        picture = picture + opaque * (seen - picture)
     return np.clip(picture, 0.0, 1.0)
 
 

@@ -13,6 +13,7 @@ from armdesign.views.report.rendering import (
     AMBIENT,
     FINER,
     LIGHT,
+    THROUGH,
     cylinder_faces,
     image_svg,
     painted,
@@ -99,5 +100,18 @@ def test_a_point_is_where_a_shot_says_and_faint_bodies_let_through():
     assert shot.at(np.zeros(3)) == pytest.approx([shot.width / 2.0, shot.height / 2.0])
     assert shot.at(np.array([1.0, 0.0, 0.0]))[0] > shot.width / 2.0
     assert shot.at(np.array([0.0, 1.0, 0.0]))[1] < shot.height / 2.0
-    middle = see_through(red, [blue], shot)[shot.height // 2, shot.width // 2]
-    assert middle[0] > middle[2] > 0.0
+    middle = see_through(red, [blue, blue], shot, 1)[shot.height // 2, shot.width // 2]
+    assert middle[0] == pytest.approx(THROUGH**2 * AMBIENT + THROUGH**2 * (1.0 - AMBIENT) * LIGHT[2])
+    assert see_through(red, [blue], shot, 0) == pytest.approx(rendered(red, shot)[0])  # not over what has the mark 0
+
+
+def test_a_line_is_about_what_is_in_front_and_not_on_a_floor_at_a_flat_angle():
+    near, far = painted(square(100.0, 10.0), "#ff0000"), painted(square(0.0, 20.0), "#ff0000")
+    shot = shot_of(far, FRONT, 40)
+    red = rendered(together([near, far]), shot)[0][shot.height // 2, :, 0]
+    row = np.flatnonzero(red < 0.95 * red[shot.width // 2])
+    assert {abs(x - (shot.width - 1) / 2.0) for x in row.tolist()} == {7.5, 14.5}  # at the edges of either square
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.1, np.sqrt(0.99)]])
+    shot = shot_of(painted(square(0.0, 1000.0), "#ff0000"), turn, 40)
+    inside = rendered(painted(square(0.0, 1000.0), "#ff0000"), shot)[0][1:-1, 3:-3]
+    assert inside == pytest.approx(np.broadcast_to(inside[0, 0], inside.shape))
