@@ -109,10 +109,10 @@ def overall(part: Part) -> Iterator[Dimension]:
         yield Dimension(FRONT, np.array([outer, -outer, high]), np.array([-outer, -outer, high]), "⌀{}")
         return
     corners = np.concatenate([form.ends.reshape(-1, 3) for form in prisms])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    yield Dimension(FRONT, np.array([high[0], low[1], 0.0]), low)
-    yield Dimension(FRONT, low, np.array([low[0], high[1], 0.0]))
-    yield Dimension(TOP, np.array([low[0], 0.0, high[2]]), low)
+    least, most = corners.min(axis=0), corners.max(axis=0)
+    yield Dimension(FRONT, np.array([most[0], least[1], 0.0]), least)
+    yield Dimension(FRONT, least, np.array([least[0], most[1], 0.0]))
+    yield Dimension(TOP, np.array([least[0], 0.0, most[2]]), least)
 
 
 def extent(part: Part) -> tuple[float, float]:

@@ -199,7 +199,7 @@ def bears(fitted: Fitted, speed: float, options: BuildOptions, payload: float) -
     actuators = fitted.choice.actuators
     load = Load(payload, options.margin, () if fitted.assembly is None else actuators)
     paths = motions(fitted.arm.evaluation, fitted.arm.problem)
-    moved = [smooth_motion(time / speed, q) for time, q in paths]
+    moved = [smooth_motion(*path, fitted.arm.limits).at_speed(speed) for path in paths]
     duty = duty_of(fitted.arm.body, moved, actuators, fitted.arm.base_pose, load)
     torque = duty.torque(range(len(actuators)))
     used = tuple(duty.shortfall(j, j, torque[:, j]) for j in range(len(actuators)))
@@ -315,11 +315,16 @@ def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, 
     """
     costs = [a.mass if options.least == "mass" else float(a.price or 0.0) for a in sizes]
     body, payload = result.body, load.payload
-    paths = motions(result.evaluation, result.problem)
+    shown = [smooth_motion(*path, result.limits) for path in motions(result.evaluation, result.problem)]
 
     def duty(speed: float, carried: float = payload, among: tuple[Actuator, ...] = sizes) -> Duty:
-        moved = [smooth_motion(time / speed, q) for time, q in paths]
-        return duty_of(body, moved, among, result.base_pose, load._replace(payload=carried, heights=()))
+        return duty_of(
+            body,
+            [each.at_speed(speed) for each in shown],
+            among,
+            result.base_pose,
+            load._replace(payload=carried, heights=()),
+        )
 
     wanted = 1.0 if isinstance(options.speed, str) else options.speed
     plain = duty(wanted)

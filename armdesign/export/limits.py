@@ -53,7 +53,7 @@ def exported_limits(result: Result, arm: ArmBody, assumed: RobotOptions) -> tupl
     if options.margin is None:
         stated = JointNeeds(needs.prismatic, velocity, None, effort)
         demand = joint_demand(arm, moved, payload, base)
-        own = [drive_torques(smooth_motion(*each), assumed.simulation) for each in moved]
+        own = [drive_torques(smooth_motion(*each, arm.limits), assumed.simulation) for each in moved]
         notes += excess_notes(demand._replace(torque=demand.torque + np.concatenate(own)), stated)
     return joint_limits(arm.table.prismatic, position, velocity, effort), tuple(notes)
 
@@ -79,7 +79,7 @@ def peak_limits(arm: ArmBody, moved: Motions, assumed: RobotOptions, base: BaseP
     Args:
         arm: The arm and its solids, n joints.
         moved: The motions, each of three frames or more.
-        assumed: Payload, margin, floors and smoothing window; and the drives.
+        assumed: Payload, margin and floors; and the drives.
         base: Where the arm stands.
 
     Returns:
@@ -90,7 +90,7 @@ def peak_limits(arm: ArmBody, moved: Motions, assumed: RobotOptions, base: BaseP
     """
     options, speeds, torques = assumed.limits, [], []
     for time, q in moved:
-        motion = smooth_motion(time, q, options.window)
+        motion = smooth_motion(time, q, arm.limits)
         if motion.q.shape[1] != arm.table.dof:
             raise DesignError(f"the motion has {motion.q.shape[1]} joints, but the arm has {arm.table.dof}")
         speeds.append(np.abs(motion.v).max(axis=0))

@@ -12,7 +12,6 @@ from typing import Any
 
 from armdesign.bodies.arm_body import SIDES
 from armdesign.errors import SettingsError
-from armdesign.kinematics.motion import PEAK_WINDOW
 from armdesign.settings import Body
 from armdesign.settings.kinds import Choice, Number, Section, Switch, Text, flag_name, parameter
 
@@ -58,10 +57,6 @@ class LimitOptions(Section):
     effort_floor: float | None = parameter(
         None, Number(0.0, 1e5, "N m", above=True),
         "Least torque limit [N m; N of joints that slide]; not set: 1 with a margin, else none.", optional=True,
-    )  # fmt: skip
-    window: float = parameter(
-        PEAK_WINDOW, Number(0.0, 10.0, "s", above=True),
-        "Length of the window that the motion is smoothed over before its peaks are read off [s].",
     )  # fmt: skip
     narrow_limits: float | None = parameter(
         None, Number(0.0, 360.0, "deg", above=True),

@@ -32,7 +32,7 @@ class JointDemand(NamedTuple):
 
 
 def joint_demand(arm: ArmBody, paths: Sequence[tuple[Array, Array]], payload: float, base: BasePose) -> JointDemand:
-    """Speeds, accelerations and torques of joint paths, smoothed.
+    """Speeds, accelerations and torques of joint paths, smoothed within the arm's limits.
 
     Args:
         arm: The arm with its body.
@@ -40,7 +40,7 @@ def joint_demand(arm: ArmBody, paths: Sequence[tuple[Array, Array]], payload: fl
         payload: Point mass at the tool [kg].
         base: Where the arm stands.
     """
-    motions = [smooth_motion(time, q) for time, q in paths]
+    motions = [smooth_motion(time, q, arm.limits) for time, q in paths]
     motion = SmoothMotion(*(np.concatenate([getattr(each, name) for each in motions]) for name in ("q", "v", "a")))
     still, gravity = np.zeros_like(motion.q), base_gravity(base)
     torque, holding = (

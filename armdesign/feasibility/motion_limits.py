@@ -1,8 +1,7 @@
 """How far a path asks too much of the joints: speeds, accelerations and torques, with their gradients.
 
-All are those of the path smoothed as in ``smooth_motion``, which the verdict and the exported motion use. Smoothing is
-linear in the joint angles, so it is laid out once per demonstration as a sparse matrix, and applies to the angles'
-derivatives by the design as well.
+All are those of the smooth motion, which verdict, builds and export use. Its fit is linear in the joint angles, so it
+tells its derivatives by the design, too; for joints held inside their limits, that of the free fit stands in.
 """
 
 from __future__ import annotations
@@ -10,45 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.loads import GRAVITY, joint_torques
 from armdesign.feasibility.needs import JointNeeds
 from armdesign.kinematics.dh import DHTable, joint_letters
-from armdesign.kinematics.motion import SmoothMotion, smooth_motion
+from armdesign.kinematics.motion import Smoothing
 from armdesign.settings import Body
 
 BRIM = 1.0 - 1e-9
 """Share of a limit that may be used, so that rounding does not pass it."""
 STEP = 1e-6
 """Step of the differences for the gradient of torques [rad; m]."""
-
-
-@dataclass(frozen=True, eq=False)
-class Smoothing:
-    """``smooth_motion`` on the times of a demonstration, as matrices of shape (T, T).
-
-    Attributes:
-        q: To the smoothed angles.
-        v: To the speeds.
-        a: To the accelerations.
-    """
-
-    q: sparse.csr_array
-    v: sparse.csr_array
-    a: sparse.csr_array
-
-    def __call__(self, path: Array) -> SmoothMotion:
-        """The smoothed motion of a path, shape (T, n)."""
-        return SmoothMotion(self.q @ path, self.v @ path, self.a @ path)
-
-
-def smoothing(time: Array) -> Smoothing:
-    """The smoothing of paths at times, shape (T,), T >= 3 [s]."""
-    motion = smooth_motion(time, np.eye(len(time)))
-    return Smoothing(*(sparse.csr_array(matrix) for matrix in (motion.q, motion.v, motion.a)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,17 +71,18 @@ def speed_excess(needs: JointNeeds, smooth: Smoothing, path: Array, turns: Array
         (peak / limit - 1)+, and its gradient, shape (E,).
     """
     worst, slope = 0.0, None if turns is None else np.zeros(turns.shape[2])
-    for limit, matrix in ((needs.speed, smooth.v), (needs.acceleration, smooth.a)):
+    motion = smooth.motion(path)
+    for order, limit, values in ((1, needs.speed, motion.v), (2, needs.acceleration, motion.a)):
         if limit is None:
             continue
-        shares = (matrix @ path) / (limit * BRIM)
+        shares = values / (limit * BRIM)
         t, j = np.unravel_index(np.argmax(np.abs(shares)), shares.shape)
         excess = float(abs(shares[t, j])) - 1.0
         if excess > worst:
             worst = excess
             if turns is not None:
-                change = matrix[[t]] @ turns[:, j, :]
-                slope = np.sign(shares[t, j]) * change[0] / (limit[j] * BRIM)
+                change = smooth.weights(order, int(t)) @ turns[:, j, :]
+                slope = np.sign(shares[t, j]) * change / (limit[j] * BRIM)
     return worst, slope
 
 
@@ -127,7 +101,7 @@ def torque_excess(needs: JointNeeds, load: Load, smooth: Smoothing, design: Desi
     table = DHTable.from_rows(design.rows[:, :3], joints=joint_letters(load.prismatic))
     arm = arm_body(table, load.body, design.slides, load.limits, placed=load.placed, side=None)
     gravity = design.base[:9].reshape(3, 3) @ np.array(GRAVITY)
-    torque = joint_torques(arm, smooth(path), load.payload, gravity)
+    torque = joint_torques(arm, smooth.motion(path), load.payload, gravity)
     return max(float((np.abs(torque) / (needs.torque * BRIM)).max()) - 1.0, 0.0)
 
 

@@ -14,10 +14,11 @@ from armdesign.cell.distance_field import swept_field
 from armdesign.cell.obstacles import Obstacles
 from armdesign.feasibility.clearance import ClearanceCheck, Envelope, Posed
 from armdesign.feasibility.kernels.check_arms import check_arms, settle_slides
-from armdesign.feasibility.motion_limits import Design, Load, Smoothing, peak_excess, smoothing
+from armdesign.feasibility.motion_limits import Design, Load, peak_excess
 from armdesign.feasibility.needs import JointNeeds, joint_needs
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.motion import Smoothing
 from armdesign.settings.place import sites
 from armdesign.settings.sections import Settings
 
@@ -152,7 +153,8 @@ def make_penalty(requirements: Requirements) -> ArmPenalty | None:
         Parts(
             needs, Load(settings.body, settings.needs.payload, placed, requirements.limits, requirements.prismatic),
             clearance,
-            tuple(smoothing(shown.time) for shown in requirements.demonstrations) if limited else (),
+            tuple(Smoothing(shown.time, requirements.limits) for shown in requirements.demonstrations)
+            if limited else (),
             envelope, weight or 1.0,
         )
     )  # fmt: skip

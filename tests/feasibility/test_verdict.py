@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from armdesign.bodies.arm_body import arm_body
+from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.cell.obstacles import Obstacle, Obstacles, Sphere
 from armdesign.errors import SettingsError
 from armdesign.feasibility.demand import joint_demand, speed_fraction
@@ -14,6 +15,7 @@ from armdesign.feasibility.violations import Followed, figure
 from armdesign.feasibility.words import base_words, headline, summary
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.kinematics.dh import DHTable
+from armdesign.kinematics.motion import smooth_motion
 from armdesign.settings import Settings
 
 TIME = np.linspace(0.0, 2.0, 101)
@@ -120,7 +122,8 @@ def test_at_the_speed_that_a_torque_allows_the_torque_is_just_reached(mounted):
     limits = joint_needs(wanted(max_torque=tuple(limit.tolist()), max_speed=(1e4,)))
     fraction = speed_fraction(demand, limits)
     assert 0.0 < fraction < 1.0
-    slowed = np.abs(joint_demand(arm, [(TIME / fraction, q)], 1.5, base).torque)
+    motion = smooth_motion(TIME, q, arm.limits).at_speed(fraction)
+    slowed = np.abs(joint_torques(arm, motion, 1.5, base_gravity(base)))
     assert (slowed / limit).max() == pytest.approx(1.0, rel=1e-6)
 
 

@@ -238,10 +238,10 @@ def with_effort(row: ArmScore, problem: DesignProblem, model: pin.Model) -> ArmS
         return row
     followed = np.array(problem.settings.fitness.weights) > 0.0
     worst = np.where(followed, row.path.distance.max(axis=0), -1.0)
-    time, q = problem.task.time, row.path.q
-    torque = None if row.moving_mass is None else peak_torques(model, time, q)
+    motion = smooth_motion(problem.task.time, row.path.q, row.arm.limits)
+    torque = None if row.moving_mass is None else peak_torques(model, motion)
     turns = ~np.array(row.arm.table.prismatic) if isinstance(row.arm, DesignArm) else np.ones(row.arm.dof, dtype=bool)
-    speed = np.abs(smooth_motion(time, q).v).max(axis=0)[turns]
+    speed = np.abs(motion.v).max(axis=0)[turns]
     return replace(row, worst_point=int(np.argmax(worst)), torque=torque, speed=speed)
 
 

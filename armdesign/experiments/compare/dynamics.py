@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from armdesign._types import Array
 from armdesign.experiments.compare.serial_arm import SerialArm
-from armdesign.kinematics.motion import smooth_motion
+from armdesign.kinematics.motion import SmoothMotion
 
 
 def ready_made_model(arm: SerialArm, payload: float = 0.0) -> pin.Model:
@@ -18,14 +18,13 @@ def ready_made_model(arm: SerialArm, payload: float = 0.0) -> pin.Model:
     return model
 
 
-def peak_torques(model: pin.Model, time: Array, q: Array) -> Array:
-    """Largest inverse-dynamics torque of each joint along a smoothed path, shape (n,) [N m].
+def peak_torques(model: pin.Model, motion: SmoothMotion) -> Array:
+    """Largest inverse-dynamics torque of each joint along a motion, shape (n,) [N m].
 
     Args:
         model: The arm, with gravity as its base feels it.
-        time: Frame times, shape (T,) [s].
-        q: Joint angles, shape (T, n) [rad].
+        motion: The motion.
     """
-    data, motion = model.createData(), smooth_motion(time, q)
+    data = model.createData()
     states = zip(motion.q, motion.v, motion.a, strict=True)
     return np.asarray(np.abs([pin.rnea(model, data, *state) for state in states]).max(axis=0))

@@ -23,11 +23,11 @@ from armdesign.export.trajectory.scaling import (
     sample,
     timing_of,
 )
-from armdesign.export.trajectory.smooth import CUTOFF, SmoothPath, fit_path
 from armdesign.export.trajectory.tool_poses import ToolDeviation, tool_deviation
 from armdesign.export.trajectory.trajectory_files import csv_text, npz_bytes, ros_yaml
-from armdesign.feasibility.needs import SLIDING, TURNING
+from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
 from armdesign.files import write_whole
+from armdesign.kinematics.motion import CUTOFF, SmoothPath, fit_path
 from armdesign.search.result import Result
 
 FILES = {
@@ -114,7 +114,7 @@ def make_trajectory(run: Result, options: TrajectoryOptions | None = None) -> Tr
     q, task = run.evaluation.path.q, run.problem.task
     path, timing, slower = timed_path(run, chosen)
     deviation = tool_deviation(run.table, q, path)
-    notes = [*smoothing_notes(path, deviation, run.table.prismatic), *slower]
+    notes = [*pace_notes(run, timing), *smoothing_notes(path, deviation, run.table.prismatic), *slower]
     motion = sample(path, timing, 1.0 / task.dt if chosen.rate is None else chosen.rate)
     return Trajectory(path, timing, motion, deviation, (*notes, *timing_notes(timing, motion, run.table.prismatic)))
 
@@ -150,6 +150,23 @@ def place_for(kind: str, folder: Path, *, overwrite: bool = False) -> Path:
         fix = "Add --overwrite, or choose another place"
         raise RunFolderError(f"{place} is there already", value=str(place), fix=fix)
     return place
+
+
+def pace_notes(run: Result, timing: Timing) -> list[str]:
+    """That the motion is faster than the arm's joints can move it, if it is.
+
+    Args:
+        run: The run; beyond the demonstrated speed, which its verdict is about, speeds alone are looked at.
+        timing: When the arm is where on the path.
+    """
+    most = run.verdict.speed_fraction
+    if most == 1.0:
+        most = float((joint_needs(run.problem.settings).actuator_speed / np.array(run.verdict.peak_speed)).min())
+    if timing.speed <= most:
+        return []
+    share = np.floor(100.0 * most) / 100.0
+    kept = f"up to {share:g} times (--speed {share:g})" if share >= SPEED_RANGE[0] else "at no speed"
+    return [f"At {timing.speed:.4g} times the demonstrated speed joints pass their limits; they are kept {kept}."]
 
 
 def smoothing_notes(path: SmoothPath, deviation: ToolDeviation, prismatic: Sequence[bool]) -> list[str]:

@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike
 
 from armdesign._types import Array
 from armdesign.errors import SettingsError
-from armdesign.export.trajectory.smooth import SmoothPath, peak_times
 from armdesign.feasibility.needs import TURNING
+from armdesign.kinematics.motion import SmoothPath, peak_times
 
 RAMP = 0.5
 """Default length of the ramps at both ends [s of the demonstration]."""

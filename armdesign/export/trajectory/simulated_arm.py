@@ -19,8 +19,8 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.errors import DesignError, MissingExtraError, SettingsError
 from armdesign.export.trajectory.scaling import Timing, motion_at
-from armdesign.export.trajectory.smooth import SmoothPath
 from armdesign.export.trajectory.trajectory_files import joint_names
+from armdesign.kinematics.motion import SmoothPath
 
 Pairs = dict[tuple[str, str], float]
 """A share for each pair of links."""

@@ -10,9 +10,9 @@ import scipy
 from numpy.typing import ArrayLike
 
 from armdesign._types import Array
-from armdesign.export.trajectory.smooth import SmoothPath
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.models import TOOL_FRAME, arm_model
+from armdesign.kinematics.motion import SmoothPath
 
 
 @dataclass(frozen=True, eq=False)

@@ -92,14 +92,13 @@ def worst_frame(run: Result) -> Worst:
     return max(found, key=lambda one: one.error)
 
 
-def plain_verdict(run: Result, worst: Worst, made: Build | None = None, beyond: str = "") -> str:
+def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> str:
     """Whether the arm does the job, in a sentence that needs no other, and what is not known or kept all the same.
 
     Args:
         run: The run.
         worst: Where the error is largest.
         made: Its parts, where it is a build.
-        beyond: Which joints pass their limits where the path is smoothed, a sentence after a blank.
     """
     if made is not None and made.fault:
         return f"{made.warning}."
@@ -109,7 +108,7 @@ def plain_verdict(run: Result, worst: Worst, made: Build | None = None, beyond: 
         also = f" It follows the hand to {off}." if verdict.tolerance_met is not False else ""
         return f"This arm cannot do the job as it is.{also}"
     checked = run.base_pose.frame == "room" or run.problem.first.obstacles.each
-    also = beyond + ("" if checked else " Where it stands has not been checked.")
+    also = "" if checked else " Where it stands has not been checked."
     if verdict.tolerance_met is None:
         return f"This arm follows the hand to {off}. Nobody has said how much is allowed.{also}"
     if verdict.tolerance_met:
@@ -122,17 +121,21 @@ def plain_verdict(run: Result, worst: Worst, made: Build | None = None, beyond: 
     return f"This arm misses the hand by up to {off}; {allowed} are allowed. All else that was asked for is kept."
 
 
-def story(run: Result, worst: Worst, nearest: Sequence[Near], origin: Origin | None = None) -> str:
+def story(run: Result, worst: Worst, nearest: Sequence[Near], smooth: float, origin: Origin | None = None) -> str:
     """The rest of the verdict: where the error is largest, where it stands, what it clears, how fast it is.
 
     Args:
         run: The run.
         worst: Where the error is largest.
         nearest: What comes nearest to what, the least first.
+        smooth: How far the tool is off on the smooth motion that is exported, at worst [m].
         origin: The design that it is built after, where that is known.
     """
     verdict = run.verdict
-    parts = [f"It is furthest off {worst.at}, on average {figure(1e3 * verdict.hand_error.mean)} mm."]
+    parts = [
+        f"It is furthest off {worst.at}, on average {figure(1e3 * verdict.hand_error.mean)} mm; its exported motion, "
+        f"which is smooth, is off by up to {figure(1e3 * smooth)} mm."
+    ]
     if origin is not None:
         parts.append(
             f"As designed it follows the hand to {figure(1e3 * origin.error)} mm, as built to "

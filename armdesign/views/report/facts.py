@@ -64,8 +64,8 @@ class JointLoads:
     """What the motion asks of the n joints.
 
     Attributes:
-        time: Even times of the smoothed motion, shape (T,) [s].
-        motion: The smoothed motion.
+        time: Times of the frames, shape (T,) [s].
+        motion: The smooth motion, which is what ``armdesign export --trajectory`` writes.
         torque: Torques that hold and move the arm, shape (T, n) [N m; N of joints that slide].
         limits: Limits of the joints, as in the URDF.
         masses: Of base_link, link_1, ..., link_n, shape (n + 1,) [kg].
@@ -73,6 +73,7 @@ class JointLoads:
         free: Share of random poses within the joint limits that are free of self-collision.
         lag: How far the servos of the exported arm stay behind the motion, in words.
         payload: What it carries [kg].
+        error: How far the tool is off on the smooth motion, at worst [m].
     """
 
     time: Array
@@ -84,6 +85,7 @@ class JointLoads:
     free: float
     lag: str
     payload: float = 0.0
+    error: float = 0.0
 
 
 def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
@@ -96,11 +98,11 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
     chosen = resolved_options(options, run)
     arm, _ = result_arm(run, chosen)
     time, limits = run.problem.task.time, chosen.limits
-    motion = smooth_motion(time, run.evaluation.path.q, limits.window)
+    motion = smooth_motion(time, run.evaluation.path.q, run.limits)
     exported = exported_limits(run, arm, chosen)[0]
     start, pace = trajectory_start(run, TrajectoryOptions())
     return JointLoads(
-        time=np.linspace(time[0], time[-1], len(time)),
+        time=time,
         motion=motion,
         torque=joint_torques(arm, motion, limits.payload or 0.0, base_gravity(run.base_pose)),
         limits=exported,
@@ -109,4 +111,5 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
         free=sampled_contacts(arm, run.limits, samples=FEW).free,
         lag=lag_note(replace(make_robot(arm, exported, chosen, start), pace=pace)),
         payload=limits.payload or 0.0,
+        error=float(np.linalg.norm(run.table.skeleton(motion.q)[:, -1] - run.problem.task.P[:, -1], axis=1).max()),
     )

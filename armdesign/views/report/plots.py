@@ -171,7 +171,7 @@ def limits_picture(run: Result, loads: JointLoads) -> Picture:
 
     Args:
         run: The run.
-        loads: Its smoothed motion.
+        loads: Its smooth motion.
     """
     limits = joint_needs(run.problem.settings)
     used = 100.0 * np.abs(loads.motion.v) / limits.actuator_speed

@@ -263,7 +263,7 @@ def limit_sentences(run: Result, loads: JointLoads) -> list[str]:
         run: The run.
         loads: What its motion asks of the joints.
     """
-    q, limits, own = loads.motion.q, loads.limits, run.evaluation.path.q
+    q, limits = loads.motion.q, loads.limits
     room = np.minimum(limits.position[:, 1] - q.max(axis=0), q.min(axis=0) - limits.position[:, 0])
     found = []
     for i, spare in enumerate(room.tolist()):
@@ -273,9 +273,7 @@ def limit_sentences(run: Result, loads: JointLoads) -> list[str]:
         limit = float(limits.position[i, 1 if at_top else 0])
         said = f"{factor * end:.1f} {unit} against a limit of {factor * limit:g} {unit}".replace("-", "−")
         if spare < -BEYOND / factor:
-            kept = limits.position[i, 0] <= own[:, i].min() and own[:, i].max() <= limits.position[i, 1]
-            why = " The path that was found keeps it; smoothing it for the drives overshoots." if kept else ""
-            found.append(f"Joint {i + 1} goes to {said}.{why}")
+            found.append(f"Joint {i + 1} goes to {said}.")
         elif spare < NEAR_LIMIT * np.ptp(limits.position[i]):
             found.append(f"Joint {i + 1} comes near its limit: {said}.")
     if not found:
@@ -288,15 +286,6 @@ def limit_sentences(run: Result, loads: JointLoads) -> list[str]:
         if over:
             found.append(f"At the demonstrated pace more {what} is needed than the limit: {', '.join(over)}.")
     return found
-
-
-def passed_when_smoothed(loads: JointLoads) -> str:
-    """Which joints pass the limits of their travel on the smoothed motion, as a sentence after a blank; or empty."""
-    q, limits = loads.motion.q, loads.limits.position
-    allowed = np.where(loads.prismatic, BEYOND / 1e3, np.deg2rad(BEYOND))
-    over = ((q < limits[:, 0] - allowed) | (q > limits[:, 1] + allowed)).any(axis=0)
-    names = " and ".join(f"joint {i + 1}" for i in np.flatnonzero(over))
-    return f" Where the drives smooth its path, {names} would pass the end of its range." if names else ""
 
 
 def whose_limits(run: Result, options: RobotOptions, *, built: bool) -> str:

@@ -55,9 +55,22 @@ def test_the_notes_state_the_deviation_that_the_angles_show(run):
     path, q = trajectory.path, run.evaluation.path.q
     smooth, solved = tool_poses(run.table, path.at(path.time)), tool_poses(run.table, q)
     moved = 1e3 * np.linalg.norm(smooth[:, :3, 3] - solved[:, :3, 3], axis=1)
-    stated = [float(x) for x in re.findall(r"([\d.]+) (?:deg|mm)", trajectory.notes[0])]
+    (note,) = [note for note in trajectory.notes if note.startswith("Smoothed")]
+    stated = [float(x) for x in re.findall(r"([\d.]+) (?:deg|mm)", note)]
     angle = np.degrees(np.abs(path.at(path.time) - q).max())
     assert stated[:3] == pytest.approx([angle, moved.max(), moved.mean()], abs=0.006)
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 3.0])
+def test_a_motion_beyond_the_joints_limits_is_said_first_with_the_speed_that_keeps_them(runs, speed):
+    run = runs["packaging"]
+    needs = {"needs": {"max_speed": np.rad2deg(0.6 * np.array(run.verdict.peak_speed)).tolist()}}
+    slow = replace(run, problem=replace(run.problem, settings=run.problem.settings.replace(needs)), known_verdict=None)
+    assert slow.verdict.speed_fraction == pytest.approx(0.6)
+    first = make_trajectory(slow, TrajectoryOptions(speed=speed)).notes[0]
+    assert ("(--speed 0.6)" in first or "(--speed 0.59)" in first) == (speed > 0.6)
+    motion = make_trajectory(slow, TrajectoryOptions(speed=0.59)).motion
+    assert (np.abs(motion.v).max(axis=0) <= 0.6 * np.array(run.verdict.peak_speed)).all()
 
 
 def test_fitted_limits_hold_and_the_slow_down_is_said(tmp_path, runs):
@@ -137,6 +150,7 @@ def test_joints_held_inside_their_limits_are_named(runs):
     narrow = replace(run, problem=replace(run.problem, settings=settings))
     trajectory = make_trajectory(narrow, TrajectoryOptions(rate=1000.0))
     assert trajectory.path.bounded
-    assert f"joint_{trajectory.path.bounded[0] + 1}" in trajectory.notes[1]
+    (note,) = [note for note in trajectory.notes if note.startswith("The fit was held")]
+    assert f"joint_{trajectory.path.bounded[0] + 1}" in note
     assert (trajectory.motion.q >= narrow.limits[:, 0] - 1e-12).all()
     assert (trajectory.motion.q <= narrow.limits[:, 1] + 1e-12).all()

@@ -5,7 +5,7 @@ import pytest
 
 from armdesign.errors import SettingsError
 from armdesign.export.trajectory.scaling import Timing, fastest_speed, motion_at, sample, timing_of
-from armdesign.export.trajectory.smooth import fit_path
+from armdesign.kinematics.motion import fit_path
 
 
 def path_of(run):

@@ -13,9 +13,9 @@ from armdesign.export.trajectory.exporting import TrajectoryOptions
 from armdesign.export.trajectory.scaling import timing_of
 from armdesign.export.trajectory.simulated_arm import Servo, SimulatedArm
 from armdesign.export.trajectory.simulation import simulate
-from armdesign.export.trajectory.smooth import fit_path
 from armdesign.export.trajectory.tool_poses import tool_poses
 from armdesign.export.urdf import result_urdf, robot_urdf
+from armdesign.kinematics.motion import fit_path
 
 mujoco = pytest.importorskip("mujoco")
 STIFF = Servo(frequency=20.0)

@@ -78,12 +78,12 @@ def test_the_least_of_all_is_told_first_that_of_a_build_s_parts_too(invented, nu
     answer = touching((some,), run.problem.settings)
     assert (numbers(answer.figure), answer.good) == ([4.0], False)  # 5 mm are asked for
     assert "racket A and bracket B" in answer.words
-    assert "too near (assumed: 5 mm)" in story(run, worst_frame(run), (some,))
+    assert "too near (assumed: 5 mm)" in story(run, worst_frame(run), (some,), 0.01)
     part = some._replace(parts=True)  # parts of a build have to keep 1 mm, not what housings keep
     answer = touching((part, bodies[0]), run.problem.settings)
     assert answer.good
     assert numbers(answer.words)[-2:] == [1.0, 5.0]
-    assert "too near" not in story(run, worst_frame(run), (part,))
+    assert "too near" not in story(run, worst_frame(run), (part,), 0.01)
     assert touching((part._replace(value=0.0005),), run.problem.settings).good is False
     asked = run.problem.settings.replace({"body": {"clearance": 0.003}})
     assert "Asked for: 3 mm" in touching((some,), asked).words
@@ -94,9 +94,9 @@ def test_the_headline_says_how_fast_and_what_was_not_checked(invented):
     settings = run.problem.settings.replace({"needs": {"hand_tolerance": 0.5}})
     verdict = dataclasses.replace(run.verdict, tolerance=0.5, tolerance_met=True, speed_fraction=0.567)
     run = dataclasses.replace(run, problem=dataclasses.replace(run.problem, settings=settings), known_verdict=verdict)
-    said = plain_verdict(run, worst_frame(run), beyond=" Beyond.")
+    said = plain_verdict(run, worst_frame(run))
     assert "does the job, at 56 % of the speed:" in said
-    assert said.endswith("Beyond. Where it stands has not been checked.")
+    assert said.endswith("Where it stands has not been checked.")
 
 
 def test_what_keeps_its_distance_is_told_so_and_not_drawn(invented):

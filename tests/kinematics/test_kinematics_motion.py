@@ -1,4 +1,4 @@
-"""The smooth path: its derivatives, what it keeps, its stated deviation, its limits."""
+"""The smooth motion: its derivatives, what it keeps, its stated deviation, its limits."""
 
 import numpy as np
 import pytest
@@ -6,11 +6,7 @@ from scipy.optimize import lsq_linear
 from scipy.sparse import csc_array
 
 from armdesign.errors import DesignError, SettingsError
-from armdesign.export.trajectory.smooth import bounded_minimum, fit_path, peak_times
-from armdesign.export.trajectory.tool_poses import tool_deviation, tool_poses
-from armdesign.kinematics.dh import DHTable
-
-ARM = DHTable.from_rows([(0.5, 0, 0), (-1.57, 0.11, 0), (-0.27, 0.4, -0.2), (-1.57, 0, 0.1)], base_yaw=0.3)
+from armdesign.kinematics.motion import Smoothing, bounded_minimum, fit_path, smooth_motion
 
 
 def wave(frequency, seconds=6.0, rate=50.0, joints=1):
@@ -65,23 +61,6 @@ def test_the_cutoff_means_the_same_at_another_frame_rate():
     np.testing.assert_allclose(*paths, atol=0.02)
 
 
-def test_the_stated_joint_deviation_is_the_largest_at_the_frames(run):
-    task, q = run.problem.task, run.evaluation.path.q
-    path = fit_path(task.time, q, run.limits)
-    np.testing.assert_allclose(path.deviation, np.abs(path.at(task.time) - q).max(axis=0), atol=1e-13)
-    assert 0.0 < np.degrees(path.deviation.max()) < 5.0
-    assert not path.bounded
-
-
-def test_a_higher_cutoff_follows_closer_and_accelerates_more(run):
-    task, q = run.problem.task, run.evaluation.path.q
-    paths = [fit_path(task.time, q, cutoff=cutoff) for cutoff in (3.0, 6.0, 12.0)]
-    deviations = [path.deviation.max() for path in paths]
-    peaks = [np.abs(path.at(peak_times(path), 2)).max() for path in paths]
-    assert deviations == sorted(deviations, reverse=True)
-    assert peaks == sorted(peaks)
-
-
 def test_few_frames_are_enough():
     path = fit_path([0.0, 0.5, 1.0], [[0.0], [0.2], [0.1]])
     np.testing.assert_allclose(path.at([0.0, 0.5, 1.0]), [[0.0], [0.2], [0.1]], atol=1e-8)
@@ -113,33 +92,6 @@ def test_held_control_points_are_the_best_inside_the_limits():
     np.testing.assert_allclose(bounded_minimum(csc_array(J.T @ J), J.T @ y, -0.4, 0.3), best, atol=1e-9)
 
 
-def test_tool_poses_are_those_of_the_matrix_products():
-    q = np.random.default_rng(2).uniform(-3, 3, (7, 3))
-    np.testing.assert_allclose(tool_poses(ARM, q), [ARM.frames(row)[-1] for row in q], atol=1e-13)
-
-
-def test_the_end_effector_deviation_is_that_of_brute_force(run):
-    task, q = run.problem.task, run.evaluation.path.q
-    path = fit_path(task.time, q)
-    found = tool_deviation(run.table, q, path)
-    for t in (0, 17, len(q) // 2, len(q) - 1):
-        solved, fitted = run.table.frames(q[t])[-1], run.table.frames(path.at(task.time[t]))[-1]
-        assert found.distance[t] == pytest.approx(np.linalg.norm(solved[:3, 3] - fitted[:3, 3]), abs=1e-12)
-        cosine = (np.trace(solved[:3, :3].T @ fitted[:3, :3]) - 1.0) / 2.0
-        assert np.cos(found.angle[t]) == pytest.approx(cosine, abs=1e-12)
-    assert found.distance.max() < 0.01
-
-
-def test_smoothing_hardly_changes_how_well_the_hand_is_followed(run):
-    task, q = run.problem.task, run.evaluation.path.q
-    path = fit_path(task.time, q)
-    solved, fitted = (
-        np.linalg.norm(tool_poses(run.table, angles)[:, :3, 3] - task.P[:, -1], axis=1).mean()
-        for angles in (q, path.at(task.time))
-    )
-    assert fitted < solved + 5e-4
-
-
 @pytest.mark.parametrize(
     ("time", "q", "limits", "told"),
     [
@@ -160,3 +112,49 @@ def test_a_motion_that_makes_no_sense_is_refused(time, q, limits, told):
 def test_a_cutoff_out_of_range_is_refused(cutoff):
     with pytest.raises(SettingsError, match=r"cutoff .* allowed: 0\.1 to 1000 Hz"):
         fit_path(*rough(), cutoff=cutoff)
+
+
+@pytest.mark.parametrize("frames", [3, 4, 5, 6, 7])
+def test_the_shortest_motions_work(frames):
+    t = np.linspace(0.0, 1.0, frames)
+    motion = smooth_motion(t, np.stack([3 * t, t**2], axis=1))
+    np.testing.assert_allclose(motion.v, np.stack([3 + 0 * t, 2 * t], axis=1), atol=1e-12)
+    np.testing.assert_allclose(motion.a, np.stack([0 * t, 2 + 0 * t], axis=1), atol=1e-11)
+
+
+def test_uneven_times_are_allowed():
+    t = np.sort(np.random.default_rng(1).uniform(0, 2, 300))
+    motion = smooth_motion(t, np.sin(2 * t)[:, None])
+    assert np.abs(motion.v).max() == pytest.approx(2.0, rel=0.02)
+
+
+def test_a_sampled_wave_gives_its_derivatives():
+    t = np.linspace(0.0, 2.0, 201)
+    angle, rate = 2.0 * np.pi * t[:, None] + np.arange(3), 2.0 * np.pi
+    motion = smooth_motion(t, 0.5 * np.sin(angle))
+    v, a = 0.5 * rate * np.cos(angle), -0.5 * rate**2 * np.sin(angle)
+    assert np.abs(motion.v - v).max() < 0.05 * np.abs(v).max()  # the ends are free
+    assert np.abs(motion.v - v)[15:-15].max() < 0.005 * np.abs(v).max()
+    assert np.abs(motion.a - a)[15:-15].max() < 0.01 * np.abs(a).max()
+
+
+def test_the_motion_at_the_frames_is_the_path_there_within_the_same_limits():
+    t, q = wave(0.7, joints=2)
+    limits = np.array([[-0.8, 0.7], [-2.0, 2.0]])
+    path, motion = fit_path(t, np.clip(q, *limits.T), limits), smooth_motion(t, np.clip(q, *limits.T), limits)
+    assert path.bounded == (0,)
+    for order, values in enumerate((motion.q, motion.v, motion.a)):
+        np.testing.assert_allclose(values, path.at(t, order), atol=1e-9)
+    slower = motion.at_speed(0.5)
+    np.testing.assert_array_equal(slower.q, motion.q)
+    np.testing.assert_array_equal(slower.v, 0.5 * motion.v)
+    np.testing.assert_array_equal(slower.a, 0.25 * motion.a)
+
+
+@pytest.mark.parametrize(("order", "frame"), [(0, 7), (1, 0), (1, 60), (2, 119)])
+def test_weights_are_the_derivatives_of_the_fit(order, frame):
+    t, q = rough(joints=1)
+    fit = Smoothing(t)
+    motion = fit.motion(q)
+    value = (motion.q, motion.v, motion.a)[order][frame, 0]
+    assert fit.weights(order, frame) @ q[:, 0] == pytest.approx(value, rel=1e-9, abs=1e-9)  # the fit is linear
