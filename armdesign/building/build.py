@@ -12,7 +12,7 @@ from armdesign.building.choice import Choice
 from armdesign.building.kit import Kit, KitArm, kit_arm
 from armdesign.building.kit_snapping import snapped_to_kit
 from armdesign.building.parts import Assembly
-from armdesign.building.parts_clearance import APART, PartsGap, parts_gap
+from armdesign.building.parts_clearance import APART, FRAMES, PartsGap, parts_gap
 from armdesign.building.room import leaves_room, room_flags
 from armdesign.building.settling import ROUNDS, changed, sag_with, settled_parts
 from armdesign.building.snapping import snapped
@@ -119,7 +119,8 @@ class Build:
         """How near its parts come and what is required, or why they do not fit, a sentence; empty without solids."""
         if self.kit is None and self.assembly is None:
             return f"Its parts do not fit together: {self.misfit}."
-        asked = f"parts of a build have to keep {APART * 1e3:g} mm apart."
+        asked = f"parts of a build have to keep {APART * 1e3:g} mm apart"
+        asked += f". About {FRAMES} frames of each demonstration are looked at."
         return "" if self.gap is None else f"{self.gap.words[:1].upper()}{self.gap.words[1:]}; {asked}"
 
     @property

@@ -31,7 +31,7 @@ def summary(verdict: Verdict, settings: Settings, base: BasePose) -> tuple[str, 
     lines += [f"  {reason}" for reason in verdict.reasons]
     lines += [base_words(base)] if base.frame == "room" else []
     lines += [
-        f"{gap_words(gap)}, at {gap.time:.2f} s."
+        f"on the demonstrated motion {gap_words(gap)}, at {gap.time:.2f} s."
         for gap in (verdict.self_clearance, verdict.obstacle_clearance)
         if gap is not None and gap.value >= settings.body.clearance  # else it is among the reasons
     ]
@@ -122,13 +122,11 @@ def speed_words(verdict: Verdict, settings: Settings) -> str:
     fastest += "nearest its limit" if peak_share <= 1.0 else "furthest beyond its limit"
     if verdict.speed_fraction == 0.0:
         return f"{fastest}; {joints} cannot do the task at any speed."
-    return f"{fastest}; {joints} do the task at {pace(verdict.speed_fraction)}."
+    return f"{fastest}; {joints} do the task at {pace(verdict.speed_fraction)} of the demonstrated speed."
 
 
 def pace(fraction: float) -> str:
-    """A share of the demonstrated speed in words, rounded down, so that it can be kept."""
-    if fraction >= 1.0:
-        return "the demonstrated speed"
-    percent = 100.0 * fraction
+    """A share of the demonstrated speed in percent, rounded down, so that it can be kept; ``100 %`` at the most."""
+    percent = 100.0 * min(fraction, 1.0)
     shown = np.floor(percent) if percent >= 10.0 else np.floor(10.0 * percent) / 10.0
-    return f"{shown:g} % of the demonstrated speed"
+    return f"{shown:g} %"

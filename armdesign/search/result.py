@@ -180,6 +180,11 @@ class Result:
         return self.problem.first.base is not None
 
     @property
+    def located(self) -> bool:
+        """Whether its place has been checked: in the room, or among obstacles; not at a point of a recording alone."""
+        return self.base_pose.frame == "room" or bool(self.problem.first.obstacles.each)
+
+    @property
     def held_out(self) -> str:
         """The hand's error on the demonstrations that the search did not see, in words."""
         pairs = list(zip(self.problem.holdouts, self.evaluation.holdouts, strict=True))

@@ -164,14 +164,18 @@ def arms_table(arms: Sequence[Arm], colours: Sequence[str]) -> str:
 
 
 def job_words(arm: Arm) -> tuple[str, str]:
-    """What an arm does, in a line, and its colour: good only where its parts fit and are as fast as the line says."""
+    """What an arm does, in a line, and its mark: ``part`` where its parts fit, but slowly or at no checked place."""
     error, result, made = float(arm.error.max()), arm.result, arm.built
     if result is None:
         return f"Largest error of the hand: {millimetres(error)}", ""
     if made is not None:
         if made.fault:
             return f"Not to be built as it is: {made.fault}", "bad"
-        return f"Does the job to {millimetres(error)} at {pace(made.speed)}, and its parts fit", "good"
+        slow = "as fast as shown" if made.speed >= 1.0 else f"at {pace(made.speed)} of the demonstrated speed"
+        words = f"Does the job to {millimetres(error)}, {slow}, and its parts fit on this motion"
+        if not result.located:
+            return f"{words}; where it stands is not checked", "part"
+        return words, "good" if made.speed >= 1.0 else "part"
     within = result.problem.settings.needs.hand_tolerance
     if within is not None and error > within:
         return f"Misses the hand by up to {millimetres(error)}; {1e3 * within:g} mm are allowed", "bad"

@@ -89,7 +89,7 @@ def built_html(made: Build) -> str:
     how = "are printed, each for its angle" if made.options.printed else "are made of aluminium, of 0 and 90 degrees"
     lines = [
         f"{sentence(hand_words(result.verdict))}.",
-        f"It moves at {pace(made.speed)}.",
+        f"It moves at {pace(made.speed)} of the demonstrated speed.",
         f"What moves weighs {result.body.moving_mass:.1f} kg.",
     ]
     lines += [base_words(result.base_pose)] if result.placed else []

@@ -36,7 +36,8 @@ STYLE = """<style>
 .ad thead th,.ad tbody th,.ad .parts td:first-child{white-space:normal}
 .ad .parts td:first-child{text-align:left}.ad .parts th{padding-top:9px}
 .mantine-Notifications-root{top:auto!important;bottom:12px;width:300px!important}
-.ad .good{color:#16703c}.ad .bad{color:#b00020}.ad .soft{color:#5c6670}.ad a[data-panel]{font-weight:600;color:#1864ab}
+.ad .good{color:#16703c}.ad .part{color:#8a5a00}.ad .bad{color:#b00020}.ad .soft{color:#5c6670}
+.ad a[data-panel]{font-weight:600;color:#1864ab}
 </style>"""
 
 WIDE, NARROW = 430, 330

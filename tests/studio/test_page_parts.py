@@ -313,13 +313,16 @@ def test_an_arm_that_cannot_be_built_has_a_way_on(result):
     assert ways_on(replace(built, built=made_of(result, "parts meet", body=hardly)))[1] == SEED
 
 
-def test_an_arm_is_called_good_only_once_its_parts_fit(result):
+def test_an_arm_is_called_good_only_once_its_parts_fit_at_the_speed_shown(result):
     arm = design_arm(result)
     arm = replace(arm, error=np.full(len(arm.time), 0.004))
     words, mark = job_words(arm)
     assert (mark, "does the job" in words.lower()) == ("", False)
     words, mark = job_words(replace(arm, built=made_of(result, speed=0.166)))
-    assert (mark, "16 %" in words) == ("good", True)
+    assert (mark, "16 %" in words, "not checked" in words) == ("part", True, True)
+    stands = replace(arm, result=SimpleNamespace(located=True))
+    assert job_words(replace(stands, built=made_of(result)))[1] == "good"
+    assert job_words(replace(stands, built=made_of(result, speed=0.166)))[1] == "part"
     words, mark = job_words(replace(arm, built=made_of(result, "J1 meets J2")))
     assert (mark, "J1 meets J2" in words) == ("bad", True)
     assert job_words(replace(arm, error=np.full(len(arm.time), 0.04)))[1] == "bad"

@@ -26,6 +26,8 @@ from armdesign.views.report.others import OTHERS, OtherArm
 
 STANDS = 2e-3
 """What is no further off carries the base [m]; and what a surface may be tilted."""
+WORDS = {"good": "Yes", "part": "Yes, with limits", "open": "Not judged", "bad": "No"}
+"""Whether an arm does the job, by what a page marks it with."""
 ON = {"floor": "standing upright", "wall": "mounted on a wall, its axis level", "ceiling": "hanging, its axis down"}
 
 
@@ -37,12 +39,14 @@ class Answer(NamedTuple):
         figure: The answer in a figure.
         words: The answer in a sentence or two.
         good: Whether that is as asked for; None where nothing is asked for or known.
+        part: Whether it limits a job that is done.
     """
 
     question: str
     figure: str
     words: str
     good: bool | None = None
+    part: bool = False
 
 
 class Worst(NamedTuple):
@@ -92,8 +96,10 @@ def worst_frame(run: Result) -> Worst:
     return max(found, key=lambda one: one.error)
 
 
-def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> str:
+def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> tuple[str, str]:
     """Whether the arm does the job, in a sentence that needs no other, and what is not known or kept all the same.
+
+    The sentence is the second; the first, what it comes to, is one of ``WORDS``.
 
     Args:
         run: The run.
@@ -101,24 +107,23 @@ def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> str:
         made: Its parts, where it is a build.
     """
     if made is not None and made.fault:
-        return f"{made.warning}."
+        return "bad", f"{made.warning}."
     verdict = run.verdict
     off, allowed = f"{figure(1e3 * worst.error)} mm", tolerance_words(run.problem.settings.needs)
     if not verdict.feasible:
         also = f" It follows the hand to {off}." if verdict.tolerance_met is not False else ""
-        return f"This arm cannot do the job as it is.{also}"
-    checked = run.base_pose.frame == "room" or run.problem.first.obstacles.each
-    also = "" if checked else " Where it stands has not been checked."
+        return "bad", f"This arm cannot do the job as it is.{also}"
+    also = "" if run.located else " Where it stands has not been checked."
     if verdict.tolerance_met is None:
-        return f"This arm follows the hand to {off}. Nobody has said how much is allowed.{also}"
+        return "open", f"This arm follows the hand to {off}. Nobody has said how much is allowed.{also}"
     if verdict.tolerance_met:
         fraction = min(1.0, verdict.speed_fraction) * (made.speed if made is not None else 1.0)
-        slow = (
-            "" if fraction >= 1.0 else f", at {pace(fraction).removesuffix(' of the demonstrated speed')} of the speed"
-        )
+        slow = "" if fraction >= 1.0 else f", at {pace(fraction)} of the speed"
         slow = slow if fraction > 0.0 else ", but its joints cannot at any speed"
-        return f"This arm does the job{slow}: it follows the hand to {off}, {allowed} are allowed.{also}"
-    return f"This arm misses the hand by up to {off}; {allowed} are allowed. All else that was asked for is kept."
+        words = f"This arm does the job{slow}: it follows the hand to {off}, {allowed} are allowed.{also}"
+        return "bad" if fraction == 0.0 else "part" if slow or also else "good", words
+    words = f"This arm misses the hand by up to {off}; {allowed} are allowed. All else that was asked for is kept."
+    return "bad", words
 
 
 def story(run: Result, worst: Worst, nearest: Sequence[Near], smooth: float, origin: Origin | None = None) -> str:
@@ -162,10 +167,9 @@ def story(run: Result, worst: Worst, nearest: Sequence[Near], smooth: float, ori
         parts.append("It keeps the demonstrated pace.")
     else:
         seconds = float(span[-1] - span[0])
-        share = pace(fraction).removesuffix(" of the demonstrated speed")
         parts.append(
             f"{motors(run)} it takes {figure(seconds / fraction)} s for what was shown in {figure(seconds)} s: "
-            f"{share} of the speed."
+            f"{pace(fraction)} of the speed."
         )
     return " ".join(parts)
 
@@ -268,7 +272,7 @@ def answers(run: Result, worst: Worst, nearest: Sequence[Near]) -> list[Answer]:
     verdict, settings = run.verdict, run.problem.settings
     return [
         job(verdict, settings, worst),
-        place(run.base_pose, run.problem.task.base),
+        place(run.base_pose, run.problem.task.base)._replace(part=not run.located),
         touching(nearest, settings),
         fast(verdict, settings),
     ]
@@ -360,5 +364,5 @@ def fast(verdict: Verdict, settings: Settings) -> Answer:
     what = "force" if slides[strongest] else "torque"
     words += f" Largest {what}: {figure(verdict.peak_torque[strongest])} {unit}, joint {strongest + 1}."
     kept = verdict.speed_fraction >= 1.0 if settings.needs.max_speed is not None else None
-    shown = pace(verdict.speed_fraction).replace(" of the demonstrated speed", " of the speed shown")
-    return Answer("How fast is it?", shown if verdict.speed_fraction > 0.0 else "at no speed", words, kept)
+    shown = f"{pace(verdict.speed_fraction)} of the speed shown" if verdict.speed_fraction > 0.0 else "at no speed"
+    return Answer("How fast is it?", shown, words, kept, kept is None and verdict.speed_fraction < 1.0)

@@ -15,7 +15,7 @@ from armdesign.feasibility.violations import figure
 from armdesign.search.result import Result
 from armdesign.views.report.drawing import MOST_DRAWN
 
-ALWAYS = "always"
+ALWAYS = "on the whole motion shown"
 
 
 class Near(NamedTuple):
@@ -50,7 +50,7 @@ class Near(NamedTuple):
         if self.value < 0.0:
             return f"{both} are inside one another by {value}, {self.when}"
         if self.when == ALWAYS:
-            return f"{both} are always {value} apart"
+            return f"{both} are {value} apart {self.when}"
         return f"{both} come within {value} of each other, {self.when}"
 
 
@@ -58,7 +58,7 @@ class Clearances(NamedTuple):
     """How near an arm comes to what it must not touch.
 
     Attributes:
-        least: Where it comes nearest, the least first: to itself, to obstacles, part to part; of what always keeps its
+        least: Where it comes nearest, the least first: to itself, to obstacles, part to part; of what keeps one
             distance and of what does not. Empty where nothing is known.
         time: Times that are drawn, shape (T,) [s].
         series: The least distance of those that change, by what it is from, shape (T,) each [m].

@@ -134,7 +134,7 @@ def clearance_picture(run: Result, found: Clearances) -> Picture | None:
         return None
     required = 1e3 * run.problem.settings.body.clearance
     whose = "assumed" if run.problem.settings.body.clearance == Body().clearance else "asked for"
-    level = {"always" if near.when == ALWAYS else "the least of the parts": 1e3 * near.value
+    level = {"unchanging" if near.when == ALWAYS else "the least of the parts": 1e3 * near.value
              for near in reversed(found.least) if near.when == ALWAYS or near.parts}  # fmt: skip
 
     def build() -> Figure:
@@ -160,7 +160,9 @@ def clearance_picture(run: Result, found: Clearances) -> Picture | None:
     alt = f"Clearance over time: {'; '.join(near.words for near in found.least)}."
     words = "How far bodies stay from one another and from obstacles, of those whose distance changes; dots: where it "
     words += (
-        "is least; grey: the least of what always keeps its distance or of a build's parts. " if level else "is least. "
+        "is least; grey: the least of what keeps one distance on this motion, or of a build's parts. "
+        if level
+        else "is least. "
     )
     words += f"{'. '.join(sentence(near.words) for near in found.least)}."
     return picture("clearance", build, alt, words)
@@ -194,7 +196,11 @@ def limits_picture(run: Result, loads: JointLoads) -> Picture:
     whose = "the assumed actuator" if limits.speed is None else "its stated limit"
     said = f"at the demonstrated speed joint {worst + 1} comes to {used.max():.0f} % of {whose}"
     fraction = run.verdict.speed_fraction
-    kept = "the limits are kept at no speed" if fraction == 0.0 else f"all limits are kept at {pace(fraction)}"
+    kept = (
+        "the limits are kept at no speed"
+        if fraction == 0.0
+        else f"all limits are kept at {pace(fraction)} of that speed"
+    )
     words = f"Speed of each joint as a share of what it may do (dotted): {said}; {kept}."
     return picture("limits", build, f"Joint speeds against their limits over time: {said}.", words)
 

@@ -23,7 +23,7 @@ from armdesign.feasibility.violations import figure
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.result import Result, SearchFacts
 from armdesign.views.report import plots, words
-from armdesign.views.report.answers import answers, next_steps, plain_verdict, story, worst_frame
+from armdesign.views.report.answers import WORDS, answers, next_steps, plain_verdict, story, worst_frame
 from armdesign.views.report.cell_pictures import cell_pictures
 from armdesign.views.report.cell_rendering import cell_rendering, worst_rendering
 from armdesign.views.report.facts import (
@@ -77,6 +77,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "verdict": run.verdict,
         "built": built_words(made, origin) if made else "",
         "fault": made.fault if made else "",
+        "verdict_words": WORDS,
         "headline": plain_verdict(run, worst, made),
         "story": story(run, worst, near.least, loads.error, origin),
         "reasons": run.verdict.reasons if len(run.verdict.reasons) > 1 or not run.verdict.feasible else (),

@@ -20,7 +20,7 @@ from armdesign.views.report.cell_pictures import (
     free_spot,
     hull,
 )
-from armdesign.views.report.gaps import Clearances, Near, clearances
+from armdesign.views.report.gaps import ALWAYS, Clearances, Near, clearances
 from armdesign.views.report.plots import clearance_picture
 
 
@@ -94,20 +94,35 @@ def test_the_headline_says_how_fast_and_what_was_not_checked(invented):
     settings = run.problem.settings.replace({"needs": {"hand_tolerance": 0.5}})
     verdict = dataclasses.replace(run.verdict, tolerance=0.5, tolerance_met=True, speed_fraction=0.567)
     run = dataclasses.replace(run, problem=dataclasses.replace(run.problem, settings=settings), known_verdict=verdict)
-    said = plain_verdict(run, worst_frame(run))
+    kind, said = plain_verdict(run, worst_frame(run))
+    assert kind == "part"
     assert "does the job, at 56 % of the speed:" in said
     assert said.endswith("Where it stands has not been checked.")
+
+
+def test_green_is_only_what_is_done_as_shown_where_it_stands(invented):
+    run = invented()
+    settings = run.problem.settings.replace({"needs": {"hand_tolerance": 0.5}})
+    first = dataclasses.replace(run.problem.first, obstacles=Obstacles((Obstacle("floor", Plane(), np.eye(4)),)))
+    found = []
+    for shown, fraction, met in ((first, 1.0, True), (first, 0.99, True), (run.problem.first, 1.0, True),
+                                 (first, 0.0, True), (first, 1.0, None), (first, 1.0, False)):  # fmt: skip
+        problem = dataclasses.replace(run.problem, settings=settings, demonstrations=(shown,))
+        verdict = dataclasses.replace(run.verdict, feasible=True, tolerance_met=met, speed_fraction=fraction)
+        judged = dataclasses.replace(run, problem=problem, known_verdict=verdict)
+        found.append(plain_verdict(judged, worst_frame(judged))[0])
+    assert found == ["good", "part", "part", "bad", "open", "bad"]
 
 
 def test_what_keeps_its_distance_is_told_so_and_not_drawn(invented):
     run = invented(4)
     found = clearances(run)
     for near in found.least:
-        assert ("always" in near.words) == (near.when == "always")
+        assert ("whole motion" in near.words) == (near.when == ALWAYS)
     assert all(np.ptp(each) > 1e-6 for each in found.series.values())
-    level = Clearances((Near(0.019, ("a", "b"), "always"), *found.least), found.time, found.series)
+    level = Clearances((Near(0.019, ("a", "b"), ALWAYS), *found.least), found.time, found.series)
     drawn = clearance_picture(run, level)
-    assert "always" in drawn.svg
+    assert "unchanging" in drawn.svg
     assert "grey" in drawn.caption
 
 
@@ -166,7 +181,7 @@ def test_how_fast_it_is_names_the_largest_load(invented, numbers):
     run = invented()
     answer = answers(run, worst_frame(run), ())[3]
     assert numbers(answer.words)[-2] == pytest.approx(max(run.verdict.peak_torque), rel=6e-3)
-    assert answer.good is None  # no speed is stated
+    assert (answer.good, answer.part) == (None, run.verdict.speed_fraction < 1.0)  # no speed is stated
     slow = dataclasses.replace(run.verdict, speed_fraction=0.4)
     settings = run.problem.settings.replace({"needs": {"max_speed": [90.0]}})
     problem = dataclasses.replace(run.problem, settings=settings)

@@ -199,7 +199,7 @@ def test_the_first_screen_says_the_verdict_in_words_and_what_to_do_next(both, ta
     head = "".join(take_apart(text[text.index("<header>") : text.index("</header>") + 9]).text)
     worst = worst_frame(run)
     for part in (
-        plain_verdict(run, worst),
+        plain_verdict(run, worst)[1],
         f"{figure(1e3 * worst.error)} mm",
         f"is off by up to {figure(1e3 * joint_loads(run, RobotOptions()).error)} mm",
         f"at {worst.time:.2f} s",
@@ -249,9 +249,9 @@ def test_the_fault_of_a_build_is_its_headline_and_a_missed_tolerance_does_not_so
     run = invented()
     missed = dataclasses.replace(run.verdict, feasible=True, tolerance_met=False)
     run = dataclasses.replace(run, known_verdict=missed)
-    assert "built" not in plain_verdict(run, worst_frame(run))
+    assert "built" not in plain_verdict(run, worst_frame(run))[1]
     made = SimpleNamespace(fault="parts meet", warning="NOT TO BE MADE: parts meet")
-    assert plain_verdict(run, worst_frame(run), made) == "NOT TO BE MADE: parts meet."
+    assert plain_verdict(run, worst_frame(run), made) == ("bad", "NOT TO BE MADE: parts meet.")
 
 
 def test_the_lag_of_the_drives_and_every_word_is_said(both, take_apart):
