@@ -1,6 +1,7 @@
 """What holds for all tests."""
 
 import os
+import sys
 
 import pytest
 from numba.core.caching import FunctionCache
@@ -16,6 +17,10 @@ NOT_AT_HAND = "the shared recordings are not at hand"
 """Why a test on a third-party recording is skipped in a plain clone: such recordings are not ours to ship."""
 
 WITHOUT_KERNELS = {"demonstration", "settings", "swarm"}
+
+# Byte code is kept, as kernels are: dozens of processes load the package, and that of the tests takes 10 s a worker
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 def pytest_collection_modifyitems(items):

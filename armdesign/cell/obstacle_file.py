@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from armdesign._types import Array
 from armdesign.cell.obstacles import Box, Cylinder, Mesh, Obstacle, Obstacles, Plane, Shape, Sphere
@@ -213,7 +213,7 @@ def obstacle_of(title: str, k: int, content: Mapping[str, Any], path: Path) -> O
     entry = Entry(where, content, path.parent)
     pose = np.eye(4)
     if kind.placed:
-        pose[:3, :3] = Rotation.from_euler(
+        pose[:3, :3] = scipy.spatial.transform.Rotation.from_euler(
             "xyz", entry.vector("rpy", "roll, pitch, yaw [deg]"), degrees=True
         ).as_matrix()
         pose[:3, 3] = entry.vector("center", "x, y, z [m]")

@@ -9,8 +9,8 @@ from typing import Any, TypeAlias
 
 import coal
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from armdesign._types import Array
 from armdesign.cell.distance_field import DistanceField, mesh_distances, mesh_field, triangle_tree
@@ -320,5 +320,7 @@ def turns_between(rotations: Array) -> Array:
     """
     steps = np.zeros((len(rotations), 3))
     if len(rotations) > 1:
-        steps[:-1] = Rotation.from_matrix(rotations[:-1].transpose(0, 2, 1) @ rotations[1:]).as_rotvec()
+        steps[:-1] = scipy.spatial.transform.Rotation.from_matrix(
+            rotations[:-1].transpose(0, 2, 1) @ rotations[1:]
+        ).as_rotvec()
     return steps

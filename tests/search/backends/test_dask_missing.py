@@ -19,6 +19,9 @@ def test_without_the_extra_the_pip_line_is_named(monkeypatch, tmp_path):
     assert outcome.output.splitlines()[-1].endswith("not installed. Run: pip install 'armdesign[cluster]'")
 
 
-def test_dask_is_not_loaded_unless_a_cluster_is_asked_for():
-    code = "import armdesign.search.backends.parallel, armdesign.cli, sys; sys.exit('distributed' in sys.modules)"
+def test_dask_and_what_is_slow_of_scipy_are_not_loaded_unless_asked_for():
+    code = (
+        "import armdesign.search.backends.parallel, sys\n"
+        "sys.exit(bool({'distributed', 'scipy.spatial', 'scipy.signal', 'scipy.sparse'} & set(sys.modules)))"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
