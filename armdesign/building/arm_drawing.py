@@ -219,8 +219,8 @@ def words_of_scale(scale: float) -> str:
     return f"{scale:g} : 1" if scale > 1.0 else f"1 : {1.0 / scale:g}"
 
 
-def arm_drawing(pose: Pose) -> Sheet:
-    """The drawing of an arm without a frame, as wide as a page of text."""
+def arm_drawing(pose: Pose) -> tuple[Sheet, float]:
+    """The drawing of an arm without a frame, as wide as a page of text, and where it can be cut in two from above."""
     seen = np.concatenate([solid.corners for solid in pose.solids])
     scale = 0.6 * WIDTH / 1e3 / float(np.ptp(seen, axis=0)[:2].sum())
     sheet, (_, top, side) = arranged(arm_views(pose, scale))
@@ -231,7 +231,7 @@ def arm_drawing(pose: Pose) -> Sheet:
     by = np.array([(WIDTH - sheet.size[0]) / 2.0, 2.0])
     wide.put(sheet, by)
     draw_angled(wide, Box((side[0], top[1], side[2], top[3])).moved(by), pose.solids)
-    return wide
+    return wide, float(by[0]) + side[0] - GAP / 2.0
 
 
 def arm_sheet(pose: Pose, title: str, more: Sequence[tuple[str, str]] = ()) -> Sheet:

@@ -146,7 +146,10 @@ def test_files_are_whole_and_texts_stay_texts():
 
 def test_the_drawing_for_a_page_fits_it():
     for dof in (2, 8):
-        sheet = arm_drawing(some_pose(np.random.default_rng(dof), dof))
+        sheet, cut = arm_drawing(some_pose(np.random.default_rng(dof), dof))
+        for mark in sheet.marks:
+            across = np.reshape(mark.box, (2, 2))[:, 0] if isinstance(mark, Words) else mark.points[:, 0]
+            assert not across.min() < cut < across.max()
         left, bottom, right, top = sheet.extent
         assert left >= 0.0
         assert bottom >= 0.0

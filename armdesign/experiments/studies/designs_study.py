@@ -225,7 +225,7 @@ def more(request: StudyRequest, records: Sequence[Record], folder: Path) -> tupl
             continue
         run = read_result(choice.best[choice.chosen].folder)
         drawing, preview = f"{choice.task}-arm.png", f"{choice.task}-preview.html"
-        write_whole(folder / drawing, png(partial(figure_of, sketch(run))))
+        write_whole(folder / drawing, png(partial(figure_of, sketch(run)[0])))
         write_whole(folder / preview, preview_html([run]))
         names += [drawing, preview]
     return tuple(names)

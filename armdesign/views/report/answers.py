@@ -118,7 +118,7 @@ def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> tuple
         return "open", f"This arm follows the hand to {off}. Nobody has said how much is allowed.{also}"
     if verdict.tolerance_met:
         fraction = min(1.0, verdict.speed_fraction) * (made.speed if made is not None else 1.0)
-        slow = "" if fraction >= 1.0 else f", at {pace(fraction)} of the speed"
+        slow = "" if fraction >= 1.0 else f", at {pace(fraction)} of the speed shown"
         slow = slow if fraction > 0.0 else ", but its joints cannot at any speed"
         words = f"This arm does the job{slow}: it follows the hand to {off}, {allowed} are allowed.{also}"
         return "bad" if fraction == 0.0 else "part" if slow or also else "good", words

@@ -96,7 +96,7 @@ def test_the_headline_says_how_fast_and_what_was_not_checked(invented):
     run = dataclasses.replace(run, problem=dataclasses.replace(run.problem, settings=settings), known_verdict=verdict)
     kind, said = plain_verdict(run, worst_frame(run))
     assert kind == "part"
-    assert "does the job, at 56 % of the speed:" in said
+    assert "does the job, at 56 % of the speed shown:" in said
     assert said.endswith("Where it stands has not been checked.")
 
 
