@@ -5,20 +5,35 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from armdesign.building.build_options import BuildOptions
 from armdesign.building.catalogue import find_catalogue
-from armdesign.building.choice import Choice
+from armdesign.building.choice import Choice, Load
 from armdesign.building.kit import Kit, KitArm, kit_arm
 from armdesign.building.kit_snapping import snapped_to_kit
 from armdesign.building.parts import Assembly
-from armdesign.building.parts_clearance import APART, FRAMES, PartsGap, parts_gap
+from armdesign.building.parts_clearance import PartsGap, parts_gap
 from armdesign.building.room import leaves_room, room_flags
-from armdesign.building.settling import ROUNDS, changed, sag_with, settled_parts
+from armdesign.building.settling import (
+    ROUNDS,
+    Fitted,
+    bears,
+    candidates,
+    changed,
+    choose_tube,
+    fitted_with,
+    sag_with,
+    settled,
+)
+from armdesign.building.shop import shop_of
 from armdesign.building.snapping import snapped
 from armdesign.building.supply import Supply, supply_of
 from armdesign.building.tubes import Tube, find_stock
 from armdesign.errors import CatalogueError
+from armdesign.feasibility.verdict import Verdict
 from armdesign.feasibility.words import headline
 from armdesign.search.result import Result
 from armdesign.settings.sections import Body
@@ -82,14 +97,20 @@ class Build:
         """The fault as all that is written or said of it begins; empty where there is none."""
         return f"NOT TO BE MADE: {self.fault}" if self.fault else ""
 
+    @cached_property
+    def verdict(self) -> Verdict:
+        """The arm's; not feasible where its parts do not fit together, or meet."""
+        verdict, wrong = self.result.verdict, ""
+        if self.kit is None and self.assembly is None:
+            wrong = f"Its parts do not fit together: {self.misfit}."
+        elif self.gap is not None and self.gap.met:
+            wrong = self.gap.judged
+        return replace(verdict, feasible=False, reasons=(wrong, *verdict.reasons)) if wrong else verdict
+
     @property
     def fault(self) -> str:
-        """Why it cannot be put together and do its task as it is, in a clause; empty where it can."""
-        if self.kit is None and self.assembly is None:
-            return f"its parts do not fit together: {self.misfit}"
-        if self.gap is not None and self.gap.met:
-            return f"{self.gap.words}, and parts have to keep {APART * 1e3:g} mm apart"
-        verdict = self.result.verdict
+        """Why it cannot be put together and do its task as it is, worst first; empty where it can."""
+        verdict = self.verdict
         wrong = (*verdict.reasons, headline(verdict, self.result.problem.settings))
         return "" if verdict.passed else wrong[0].rstrip(".")
 
@@ -113,15 +134,6 @@ class Build:
             words, rest = "Take an arm that is searched with the room of these parts:", "room"
             command += f" {room_flags(settings.body)}"
         return f"{words}\n  {command} --out {run}-{rest}"
-
-    @property
-    def gap_words(self) -> str:
-        """How near its parts come and what is required, or why they do not fit, a sentence; empty without solids."""
-        if self.kit is None and self.assembly is None:
-            return f"Its parts do not fit together: {self.misfit}."
-        asked = f"parts of a build have to keep {APART * 1e3:g} mm apart"
-        asked += f". About {FRAMES} frames of each demonstration are looked at."
-        return "" if self.gap is None else f"{self.gap.words[:1].upper()}{self.gap.words[1:]}; {asked}"
 
     @property
     def fits(self) -> int:
@@ -169,7 +181,7 @@ def build(result: Result, options: BuildOptions) -> Build:
     for more, tube in tries:  # until the parts fit and pass each other
         try:
             if tube not in designed:
-                designed[tube] = chosen_parts(result, options, tube=tube)
+                designed[tube] = settled_parts(result, options, tube=tube)
             first = designed[tube]
             if first.kit is not None and options.snap:
                 return built_of_kit(result, first, first.kit, options)
@@ -203,7 +215,7 @@ def snapped_build(result: Result, first: Build, more: float, cut: float) -> Buil
     spacious = changed(result, {"body": body | {"modules": room}})
     options = first.options
     tube = first.tube if options.stock is None else None
-    return chosen_parts(snapped(spacious, cut, printed=options.printed, pedestal=pedestal), options, tube=tube)
+    return settled_parts(snapped(spacious, cut, printed=options.printed, pedestal=pedestal), options, tube=tube)
 
 
 def thinner(result: Result, options: BuildOptions) -> list[Tube]:
@@ -241,7 +253,7 @@ def built_of_kit(result: Result, first: Build, kit: Kit, options: BuildOptions) 
         heights = tuple(a.height for a in made.choice.actuators)
         body = {"body": vars(made.result.problem.settings.body)}
         fitted = snapped_to_kit(changed(result, body), heights, kit)
-        made = chosen_parts(fitted, options, heights)
+        made = settled_parts(fitted, options, heights)
         if heights == tuple(a.height for a in made.choice.actuators):
             return replace(made, before=first.result)
     raise CatalogueError(
@@ -250,10 +262,10 @@ def built_of_kit(result: Result, first: Build, kit: Kit, options: BuildOptions) 
     )  # fmt: skip
 
 
-def chosen_parts(
+def settled_parts(
     result: Result, options: BuildOptions, heights: tuple[float, ...] = (), tube: Tube | None = None
 ) -> Build:  # fmt: skip
-    """Pick the parts of a design as it is.
+    """Actuators and tubes of a design as it is, chosen anew until what goes with them no longer changes the choice.
 
     Args:
         result: The design with its paths.
@@ -264,9 +276,54 @@ def chosen_parts(
     Raises:
         CatalogueError: No choice of actuators or tubes meets what is asked; which joint, by how much, and what would.
     """
-    made = settled_parts(result, options, heights, tube)
-    fitted = made.fitted
+    catalogue = find_catalogue(options.catalogue)
+    kit = catalogue.kit if options.stock is None and not options.printed else None
+    sizes = candidates(catalogue.actuators, options)
+    payload = result.problem.settings.needs.payload if options.payload is None else options.payload
+    changes: dict[str, dict[str, Any]] = {"body": {"kind": "tube", "inertials": None}, "needs": {"payload": payload}}
+    changes["needs"] |= {"max_torque": None, "max_speed": None}
+    plain = changed(result, changes)
+    sag = None
+    if options.stock is not None:
+        tube, sag = choose_tube(plain, find_stock(options.stock), options, payload)
+    elif tube is not None and payload > 0.0:
+        sag = sag_with(plain, payload, tube)
+    if tube is not None:
+        changes["body"] |= {"tube_diameter": tube.diameter, "tube_wall": tube.wall, "tube_density": tube.density}
+    if kit is not None:
+        changes["body"] |= kit.body
+        sizes = tuple(replace(a, mass=a.mass + kit.fittings) for a in sizes)
+    bare = changed(result, changes)
+    shop = None if kit is not None else shop_of(bare.problem.settings.body, tube, printed=options.printed)
+    speed, found = settled(bare, sizes, options, Load(payload, options.margin, (), heights))
+    tried: list[Fitted] = []
+    while len(tried) < ROUNDS:
+        tried.append(fitted_with(bare, found, shop))
+        load = Load(payload, options.margin, () if tried[-1].assembly is None else found.actuators, heights)
+        speed, found = settled(tried[-1].arm, sizes, options, load)
+        if found.actuators in [each.choice.actuators for each in tried]:
+            break
+    last = tried[-1]
+    if found.actuators != last.choice.actuators:  # in a circle: each moves the modules so that another is better
+        bearing = [(each, bears(each, speed, options, payload)) for each in tried]
+        met = [(each, choice) for each, choice in bearing if choice is not None]
+        if not met:
+            raise CatalogueError(
+                "the choice of actuators goes in a circle: each moves the modules so that another is better",
+                value=options.catalogue, fix="Raise or lower --margin a little",
+            )  # fmt: skip
+        last, found = min(met, key=lambda each: (each[0].assembly is None, each[1].cost))
+    changes["body"] |= {
+        name: getattr(last.arm.problem.settings.body, name) for name in ("modules", "inertials", "post")
+    }
+    changes["needs"] |= {
+        "max_torque": tuple(a.peak_torque for a in found.actuators),
+        "max_speed": tuple(float(np.degrees(a.no_load_speed)) for a in found.actuators),
+    }
+    final = changed(result, changes, speed)
+    own = {a.name: a for a in catalogue.actuators}
+    found = replace(found, actuators=tuple(own[a.name] for a in found.actuators))
     return Build(
-        made.arm, made.choice, made.tube, made.sag, made.speed, options, made.currency, assembly=fitted.assembly,
-        misfit=fitted.misfit, measured=(fitted.gap,), kit=made.kit,
+        final, found, tube, sag, speed, options, catalogue.currency, assembly=last.assembly, misfit=last.misfit,
+        measured=(last.gap,), kit=kit,
     )  # fmt: skip

@@ -14,6 +14,7 @@ from armdesign.bodies.cylinder import along
 from armdesign.bodies.exact import ExactObstacle, carries_base
 from armdesign.building.parts import Assembly, Placed, Prism, Rod
 from armdesign.feasibility.verdict import exact_obstacles
+from armdesign.feasibility.words import sentence
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.result import Result
 
@@ -51,12 +52,17 @@ class PartsGap(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The same in a clause."""
+        """Which parts, how near, and at which joint, in a clause."""
         first, second = self.parts
         joint = "" if self.joint is None else f", at joint {self.joint}"
         if self.value == 0.0:
             return f"on the motion {first} meets {second}{joint}"
         return f"on the motion {first} comes within {self.value * 1e3:.2f} mm of {second}{joint}"
+
+    @property
+    def judged(self) -> str:
+        """The same with what is required, in a sentence."""
+        return f"{sentence(self.words)}; parts of a build have to keep {APART * 1e3:g} mm apart."
 
 
 class Piece(NamedTuple):

@@ -1,4 +1,4 @@
-"""Actuators, tubes and speed of an arm, chosen anew until the parts that go with them no longer change the choice."""
+"""Actuators, tubes and speed of an arm as it is, and how its parts go together with them."""
 
 from __future__ import annotations
 
@@ -6,18 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from armdesign.bodies.loads import base_gravity
 from armdesign.building.assembly import assemble
 from armdesign.building.build_options import SLOWEST, BuildOptions
 from armdesign.building.catalogue import Actuator, find_catalogue, shipped
 from armdesign.building.choice import Choice, Duty, Load, choose, choose_alike, duty_of, weakest
-from armdesign.building.kit import Kit
 from armdesign.building.parts import Assembly
 from armdesign.building.parts_clearance import PartsGap, parts_gap
-from armdesign.building.shop import Shop, envelope, shop_of
-from armdesign.building.tubes import Stock, Tube, find_stock, worst_deflection
+from armdesign.building.shop import Shop, envelope
+from armdesign.building.tubes import Stock, Tube, worst_deflection
 from armdesign.errors import CatalogueError
 from armdesign.kinematics.motion import smooth_motion
 from armdesign.search.design_problem import Demonstration, DesignProblem
@@ -30,94 +27,6 @@ BOUGHT = "it is made of a kit's links and brackets, which are bought"
 """Why a build of a kit has no solids."""
 POSTS = (0.0, 0.02, 0.04, 0.06)
 """How much farther the plate of an arm that hangs may stand, where its brackets do not fit between [m]."""
-
-
-class Settled(NamedTuple):
-    """What is settled of an arm.
-
-    Attributes:
-        arm: It with the bodies, masses and limits of its parts, slowed down where it had to be.
-        choice: Its actuators.
-        tube: Its tubes; None where they are those that the design had assumed.
-        sag: How far its tool sags under the payload at worst [m]; None without a tube of known stiffness.
-        speed: Share of the demonstrated speed.
-        fitted: How its parts go together.
-        currency: Of the actuators' prices.
-        kit: The links and brackets of the family, where it is built of them; None where of tubes.
-    """
-
-    arm: Result
-    choice: Choice
-    tube: Tube | None
-    sag: float | None
-    speed: float
-    fitted: Fitted
-    currency: str
-    kit: Kit | None
-
-
-def settled_parts(
-    result: Result, options: BuildOptions, heights: tuple[float, ...] = (), tube: Tube | None = None
-) -> Settled:  # fmt: skip
-    """Actuators and tubes of a design as it is, chosen anew until what goes with them no longer changes the choice.
-
-    Args:
-        result: The design with its paths.
-        options: What it is built of.
-        heights: What the actuators' heights should be, n of them [m]; others are chosen only where none will do.
-        tube: In place of the design's tubes, where none are chosen out of stock; None for those.
-
-    Raises:
-        CatalogueError: No choice of actuators or tubes meets what is asked; which joint, by how much, and what would.
-    """
-    catalogue = find_catalogue(options.catalogue)
-    kit = catalogue.kit if options.stock is None and not options.printed else None
-    sizes = candidates(catalogue.actuators, options)
-    payload = result.problem.settings.needs.payload if options.payload is None else options.payload
-    changes: dict[str, dict[str, Any]] = {"body": {"kind": "tube", "inertials": None}, "needs": {"payload": payload}}
-    changes["needs"] |= {"max_torque": None, "max_speed": None}
-    plain = changed(result, changes)
-    sag = None
-    if options.stock is not None:
-        tube, sag = choose_tube(plain, find_stock(options.stock), options, payload)
-    elif tube is not None and payload > 0.0:
-        sag = sag_with(plain, payload, tube)
-    if tube is not None:
-        changes["body"] |= {"tube_diameter": tube.diameter, "tube_wall": tube.wall, "tube_density": tube.density}
-    if kit is not None:
-        changes["body"] |= kit.body
-        sizes = tuple(replace(a, mass=a.mass + kit.fittings) for a in sizes)
-    bare = changed(result, changes)
-    shop = None if kit is not None else shop_of(bare.problem.settings.body, tube, printed=options.printed)
-    speed, found = settled(bare, sizes, options, Load(payload, options.margin, (), heights))
-    tried: list[Fitted] = []
-    while len(tried) < ROUNDS:
-        tried.append(fitted_with(bare, found, shop))
-        load = Load(payload, options.margin, () if tried[-1].assembly is None else found.actuators, heights)
-        speed, found = settled(tried[-1].arm, sizes, options, load)
-        if found.actuators in [each.choice.actuators for each in tried]:
-            break
-    last = tried[-1]
-    if found.actuators != last.choice.actuators:  # in a circle: each moves the modules so that another is better
-        bearing = [(each, bears(each, speed, options, payload)) for each in tried]
-        met = [(each, choice) for each, choice in bearing if choice is not None]
-        if not met:
-            raise CatalogueError(
-                "the choice of actuators goes in a circle: each moves the modules so that another is better",
-                value=options.catalogue, fix="Raise or lower --margin a little",
-            )  # fmt: skip
-        last, found = min(met, key=lambda each: (each[0].assembly is None, each[1].cost))
-    changes["body"] |= {
-        name: getattr(last.arm.problem.settings.body, name) for name in ("modules", "inertials", "post")
-    }
-    changes["needs"] |= {
-        "max_torque": tuple(a.peak_torque for a in found.actuators),
-        "max_speed": tuple(float(np.degrees(a.no_load_speed)) for a in found.actuators),
-    }
-    final = changed(result, changes, speed)
-    own = {a.name: a for a in catalogue.actuators}
-    found = replace(found, actuators=tuple(own[a.name] for a in found.actuators))
-    return Settled(final, found, tube, sag, speed, last, catalogue.currency, kit)
 
 
 class Fitted(NamedTuple):

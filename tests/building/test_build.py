@@ -17,7 +17,7 @@ from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.building import RECORD, tubes
 from armdesign.building.assembly import assemble
 from armdesign.building.assembly_steps import HUNG, base_place, base_turn, holding, screw_words, surface
-from armdesign.building.build import build, chosen_parts, thinner
+from armdesign.building.build import build, settled_parts, thinner
 from armdesign.building.build_options import BuildOptions
 from armdesign.building.catalogue import find_catalogue, shipped
 from armdesign.building.clocking import clock_of, clock_words, mark_of
@@ -200,10 +200,11 @@ def test_check_measures_the_parts_of_a_build(made, tmp_path, monkeypatch):
         monkeypatch.setattr("armdesign.building.build.parts_gap", lambda *_, gap=gap: gap)
         outcome = CliRunner().invoke(app, ["check", str(place)])
         assert outcome.exit_code == code
+        assert [armdesign.check(arm).passed for arm in (place, read_result(place), made)] == [code == 0] * 3
         assert f"{1e3 * value:.2f} mm" in outcome.output
         assert ("NOT TO BE MADE" in outcome.output) == (code == 3)
         said = json.loads(CliRunner().invoke(app, ["check", str(place), "--json"]).stdout)
-        assert (said["parts"]["gap"], bool(said["parts"]["fault"])) == (value, code == 3)
+        assert (said["parts"]["gap"], bool(said["parts"]["fault"]), said["feasible"]) == (value, code == 3, code == 0)
 
 
 def test_what_the_base_is_screwed_to_is_named(made):
@@ -312,7 +313,7 @@ def test_thinner_tubes_are_tried_where_no_actuator_bears_the_assumed_ones(design
     (tmp_path / "round.toml").write_text("\n".join(line for line in lines if not line.startswith(known)))
     options = BuildOptions(str(tmp_path / "round.toml"), snap=False)
     with pytest.raises(CatalogueError, match="joint 1"):
-        chosen_parts(design, options)
+        settled_parts(design, options)
     made = build(design, options)
     assert made.tube in thinner(design, options)
     body = made.result.problem.settings.body
