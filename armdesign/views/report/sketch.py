@@ -10,7 +10,7 @@ from armdesign.views.report.drawing import Picture, inlined
 
 
 def sketch(run: Result) -> tuple[Sheet, float]:
-    """The arm as it starts, in third-angle projection, its base turned to the front as it is mounted; and where to cut it."""
+    """The arm as it starts, in third-angle projection, its base turned to the front as mounted; and where to cut it."""
     return arm_drawing(Pose(run.body, run.evaluation.path.q[0], MOUNTINGS[run.base_pose.mounted]))
 
 
