@@ -200,10 +200,18 @@ def draw_numbers(
         above = [each.spread for each in known.values()]
         axes.errorbar(list(known), means, [below, above], color=GREY, marker="o", markersize=3.5, capsize=3,
                       label="mean of the seeds, std. dev.")  # fmt: skip
-        axes.plot(list(best), list(best.values()), "k_", markersize=9, markeredgewidth=2.0, label="best arm")
+        axes.plot(
+            list(best),
+            list(best.values()),
+            "k_",
+            markersize=9,
+            markeredgewidth=2.0,
+            clip_on=False,
+            label="arm of the least score r",
+        )
         if n is not None:
             axes.plot(n, best[n], "o", markersize=12, markerfacecolor="none", markeredgecolor="black",
-                      markeredgewidth=1.6, label="chosen")  # fmt: skip
+                      markeredgewidth=1.6, clip_on=False, label="chosen")  # fmt: skip
         axes.axhline(enough, color="black", linewidth=1.0, linestyle="--", label="good enough")
         axes.set(title=task, xticks=dof, xlim=(min(dof) - 0.5, max(dof) + 0.5))
         axes.set_ylim(0.0, None)

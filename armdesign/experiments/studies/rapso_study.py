@@ -252,15 +252,15 @@ def draw_readings(found: Mapping[str, Sequence[Row]], intervals: Sequence[int]) 
             for name, words in WORDS.items()
             if (changes := [value for row in means for value in getattr(row, name).percent])
         )
-        picture.suptitle("RA-PSO against PSO, mean of all:\n" + ", ".join(spans))
+        picture.suptitle("RA-PSO, angles moved each D-th time, against PSO:\nmean " + ", ".join(spans))
     for line, (reading, rows) in zip(axes, found.items(), strict=True):
         for axis, (name, words) in zip(line, WORDS.items(), strict=True):
             draw_changes(axis, rows, intervals, name)
             axis.set(title=words, xticks=intervals)
             axis.set_xlim(min(intervals) - 0.5, max(intervals) + 0.5)
-        line[0].set_ylabel(f"change [%]; range:\n{READINGS[reading]}")
+        line[0].set_ylabel(f"change [%]\nrange = {reading}")
     for axis in axes[-1]:
-        axis.set_xlabel("angles move every D-th time")
+        axis.set_xlabel("D")
     handles, labels = axes[0][0].get_legend_handles_labels()
     picture.legend(handles, labels, loc="outside lower center", ncols=2, handlelength=2.0)
     return picture
