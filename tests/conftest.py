@@ -8,6 +8,8 @@ from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 
+from armdesign.search.backends import processes
+
 try:
     import fcntl
 except ImportError:  # Windows
@@ -68,4 +70,7 @@ def kernels_compiled_once(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Dispatcher, "compile", in_turn)
+        patch.setattr(
+            processes, "PRELOADED", [*processes.PRELOADED, "armdesign.experiments.sweep", "scipy.interpolate"]
+        )
         yield

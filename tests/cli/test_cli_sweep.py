@@ -59,9 +59,9 @@ def await_search(folder, child, saved=True):
 
 
 def await_iteration(child):
-    """Wait until a worker has done more than start and draw, which takes it 2 s of a processor."""
+    """Wait until a worker has done more than start and draw, which takes it 1 s of a processor."""
     deadline = time.monotonic() + 120
-    while max((one.cpu_times().user for one in psutil.Process(child.pid).children(recursive=True)), default=0.0) < 5.0:
+    while max((one.cpu_times().user for one in psutil.Process(child.pid).children(recursive=True)), default=0.0) < 3.0:
         assert child.poll() is None, "ended too early"
         assert time.monotonic() < deadline
         time.sleep(0.1)

@@ -28,8 +28,8 @@ REPORT_EVERY = 0.2
 """Shortest time between two reports of a job [s]."""
 STOP = "stop"
 """Sent to a worker to have its job stop."""
-PRELOADED = ["armdesign.search.backends.parallel"]
-"""Imported once, by the process that workers are forked from."""
+PRELOADED = ["armdesign.search.backends.parallel", "scipy.linalg.cython_lapack", "numba.np.npyimpl"]
+"""Imported once, by the process that workers are forked from; the last two are what Numba needs to load a kernel."""
 
 
 def available_cores() -> int:

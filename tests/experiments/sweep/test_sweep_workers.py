@@ -29,7 +29,7 @@ LONG = {"search": {"iterations": 100_000, "particles": 8}}
 
 @pytest.fixture(scope="module")
 def asked(ask):
-    return ask(dof=(2, 4))
+    return ask(dof=(2, 4), seeds=(0,))
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_who_carries_out_the_units_does_not_show_in_the_folder(asked, whole, fil
     told = []
     run_sweep(tmp_path, *asked, start_workers, on_change=told.append)
     assert 1 <= max(len(status.running) for status in told) <= 2
-    assert [status.finished + status.failed for status in told if status.ended] == list(range(1, 9))
+    assert [status.finished + status.failed for status in told if status.ended] == [1, 2, 3, 4]
     assert files_of(tmp_path) == files_of(whole)
 
 
@@ -174,15 +174,12 @@ def test_interrupted_unit_leaves_a_result_and_a_state(ask, tmp_path):
     assert not finished(place)
 
 
-def test_the_command_carries_a_sweep_out_on_a_cluster(client, whole, tmp_path):
-    sizes = ["--particles", "8", "--iterations", "3", "--dof", "2,4", "--seeds", "2", "--algorithm", "pso,rapso"]
+def test_the_command_carries_a_sweep_out_on_a_cluster(client, tmp_path):
+    sizes = ["--particles", "8", "--iterations", "3", "--dof", "2,4", "--algorithm", "rapso"]
     command = ["sweep", str(PACKAGING), *sizes, "--out", str(tmp_path / "there")]
     done = CliRunner().invoke(app, [*command, "--cluster", client.scheduler.address])
     assert done.exit_code == 1, "the arms of two joints do not reach the start"
-    histories = sorted(path.relative_to(tmp_path / "there") for path in tmp_path.glob("there/*/history.csv"))
-    assert len(histories) == 4
-    for history in histories:
-        assert (tmp_path / "there" / history).is_file()
+    assert len(list(tmp_path.glob("there/*/history.csv"))) == 1
 
 
 def test_a_sweep_on_a_cluster_that_is_not_there_writes_nothing(tmp_path, monkeypatch):
