@@ -21,7 +21,7 @@ from armdesign.search.result import Result, SearchFacts
 from armdesign.search.search import search
 from armdesign.settings.sections import Settings
 from armdesign.swarm import History
-from armdesign.views.report import cell_pictures, plots, report_page, tracking
+from armdesign.views.report import cell_pictures, cell_rendering, plots, report_page, tracking
 from armdesign.views.report.drawing import Picture
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -73,6 +73,15 @@ class Page(HTMLParser):
 
     def all(self, name):
         return [value for _, each, value in self.attributes if each == name]
+
+
+@pytest.fixture(autouse=True, scope="module")
+def small_pictures():
+    """Shaded pictures of a ninth of the pixels; tests of whole commands draw them at their size."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cell_rendering, "WIDTH", 300)
+        patch.setattr(cell_rendering, "INSET", 120)
+        yield
 
 
 @pytest.fixture(scope="session")
