@@ -11,6 +11,12 @@ from pathlib import Path
 import armdesign
 
 LOCAL = ("--host", "127.0.0.1", "--no-dashboard")
+QUIET = {
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+    "DASK_DISTRIBUTED__ADMIN__SYSTEM_MONITOR__INTERVAL": "10s",
+}
+"""Else an idle cluster, which lasts to the end of the tests, takes a tenth of a processor to look at itself."""
 
 
 class Processes:
@@ -20,7 +26,7 @@ class Processes:
         self.folder, self.workers, self.started = folder, [], []
         above = os.pathsep.join([str(Path(armdesign.__file__).resolve().parents[1]), str(Path(__file__).parent)])
         self.environment = (
-            os.environ | {"PYTHONPATH": os.pathsep.join([above, os.environ.get("PYTHONPATH", "")])} | settings
+            os.environ | QUIET | {"PYTHONPATH": os.pathsep.join([above, os.environ.get("PYTHONPATH", "")])} | settings
         )
         note = folder / "scheduler.json"
         self.scheduler = self.start("dask_scheduler", "--port", "0", "--scheduler-file", note)
