@@ -30,6 +30,11 @@ STYLE = """<style>
 .ad .wide{overflow-x:auto;font-size:12.5px}
 @media(max-width:960px){.ad .wide{font-size:10.5px}.ad .wide td,.ad .wide th{padding:3px 2px}}
 @media(max-width:600px){.ad .wide tr>:nth-child(4),.ad .wide tr>:nth-child(5){display:none}}
+@media(max-width:576px){div[style*="flex-grow: 1"][style*="height: 100%"]:has(canvas){height:42%!important}
+.mantine-Paper-root[style*="max-height: 60%"]{width:100%!important;max-height:58%!important}
+.mantine-ScrollArea-content>div[style*="20em"]{width:100%!important}}
+.mantine-Button-root{height:auto!important;min-height:2em;padding-block:3px!important}
+.mantine-Button-label{white-space:normal!important;line-height:1.25}
 .ad i{display:inline-block;width:10px;height:10px;border-radius:5px;margin-right:5px}
 .ad summary{color:#5c6670;cursor:pointer}.ad details{margin:6px 0}
 .ad code{display:block;background:#f1f3f5;padding:5px 7px;overflow-wrap:anywhere;font-size:11.5px}
@@ -42,6 +47,8 @@ STYLE = """<style>
 
 WIDE, NARROW = 430, 330
 """Width of the panels, and in a small window [pixels]."""
+RESHAPED = 0.2
+"""Change of width by height of the scene at which it is looked at anew."""
 
 
 def link(panel: str, words: str) -> str:
@@ -151,11 +158,14 @@ class Page:
                 self.panels[name] = kind(self)
 
     def fit(self, client: Any) -> None:  # noqa: ANN401 (viser's handle)
-        """Make the panels of a window narrower while they would take half of it."""
-        width = WIDE
+        """Make the panels of a window narrower while they would take half of it, look anew where its shape changes."""
+        width, aspect = WIDE, 0.0
 
         def changed(_: object) -> None:
-            nonlocal width
+            nonlocal width, aspect
+            if abs(client.camera.aspect - aspect) > RESHAPED:
+                aspect = client.camera.aspect
+                self.aim(client)
             wanted = WIDE if client.camera.image_width + width > 2 * WIDE + 100 else NARROW
             if wanted != width:
                 width = wanted
@@ -266,8 +276,12 @@ class Page:
         camera = self.server.initial_camera
         camera.position, camera.look_at = self.scene.look_at(self.problem, camera.fov)
         for client in self.server.get_clients().values():
-            wide = 2.0 * np.arctan(np.tan(client.camera.fov / 2.0) * min(1.0, client.camera.aspect))
-            client.camera.position, client.camera.look_at = self.scene.look_at(self.problem, wide)
+            self.aim(client)
+
+    def aim(self, client: Any) -> None:  # noqa: ANN401 (viser's handle)
+        """Turn a camera to what there is to see, in a window of any shape."""
+        wide = 2.0 * np.arctan(np.tan(client.camera.fov / 2.0) * min(1.0, client.camera.aspect))
+        client.camera.position, client.camera.look_at = self.scene.look_at(self.problem, wide)
 
     def toggle_play(self) -> None:
         """Play or halt."""
