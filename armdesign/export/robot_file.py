@@ -197,7 +197,9 @@ def result_arm(result: Result, options: RobotOptions) -> tuple[ArmBody, tuple[st
     body, side = options.body or result.problem.settings.body, options.tags.base_side
     if result.placed:
         return arm_body(result.table, body, result.slides, result.limits, placed=True), ()
-    if side == AUTO:
+    if side == AUTO and body == result.problem.settings.body and result.plate_side is not None:
+        side = result.plate_side  # where it was judged
+    elif side == AUTO:
         q = np.concatenate([angles for _, angles in motions(result.evaluation, result.problem)])
         side = free_side(arm_body(result.table, body, result.slides, result.limits), thinned(q))
     notes = (

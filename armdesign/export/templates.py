@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,19 @@ def template_path(name: str, package: Path = PACKAGE) -> Path:
     )
 
 
+@cache
+def templates_in(folder: Path) -> jinja2.Environment:
+    """The templates of a folder, compiled once."""
+    return jinja2.Environment(
+        loader=jinja2.FileSystemLoader(folder),
+        undefined=jinja2.StrictUndefined,
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
 def render(name: str, context: dict[str, Any], package: Path = PACKAGE) -> str:
     """Fill in a template; markup in a value is escaped, a value that is not given is an error.
 
@@ -46,16 +60,8 @@ def render(name: str, context: dict[str, Any], package: Path = PACKAGE) -> str:
         ArmDesignError: The template is missing, is not a template, or uses a value that is not given.
     """
     path = template_path(name, package)
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(path.parent),
-        undefined=jinja2.StrictUndefined,
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     try:
-        return environment.get_template(path.name).render(context)
+        return templates_in(path.parent).get_template(path.name).render(context)
     except jinja2.TemplateError as error:
         line = getattr(error, "lineno", None)
         where = f"{path}, line {line}" if line else str(path)

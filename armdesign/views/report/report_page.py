@@ -17,6 +17,7 @@ from armdesign.building.record import Origin, recorded_build, recorded_origin
 from armdesign.errors import ArmDesignError, short_names
 from armdesign.export.options import RobotOptions
 from armdesign.export.robot_file import resolved_options
+from armdesign.export.templates import templates_in
 from armdesign.export.trajectory.simulation import Tracking
 from armdesign.export.xml_text import rpy
 from armdesign.feasibility.violations import figure
@@ -151,14 +152,7 @@ def fill(context: dict[str, Any]) -> str:
     Raises:
         ArmDesignError: The template is missing or damaged.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        undefined=jinja2.StrictUndefined,
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+    environment = templates_in(TEMPLATES)
     environment.filters["mm"] = lambda value, digits=1: number(1e3 * value, digits)
     environment.filters["deg"] = lambda value, digits=1: number(float(np.rad2deg(value)), digits)
     environment.filters["fixed"] = number
