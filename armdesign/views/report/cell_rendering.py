@@ -35,7 +35,7 @@ PATH_POINTS = 120
 ARM, AROUND, PERSON, FLOOR = 1, 2, 3, 4
 """Marks of what is drawn."""
 OBSTACLE, GROUND, LINES, PLATE = "#eadfcb", "#f6f6f3", "#e6e6e1", "#9aa0a6"
-TUBE, MODULE, BRACKET = "#2f86c4", "#c3ced6", "#e3e7ea"
+TUBE, MODULE, BRACKET = "#c3ced6", "#3c93d2", "#e6eaed"
 BETWEEN, TIP = "#b00020", "#56b4e9"
 LIMB = (46.0, 28.0)
 """How thick a person's arm is drawn, at the shoulder and at the hand: its radius [mm]."""
