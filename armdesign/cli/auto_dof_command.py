@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import closing
 from pathlib import Path
 
 import typer
 
 from armdesign import views
 from armdesign.cli.command_errors import INTERRUPTED
-from armdesign.cli.screen import SearchBar, clock, compiling, say, say_in_handler, show_table, show_text
+from armdesign.cli.input_recordings import Demonstrations
+from armdesign.cli.screen import SearchBar, clock, compile_for, say, say_in_handler, show_table, show_text
 from armdesign.cli.tables import show_arm
-from armdesign.cli.worker_options import check_workers, open_backend
+from armdesign.cli.worker_options import Running, check_workers, open_backend
 from armdesign.errors import SettingsError, counted, resume_command
 from armdesign.experiments.auto_dof.choose_dof import (
     Callbacks,
@@ -26,91 +26,71 @@ from armdesign.experiments.auto_dof.choose_dof import (
 from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE, DofResult, has_choice, holds_auto
 from armdesign.experiments.auto_dof.dof_rule import rule_of
 from armdesign.feasibility.words import tolerance_words
-from armdesign.fitness.block import compile_kernels
 from armdesign.runs.folder import RESULT_FILES, TASK_FILES, holds_run
 from armdesign.runs.reading import read_result
-from armdesign.search.backends.backend import Backend
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.search.search import Progress
-from armdesign.swarm import ALGORITHMS
 
 TOLERANCE_MISSED = 3
 
 
 def search_auto(
-    *,
-    prepare_for: Callable[[int], DesignProblem],
-    source: Path,
+    opened: Demonstrations,
     out: Path | None,
-    workers: int | None,
-    cluster: str | None,
-    report: bool,
+    how: Running,
+    *,
     overwrite: bool,
-    quiet: bool,
-    within: float | None = None,
-    enough: float | None = None,
+    within: float | None,
+    enough: float | None,
 ) -> None:
     """Search 2, 3, ... joints until more do not pay.
 
     Args:
-        prepare_for: Gives the task prepared for a number of joints.
-        source: What the folder is named after.
+        opened: The demonstrations; the folder is named after them.
         out: The folder to write; by default runs/NAME-ALGORITHM-auto-seedS.
-        workers: Worker processes; None for as many as pay.
-        cluster: Dask scheduler whose workers evaluate.
-        report: Whether the chosen arm gets its preview and report.
+        how: How the searches are carried out and shown.
         overwrite: Whether what the folder holds is given up.
-        quiet: Neither progress nor tables.
         within: How much a path fitness may be larger and still count as equal [%].
         enough: Path fitness below which a better one means nothing [mm].
     """
     rule = rule_of(within, enough)
-    check_workers(workers, cluster)
-    problems = problems_by_joints(prepare_for)
-    stated = tolerance_words(next(iter(problems.values())).settings.needs)
+    problems = problems_by_joints(opened.problem)
+    first = next(iter(problems.values()))
+    stated = tolerance_words(first.settings.needs)
     for flag, value in (("--within", within), ("--enough", enough)):
         if stated and value is not None:
             raise SettingsError(
                 f"{flag} is given, but a tolerance of {stated} is stated, which decides alone", value=value,
                 fix="Leave one of the two out",
             )  # fmt: skip
-    place = folder_for(source, next(iter(problems.values()))) if out is None else out
-    folder = claim_auto_folder(place, overwrite=overwrite)
+    if out is None:
+        search = first.settings.search
+        name = f"{opened.source.stem}-{search.algorithm}-auto-seed{search.seed}"
+        out, k = Path("runs") / name, 2
+        while holds_run(out) or holds_auto(out):
+            out, k = Path("runs") / f"{name}-{k}", k + 1
+    folder = claim_auto_folder(out, overwrite=overwrite)
     start_auto(folder, problems, rule)
-    carry_on(folder, workers, cluster, report=report, quiet=quiet)
+    carry_on(folder, how)
 
 
-def resume_auto(folder: Path, *, workers: int | None, cluster: str | None, report: bool, quiet: bool) -> None:
+def resume_auto(folder: Path, how: Running) -> None:
     """Go on with the search for the number of joints where it stopped."""
     if has_choice(folder):
         say(f"{folder} is finished; nothing to resume.")
-        return
-    carry_on(folder, workers, cluster, report=report, quiet=quiet)
+    else:
+        carry_on(folder, how)
 
 
-def folder_for(source: Path, problem: DesignProblem) -> Path:
-    """A free name under runs/."""
-    search = problem.settings.search
-    name = f"{source.stem}-{search.algorithm}-auto-seed{search.seed}"
-    folder, k = Path("runs") / name, 2
-    while holds_run(folder) or holds_auto(folder):
-        folder, k = Path("runs") / f"{name}-{k}", k + 1
-    return folder
-
-
-def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: bool, quiet: bool) -> None:
+def carry_on(folder: Path, how: Running) -> None:
     """Search in the folder, saying what is done and why it ends."""
-    check_workers(workers, cluster)
-
-    def start_workers(problem: DesignProblem) -> AbstractContextManager[Backend]:
-        return open_backend(problem, workers, cluster)
-
-    go_on = f"Go on with: {resume_command('search', folder, cluster)}"
+    check_workers(how.workers, how.cluster)
+    go_on = f"Go on with: {resume_command('search', folder, how.cluster)}"
     try:
-        with Screen(quiet) as screen:
+        with closing(Screen(how.quiet)) as screen:
             callbacks = Callbacks(screen.begin, screen.progress, screen.end, on_interrupt, say)
-            choice = carry_out_auto(folder, start_workers, callbacks)
+            choice = carry_out_auto(folder, lambda problem: open_backend(problem, how.workers, how.cluster), callbacks)
     except KeyboardInterrupt:
         typer.echo(f"\n{go_on}", err=True)
         raise
@@ -118,8 +98,8 @@ def carry_on(folder: Path, workers: int | None, cluster: str | None, *, report: 
         typer.echo(f"Interrupted. {go_on}", err=True)
         raise typer.Exit(INTERRUPTED)
     result = read_result(folder)
-    more = views.writing.write_views(folder, result) if report else ()
-    if not quiet:
+    more = views.writing.write_views(folder, result) if how.report else ()
+    if not how.quiet:
         show_choice(choice, result, more)
     if choice.verdict is not None and choice.verdict.reason == "missed":
         raise typer.Exit(TOLERANCE_MISSED)
@@ -139,17 +119,13 @@ class Screen:
         self.noted = False
         self.bar = SearchBar()
 
-    def __enter__(self) -> Screen:
-        """Nothing to do."""
-        return self
-
-    def __exit__(self, *error: object) -> None:
+    def close(self) -> None:
         """End a bar that was begun."""
-        self.bar.__exit__(*error)
+        self.bar.__exit__()
 
     def begin(self, n: int, problem: DesignProblem) -> None:
         """A search begins, or goes on."""
-        self.bar.__exit__()
+        self.close()
         self.bar = SearchBar()
         search = problem.settings.search
         if not self.quiet:
@@ -161,12 +137,7 @@ class Screen:
             )
             say(f"{counted(n, 'joint')} ({search.algorithm}, {search.size}{from_smaller}):")
         self.noted = True
-        slopes = ALGORITHMS[search.algorithm].takes_slopes
-        penalty = problem.penalty()
-        with compiling(quiet=self.quiet, slopes=slopes, bodies=penalty is not None):
-            compile_kernels(problem.path_problem, slopes=slopes)
-            if penalty is not None:
-                penalty.compile()
+        compile_for(problem, quiet=self.quiet)
 
     def progress(self, progress: Progress) -> None:
         """An iteration is done."""
@@ -175,7 +146,7 @@ class Screen:
 
     def end(self, result: DofResult) -> None:
         """A search has ended."""
-        self.bar.__exit__()
+        self.close()
         if not self.quiet and not result.valid:
             say(f"No arm of {counted(result.dof, 'joint')}: {result.reason}")
 

@@ -18,8 +18,10 @@ from rich.table import Table
 
 from armdesign.experiments.sweep.run_sweep import SweepStatus
 from armdesign.feasibility.penalty import KERNELS
-from armdesign.fitness.block import compilation_progress
+from armdesign.fitness.block import compilation_progress, compile_kernels
+from armdesign.search.design_problem import DesignProblem
 from armdesign.search.search import Progress
+from armdesign.swarm import ALGORITHMS
 
 WIDTH = 80
 """Columns of what is written to a file or a pipe."""
@@ -238,6 +240,15 @@ def compiling(*, quiet: bool, slopes: bool = False, bodies: bool = False) -> Ite
         return
     with CompilationBar() as bar, compilation_progress(bar, slopes=slopes, also=KERNELS if bodies else ()):
         yield
+
+
+def compile_for(problem: DesignProblem, *, quiet: bool) -> None:
+    """Compile what a search of a problem calls, showing how far that is unless it is to be quiet."""
+    slopes, penalty = ALGORITHMS[problem.settings.search.algorithm].takes_slopes, problem.penalty()
+    with compiling(quiet=quiet, slopes=slopes, bodies=penalty is not None):
+        compile_kernels(problem.path_problem, slopes=slopes)
+        if penalty is not None:
+            penalty.compile()
 
 
 def written_text(paths: Sequence[Any]) -> str:

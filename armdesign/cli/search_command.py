@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -29,23 +28,20 @@ from armdesign.cli.command_options import (
     with_weights,
 )
 from armdesign.cli.input_recordings import Demonstrations, Split, from_run_folder, open_demonstrations
-from armdesign.cli.screen import SearchBar, clock, compiling, say, say_in_handler, written_text
+from armdesign.cli.screen import SearchBar, clock, compile_for, say, say_in_handler, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.tables import show_arm
-from armdesign.cli.worker_options import ClusterOption, WorkersOption, check_workers, open_backend
-from armdesign.errors import RunFolderError, SettingsError, counted, resume_command
-from armdesign.fitness.block import compile_kernels
+from armdesign.cli.worker_options import ClusterOption, Running, WorkersOption, check_workers, open_backend
+from armdesign.errors import SettingsError, counted, resume_command
+from armdesign.experiments.sweep.sweep_store import refuse_other_kinds
 from armdesign.runs.folder import SETTINGS, TASK, TASK_JSON, URDF, claim_folder, free_folder, old_name_note
 from armdesign.runs.reading import read_problem
 from armdesign.runs.resumable import EXTENSIBLE, carry_out, extend_run, finished, tidy_up
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
 from armdesign.settings.sections import ARM, RECORDING, Body, Cell, Design, Fitness, Needs, Search, Task
-from armdesign.swarm import ALGORITHMS
 
 AUTO = "auto"
-OTHER_KINDS = {"auto.json": "a search for the number of joints", "sweep.toml": "a sweep", "study.json": "a study"}
-"""What holds runs in folders of their own, by the file it is known by."""
 STOPPED = {
     "iterations": "",
     "budget": "",
@@ -165,10 +161,11 @@ def search(
     preview.html and report.html. Its state is saved every second: Ctrl-C ends the search with the best arm so
     far, and --resume goes on, also after a crash.
     """
+    how = Running(workers, cluster, report, quiet)
     if resume is not None:
         fix = "For another search leave --resume out and choose another --out"
         refuse_beside_resume(context, "a search", fix, also=EXTENSIBLE)
-        resume_search(resume, given["search"], workers, cluster, report=report, quiet=quiet)
+        resume_search(resume, given["search"], how)
         return
     auto = given["design"].get("dof") == AUTO
     if auto:
@@ -206,13 +203,13 @@ def search(
         )  # fmt: skip
     check_workers(workers, cluster)
     if auto:
-        search_auto(
-            prepare_for=opened.problem, source=opened.source, out=out, workers=workers, cluster=cluster, report=report,
-            overwrite=overwrite, quiet=quiet, within=within, enough=enough,
-        )  # fmt: skip
+        search_auto(opened, out, how, overwrite=overwrite, within=within, enough=enough)
         return
-    folder = folder_for(opened, out)
-    begin(opened.problem(), folder, workers, cluster, report=report, overwrite=overwrite, quiet=quiet)
+    folder, problem = folder_for(opened, out), opened.problem()
+    refuse_other_kinds(folder)
+    problem.check()
+    claim_folder(folder, overwrite=overwrite)
+    carry_on(folder, problem, how, fresh=True)
 
 
 def folder_for(opened: Demonstrations, out: Path | None) -> Path:
@@ -227,42 +224,12 @@ def folder_for(opened: Demonstrations, out: Path | None) -> Path:
     return free_folder(Path("runs"), name)
 
 
-def begin(
-    problem: DesignProblem,
-    folder: Path,
-    workers: int | None,
-    cluster: str | None,
-    *,
-    report: bool,
-    overwrite: bool,
-    quiet: bool,
-) -> None:
-    """Start the run folder and search."""
-    refuse_other_kinds(folder)
-    problem.check()
-    claim_folder(folder, overwrite=overwrite)
-    carry_on(folder, problem, workers, cluster, fresh=True, report=report, quiet=quiet)
-
-
-def refuse_other_kinds(folder: Path) -> None:
-    """Turn away a folder of runs, whose files a single run would be mixed with.
-
-    Raises:
-        RunFolderError: It holds a sweep, a study or a search for the number of joints.
-    """
-    for name, kind in OTHER_KINDS.items():
-        if os.path.isfile(folder / name):  # False for names too long, too
-            raise RunFolderError(f"{folder} holds {kind}", value=str(folder), fix="Name another folder with --out")
-
-
-def resume_search(
-    folder: Path, changes: Mapping[str, Any], workers: int | None, cluster: str | None, *, report: bool, quiet: bool
-) -> None:
+def resume_search(folder: Path, changes: Mapping[str, Any], how: Running) -> None:
     """Go on with the search of a run folder, with another length or other stop rules where some are given."""
     if changes:
         extend(folder, changes)
     elif (folder / "auto.json").exists():
-        resume_auto(folder, workers=workers, cluster=cluster, report=report, quiet=quiet)
+        resume_auto(folder, how)
         return
     elif finished(folder):
         tidy_up(folder)
@@ -271,7 +238,7 @@ def resume_search(
     problem = read_problem(folder)
     if note := old_name_note(folder):
         say(note)
-    carry_on(folder, problem, workers, cluster, fresh=False, report=report, quiet=quiet)
+    carry_on(folder, problem, how, fresh=False)
 
 
 def extend(folder: Path, changes: Mapping[str, Any]) -> None:
@@ -292,48 +259,34 @@ def extend(folder: Path, changes: Mapping[str, Any]) -> None:
         )
 
 
-def carry_on(
-    folder: Path,
-    problem: DesignProblem,
-    workers: int | None,
-    cluster: str | None,
-    *,
-    fresh: bool,
-    report: bool,
-    quiet: bool,
-) -> None:
+def carry_on(folder: Path, problem: DesignProblem, how: Running, *, fresh: bool) -> None:
     """Search in a run folder, saying what is decided and done."""
-    if not quiet:
+    if not how.quiet:
         for sentence in opening(problem):
             say(sentence)
-    slopes = ALGORITHMS[problem.settings.search.algorithm].takes_slopes
-    penalty = problem.penalty()
-    with compiling(quiet=quiet, slopes=slopes, bodies=penalty is not None):
-        compile_kernels(problem.path_problem, slopes=slopes)
-        if penalty is not None:
-            penalty.compile()
+    compile_for(problem, quiet=how.quiet)
 
     def on_interrupt() -> None:
         say_in_handler("Stopping after this iteration; once more stops at once.")
 
-    with SearchBar() as progress, open_backend(problem, workers, cluster) as backend:
+    with SearchBar() as progress, open_backend(problem, how.workers, how.cluster) as backend:
         result, files = carry_out(
             folder,
             problem,
             backend,
             fresh=fresh,
-            on_progress=None if quiet else progress,
+            on_progress=None if how.quiet else progress,
             on_interrupt=on_interrupt,
             on_note=say,
         )
     # of a further demonstration only its folder is named
     names = [SETTINGS, TASK, TASK_JSON, *dict.fromkeys(name.split("/")[0] for name in files)]
-    if report:
+    if how.report:
         names += views.writing.write_views(folder, result, files[URDF])
-    if not quiet:
+    if not how.quiet:
         show_result(result, [folder / name for name in names])
     if result.facts is not None and result.facts.interrupted:
-        typer.echo(f"Interrupted; go on with: {resume_command('search', folder, cluster)}", err=True)
+        typer.echo(f"Interrupted; go on with: {resume_command('search', folder, how.cluster)}", err=True)
         raise typer.Exit(INTERRUPTED)
 
 

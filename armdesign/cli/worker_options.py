@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from armdesign.cli.command_options import option
 from armdesign.cli.screen import say
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 COMPUTING = "Computing"
 """Panel of the options below."""
+PAYS_PER_WORKER = 2000
+"""Candidates a search must have per worker before a further process pays for its start."""
 WorkersOption = Annotated[
     int | None,
     option(
@@ -38,8 +40,22 @@ ClusterOption = Annotated[
         COMPUTING,
     ),
 ]
-PAYS_PER_WORKER = 2000
-"""Candidates a search must have per worker before a further process pays for its start."""
+
+
+class Running(NamedTuple):
+    """How a search is carried out and shown.
+
+    Attributes:
+        workers: Worker processes; None for as many as pay.
+        cluster: Dask scheduler whose workers evaluate.
+        report: Whether the arm gets its preview and report.
+        quiet: Neither progress nor tables.
+    """
+
+    workers: int | None
+    cluster: str | None
+    report: bool
+    quiet: bool
 
 
 def check_workers(workers: int | None, cluster: str | None) -> None:

@@ -6,7 +6,7 @@ import time
 import child_runs as runs
 import pytest
 
-from armdesign.cli import search_command
+from armdesign.cli import screen
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def test_the_state_of_one_run_never_gets_into_another(tmp_path, child, begin, un
     folder, go = tmp_path / "run", tmp_path / "go"
 
     def wait_while_compiling():
-        search_command.compile_kernels = lambda *_, **__: runs.until(go.exists)
+        screen.compile_kernels = lambda *_, **__: runs.until(go.exists)
 
     first = child(*begin(folder, "-q"), before=wait_while_compiling)
     assert runs.until(folder.exists), first.said()

@@ -10,14 +10,13 @@ from typing import Any
 from armdesign._version import __version__
 from armdesign.demonstration.provenance import as_json
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError, resume_command
-from armdesign.experiments.auto_dof.dof_records import holds_auto
 from armdesign.experiments.studies.study_plan import StudyRequest, task_name
 from armdesign.experiments.sweep.sweep_plan import Tasks
 from armdesign.experiments.sweep.sweep_store import (
     NEW_FOLDER,
     differences,
-    holds_sweep,
     keep_tasks,
+    refuse_other_kinds,
     same_task,
     task_folder,
 )
@@ -34,11 +33,7 @@ def settle_study(folder: Path, request: StudyRequest, tasks: Tasks) -> None:
         RunFolderError: The folder cannot be written, holds something else, or the study in it is damaged.
         SettingsError: It holds another study, one with other settings, or one with runs that are not asked for now.
     """
-    if holds_sweep(folder):
-        raise RunFolderError(f"{folder} holds a sweep, not a study", value=str(folder), fix=NEW_FOLDER)
-    if holds_auto(folder):
-        message = f"{folder} holds a search for the number of joints, not a study"
-        raise RunFolderError(message, value=str(folder), fix=NEW_FOLDER)
+    refuse_other_kinds(folder, "a study")
     if (folder / STUDY).exists():
         check_study(folder, request, tasks)
     keep_tasks(folder, tasks)

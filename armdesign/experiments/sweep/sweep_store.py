@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from dataclasses import fields
 from pathlib import Path
@@ -22,8 +23,8 @@ from armdesign.settings.sections import Settings
 SWEEP, TASKS = "sweep.toml", ".tasks"
 LISTS = tuple(entry.name for entry in fields(Sweep) if entry.name != "settings")
 NEW_FOLDER = "Name another folder with --out"
-OTHERS = {"study.json": "a study", "auto.json": "a search for the number of joints"}
-"""What else holds runs in folders of their own, by the file it is known by."""
+KINDS = {"auto.json": "a search for the number of joints", "sweep.toml": "a sweep", "study.json": "a study"}
+"""What holds runs in folders of their own, by the file it is known by."""
 
 
 def settle(folder: Path, sweep: Sweep, tasks: Tasks) -> None:
@@ -38,13 +39,27 @@ def settle(folder: Path, sweep: Sweep, tasks: Tasks) -> None:
         RunFolderError: The folder cannot be written, holds something else, or the sweep in it is damaged.
         SettingsError: It holds a sweep with other settings, or one with runs that are not asked for now.
     """
-    for name, kind in OTHERS.items():
-        if (folder / name).exists():
-            raise RunFolderError(f"{folder} holds {kind}, not a sweep", value=str(folder), fix=NEW_FOLDER)
+    refuse_other_kinds(folder, "a sweep")
     if holds_sweep(folder):
         check_extension(folder, sweep, tasks)
     keep_tasks(folder, tasks)
     write_whole(folder / SWEEP, sweep_toml(sweep))
+
+
+def refuse_other_kinds(folder: Path, own: str | None = None) -> None:
+    """Turn away a folder of runs of another kind, whose files would be mixed.
+
+    Args:
+        folder: The folder.
+        own: The kind that it may be; None for a single run, which goes into none of them.
+
+    Raises:
+        RunFolderError: It holds another sweep, study or search for the number of joints.
+    """
+    for name, kind in KINDS.items():
+        if kind != own and os.path.isfile(folder / name):  # False for names too long, too
+            wanted = "" if own is None else f", not {own}"
+            raise RunFolderError(f"{folder} holds {kind}{wanted}", value=str(folder), fix=NEW_FOLDER)
 
 
 def keep_tasks(folder: Path, tasks: Tasks) -> None:
