@@ -86,21 +86,14 @@ def fingerprint(path: str | None) -> str | None:
 
 
 class TaskRecord(NamedTuple):
-    """What a ``task.json`` says of the task beside it.
+    """What a ``task.json`` says of the task beside it."""
 
-    Attributes:
-        base: Name of the base.
-        provenance: Where the task comes from.
-        steps: What was found and done.
-        origin: Where its points count from in the room, x, y, z [m]; None where that moves with the base point.
-        shoulder: Whether its first point is the base's own path.
-    """
-
-    base: str
-    provenance: Provenance
-    steps: tuple[Step, ...]
+    base: str  # name of the base
+    provenance: Provenance  # where the task comes from
+    steps: tuple[Step, ...]  # what was found and done
+    # where its points count from in the room, x, y, z [m]; None where that moves with the base point
     origin: tuple[float, ...] | None = None
-    shoulder: bool = False
+    shoulder: bool = False  # whether its first point is the base's own path
 
 
 def task_json(record: TaskRecord, frames: int, rate: float) -> str:

@@ -123,10 +123,6 @@ def _what_to_do(
 def scale_positions(recording: Recording, factor: float) -> Result:
     """Multiply all positions by a factor, as for a mock-up recorded at 1:k or for millimetres.
 
-    Args:
-        recording: Any recording.
-        factor: The factor.
-
     Raises:
         SettingsError: The factor is not a positive finite number.
     """

@@ -37,21 +37,13 @@ class Dialect:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """A table of numbers, NaN where a cell is empty.
+    """A table of numbers, NaN where a cell is empty."""
 
-    Attributes:
-        values: Shape (T, columns).
-        lines: The number of each row's line in the file, shape (T,).
-        source: The file.
-        short: How many lines stopped early.
-        cut: Number of the incomplete last line that was dropped; None if there was none.
-    """
-
-    values: Array
-    lines: NDArray[np.int64]
-    source: Path
-    short: int = 0
-    cut: int | None = None
+    values: Array  # shape (T, columns)
+    lines: NDArray[np.int64]  # the number of each row's line in the file, shape (T,)
+    source: Path  # the file
+    short: int = 0  # how many lines stopped early
+    cut: int | None = None  # number of the incomplete last line that was dropped; None if there was none
 
     def place(self, row: int) -> Place:
         """The line of a row."""

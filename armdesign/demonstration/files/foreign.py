@@ -9,17 +9,11 @@ from armdesign.demonstration.files.text_files import text_head
 
 
 class Foreign(NamedTuple):
-    """A format that is not read.
+    """A format that is not read."""
 
-    Attributes:
-        name: What it is called in messages.
-        pattern: How its text begins.
-        way: What to do instead.
-    """
-
-    name: str
-    pattern: re.Pattern[str]
-    way: str
+    name: str  # what it is called in messages
+    pattern: re.Pattern[str]  # how its text begins
+    way: str  # what to do instead
 
 
 def _begins(pattern: str) -> re.Pattern[str]:

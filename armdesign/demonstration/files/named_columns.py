@@ -57,29 +57,20 @@ _FIX = "Export the recording again"
 
 @dataclass
 class Columns:
-    """What the columns of a table hold, by their names.
+    """What the columns of a table hold, by their names."""
 
-    Attributes:
-        names: All column names, in their order.
-        points: Name to the columns of x, y, z; the empty name where there is but one body.
-        turns: Name to the columns of a quaternion, x, y, z, w or, where that is not said, in their order.
-        unordered: Names whose quaternions' order is not said.
-        confidence: Name to the column that tells how well a point was seen.
-        times: Columns of times, each with its unit in the name, the best first.
-        frame: Column of frame numbers.
-        units: Unit of length in the names; None where they have none.
-        left: Names of the other columns.
-    """
-
-    names: list[str]
+    names: list[str]  # all column names, in their order
+    # name to the columns of x, y, z; the empty name where there is but one body
     points: dict[str, list[int]] = field(default_factory=dict)
+    # name to the columns of a quaternion, x, y, z, w or, where that is not said, in their order
     turns: dict[str, list[int]] = field(default_factory=dict)
-    unordered: set[str] = field(default_factory=set)
-    confidence: dict[str, int] = field(default_factory=dict)
+    unordered: set[str] = field(default_factory=set)  # names whose quaternions' order is not said
+    confidence: dict[str, int] = field(default_factory=dict)  # name to the column that tells how well a point was seen
+    # columns of times, each with its unit in the name, the best first
     times: list[tuple[int, str | None]] = field(default_factory=list)
-    frame: int | None = None
-    units: str | None = None
-    left: list[str] = field(default_factory=list)
+    frame: int | None = None  # column of frame numbers
+    units: str | None = None  # unit of length in the names; None where they have none
+    left: list[str] = field(default_factory=list)  # names of the other columns
 
 
 def columns_of(names: Iterable[str]) -> Columns:

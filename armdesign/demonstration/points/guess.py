@@ -41,80 +41,36 @@ class Scheme:
 
 _LETTERS = {"right": "r", "left": "l"}
 _WORDS = {"right": "right", "left": "left"}
-_BONES = {
-    "shoulder": (("{s}uarm",),),
-    "elbow": (("{s}farm",),),
-    "wrist": (("{s}hand",),),
-    "hand": (("{s}middle1",), ("{s}index1",)),
-}
-_JOINTS = {
-    "shoulder": (("{s}arm",), ("{s}upperarm",), ("{s}uparm",), ("{s}shldr",)),
-    "elbow": (("{s}forearm",), ("{s}lowerarm",), ("{s}lowarm",)),
-    "wrist": (("{s}hand",),),
-    "hand": (("{s}handmiddle1",), ("{s}fingerbase",), ("{s}handindex1",), ("{s}fingers",), ("{i}fingers",)),
-}
-_ENGINE = {  # as in upperarm_r, Unreal's and Unity's way
-    "shoulder": (("upperarm",),),
-    "elbow": (("lowerarm",), ("forearm",)),
-    "wrist": (("hand",),),
-    "hand": (("middle01",), ("middle1",), ("index01",), ("index1",)),
-}
-_THEIA = {"shoulder": (("{s}uarm",),), "elbow": (("{s}larm",),), "wrist": (("{s}hand",),), "hand": ()}
-_PLUG_IN = {
-    "shoulder": (("{s}sho",),),
-    "elbow": (("{s}elb", "{s}elbm"), ("{s}elb", "{s}mel"), ("{s}elb",)),
-    "wrist": (("{s}wra", "{s}wrb"), ("{s}wri",), ("{s}wra",), ("{s}wrb",)),
-    "hand": (("{s}fin",),),
-}
-_CENTRES = {"shoulder": (("{s}sjc",),), "elbow": (("{s}ejc",),), "wrist": (("{s}wjc",),), "hand": (("{s}fin",),)}
-_ISB = {
-    "shoulder": tuple((name,) for name in ("gh", "acrotip", "acromion", "acromium", "acro", "acr", "ac", "saj")),
-    "elbow": (
-        ("epicl", "epicm"),
-        ("el", "em"),
-        ("lel", "mel"),
-        ("elbl", "elbm"),
-        ("lelb", "melb"),
-        ("hle", "hme"),
-        ("lateralepicondyle", "medialepicondyle"),
-        ("epicl",),
-        ("lateralepicondyle",),
-        ("hle",),
-    ),
-    "wrist": (
-        ("stylr", "stylu"),
-        ("faradius", "faulna"),
-        ("rs", "us"),
-        ("rsp", "usp"),
-        ("wrr", "wru"),
-        ("radialstyloid", "ulnarstyloid"),
-        ("styloidradius", "styloidulna"),
-        ("radiusstyloid", "ulnastyloid"),
-        ("stylr",),
-        ("stylu",),
-        ("radialstyloid",),
-        ("ulnarstyloid",),
-        ("rsp",),
-        ("usp",),
-    ),
-    "hand": (
-        ("index", "lastc", "medh", "lath"),
-        ("mcp2", "mcp3", "mcp5"),
-        ("mcp2", "mcp5"),
-        ("mc2", "mc5"),
-        ("mh2", "mh5"),
-        ("mcp3",),
-        ("mc3",),
-        ("mh3",),
-    ),
-}
-_LANDMARKS = {
-    "shoulder": (("{s}shoulder",),),
-    "elbow": (("{s}elbow",),),
-    "wrist": (("{s}wrist",),),
-    "hand": (("{s}index", "{s}pinky"),),
-}
-_BANDS = {"shoulder": (("shoulder",),), "elbow": (("upperarm",),), "wrist": (("forearm",),), "hand": (("hand",),)}
+
+
+def _ways(shoulder: str, elbow: str, wrist: str, hand: str) -> Mapping[str, tuple[tuple[str, ...], ...]]:
+    """The ways of naming each part of the arm, blanks between them; one of several points has a + between these."""
+    texts = zip(ROLES, (shoulder, elbow, wrist, hand), strict=True)
+    return {role: tuple(tuple(way.split("+")) for way in text.split()) for role, text in texts}
+
+
+_BONES = _ways("{s}uarm", "{s}farm", "{s}hand", "{s}middle1 {s}index1")
+_JOINTS = _ways(
+    "{s}arm {s}upperarm {s}uparm {s}shldr",
+    "{s}forearm {s}lowerarm {s}lowarm",
+    "{s}hand",
+    "{s}handmiddle1 {s}fingerbase {s}handindex1 {s}fingers {i}fingers",
+)
+# as in upperarm_r, Unreal's and Unity's way
+_ENGINE = _ways("upperarm", "lowerarm forearm", "hand", "middle01 middle1 index01 index1")
+_THEIA = _ways("{s}uarm", "{s}larm", "{s}hand", "")
+_PLUG_IN = _ways("{s}sho", "{s}elb+{s}elbm {s}elb+{s}mel {s}elb", "{s}wra+{s}wrb {s}wri {s}wra {s}wrb", "{s}fin")
+_CENTRES = _ways("{s}sjc", "{s}ejc", "{s}wjc", "{s}fin")
+_ISB = _ways(
+    "gh acrotip acromion acromium acro acr ac saj",
+    "epicl+epicm el+em lel+mel elbl+elbm lelb+melb hle+hme lateralepicondyle+medialepicondyle "
+    "epicl lateralepicondyle hle",
+    "stylr+stylu faradius+faulna rs+us rsp+usp wrr+wru radialstyloid+ulnarstyloid styloidradius+styloidulna "
+    "radiusstyloid+ulnastyloid stylr stylu radialstyloid ulnarstyloid rsp usp",
+    "index+lastc+medh+lath mcp2+mcp3+mcp5 mcp2+mcp5 mc2+mc5 mh2+mh5 mcp3 mc3 mh3",
+)
+_LANDMARKS = _ways("{s}shoulder", "{s}elbow", "{s}wrist", "{s}index+{s}pinky")
+_BANDS = _ways("shoulder", "upperarm", "forearm", "hand")
 _ANY_SIDE = _LETTERS | {"": ""}
 
 SCHEMES = (

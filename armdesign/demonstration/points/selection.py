@@ -158,28 +158,18 @@ def _fit_step(name: str, markers: tuple[str, ...], fit: RigidFit, recording: Rec
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """The points that a task uses, under the names it calls them.
+    """The points that a task uses, under the names it calls them."""
 
-    Attributes:
-        recording: Exactly base, points and the orientation, if there is one.
-        base: Name of the base.
-        points: Names of the points from the base to the hand.
-        orientation: Name of the orientation; None for none.
-        steps: What was guessed, joined and fitted.
-        expressions: Name to the expression behind it, all names in full; resolving these again gives the same.
-        definitions: Base and points as they were defined.
-        guessed: Name of the orientation that goes with a guessed arm; None where nothing was guessed.
-        carriers: Names of bodies that carry something; position and orientation of each are in the recording, too.
-    """
-
-    recording: Recording
-    base: str
-    points: tuple[str, ...]
-    orientation: str | None
-    steps: tuple[Step, ...]
+    recording: Recording  # exactly base, points and the orientation, if there is one
+    base: str  # name of the base
+    points: tuple[str, ...]  # names of the points from the base to the hand
+    orientation: str | None  # name of the orientation; None for none
+    steps: tuple[Step, ...]  # what was guessed, joined and fitted
+    # name to the expression behind it, all names in full; resolving these again gives the same
     expressions: Mapping[str, str]
-    definitions: Mapping[str, Point] = field(default_factory=dict)
-    guessed: str | None = None
+    definitions: Mapping[str, Point] = field(default_factory=dict)  # base and points as they were defined
+    guessed: str | None = None  # name of the orientation that goes with a guessed arm; None where nothing was guessed
+    # names of bodies that carry something; position and orientation of each are in the recording, too
     carriers: tuple[str, ...] = ()
 
 

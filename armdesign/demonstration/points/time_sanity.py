@@ -3,29 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from armdesign.demonstration.cleaning.gaps import seconds
-from armdesign.demonstration.recording import Step, Take, median_step
+from armdesign.demonstration.recording import TIME_UNITS, Step, Take, median_step
 
 _RATES = (5.0, 2000.0)  # [1/s] of motion capture
 _ROUNDING = 1e-6  # of a rate
 _LONGEST = 3600.0  # [s]
-
-
-class _Unit(NamedTuple):
-    """A unit of time that files are written in."""
-
-    name: str
-    flag: str
-    factor: float  # seconds per unit
-
-
-_UNITS = (
-    _Unit("milliseconds", "ms", 1e-3),
-    _Unit("microseconds", "us", 1e-6),
-    _Unit("nanoseconds", "ns", 1e-9),
-)
+_UNITS = {"ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}  # that files are written in
 
 
 def time_steps(take: Take) -> tuple[Step, ...]:
@@ -40,16 +25,17 @@ def time_steps(take: Take) -> tuple[Step, ...]:
         return ()
     rate = 1.0 / step
     what = f"Warning: {rate:.4g} frames/s over {seconds(duration)}"
-    unit = next((unit for unit in _UNITS if rate < _RATES[0] and _is_usual(step * unit.factor, 0.0)), None)
+    unit = next((unit for unit in _UNITS if rate < _RATES[0] and _is_usual(step * TIME_UNITS[unit], 0.0)), None)
     if unit is None:
         sentence = f"{what} are unusual for a recording of a motion ({_RATES[0]:g} to {_RATES[1]:,.0f} frames/s)."
         return (Step("time", f"{sentence} Check the times.", {"rate": rate, "duration": duration}),)
-    found = f"{1.0 / (step * unit.factor):.4g} frames/s over {seconds(duration * unit.factor)}"
+    name, factor = _UNITS[unit], TIME_UNITS[unit]
+    found = f"{1.0 / (step * factor):.4g} frames/s over {seconds(duration * factor)}"
     sentence = (
-        f"{what}: the times look like {unit.name}, not seconds, which makes {found}: say --time-unit {unit.flag} "
-        f"(a factor of {unit.factor:g})."
+        f"{what}: the times look like {name}, not seconds, which makes {found}: say --time-unit {unit} "
+        f"(a factor of {factor:g})."
     )
-    details = {"rate": rate, "duration": duration, "unit": unit.name, "factor": unit.factor}
+    details = {"rate": rate, "duration": duration, "unit": name, "factor": factor}
     return (Step("time", sentence, details),)
 
 

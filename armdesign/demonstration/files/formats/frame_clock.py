@@ -187,10 +187,6 @@ def motive_clock(rows: Rows, facts: Mapping[str, str]) -> Clock:
     export frame rate, or by the capture frame rate where that alone fits the printed times; these are taken only where
     line 1 gives no rate.
 
-    Args:
-        rows: Frame numbers and printed times in the first two columns.
-        facts: Line 1, name in small letters to value.
-
     Raises:
         RecordingError: There are no frames, a rate makes no sense, or frame numbers or times do not increase.
     """
