@@ -47,12 +47,7 @@ class PanelCommand(TyperCommand):
     """A command whose help lists the options by their ``rich_help_panel``, in plain text that fits 80 columns."""
 
     def format_options(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401 (Click's own, which Typer brings)
-        """Write the arguments and then the panels, in the order of their first options.
-
-        Args:
-            ctx: The command's context.
-            formatter: What the help is written to.
-        """
+        """Write the arguments and then the panels, in the order of their first options."""
         panels: dict[str, list[tuple[str, str]]] = {}
         for parameter in self.get_params(ctx):
             record, panel = parameter.get_help_record(ctx), getattr(parameter, "rich_help_panel", None)
@@ -75,21 +70,11 @@ class LazyGroup(TyperGroup):
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401
-        """A command without its options, as the list of commands shows it.
-
-        Args:
-            ctx: The group's context.
-            cmd_name: The command's name.
-        """
+        """A command without its options, as the list of commands shows it."""
         return TyperCommand(cmd_name, help=COMMANDS[cmd_name][1]) if cmd_name in COMMANDS else None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:  # noqa: ANN401
-        """The command that is called, imported.
-
-        Args:
-            ctx: The group's context.
-            args: What follows the group on the command line.
-        """
+        """The command that is called, imported."""
         name, _, rest = super().resolve_command(ctx, args)
         if name == "search" and not WITHOUT_WORKERS.search(" ".join(rest)):
             from armdesign.search.backends.processes import available_cores, worker_context  # noqa: PLC0415 (NumPy)

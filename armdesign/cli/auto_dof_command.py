@@ -23,8 +23,8 @@ from armdesign.experiments.auto_dof.choose_dof import (
     problems_by_joints,
     start_auto,
 )
-from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE, DofResult, has_choice, holds_auto
-from armdesign.experiments.auto_dof.dof_rule import rule_of
+from armdesign.experiments.auto_dof.dof_records import AUTO, PICTURE, TABLE, has_choice, holds_auto
+from armdesign.experiments.auto_dof.dof_rule import DofResult, rule_of
 from armdesign.feasibility.words import tolerance_words
 from armdesign.runs.folder import RESULT_FILES, TASK_FILES, holds_run
 from armdesign.runs.reading import read_result
@@ -152,13 +152,7 @@ class Screen:
 
 
 def show_choice(choice: DofChoice, result: Result, more: tuple[str, ...]) -> None:
-    """Print what every number of joints gives, why one was chosen, and its arm.
-
-    Args:
-        choice: How the searches ended.
-        result: The chosen arm.
-        more: Further files that were written.
-    """
+    """Print what every number of joints gives, why one was chosen, and its arm."""
     names = [name for name in (*TASK_FILES, *RESULT_FILES) if name not in more]
     files = [name for name in names if (choice.folder / name).exists()]
     rows = []

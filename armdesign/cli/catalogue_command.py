@@ -64,12 +64,7 @@ def check(
 
 
 def cells(actuator: Actuator, currency: str) -> tuple[str, ...]:
-    """An actuator as a row of text.
-
-    Args:
-        actuator: The actuator.
-        currency: Of its price.
-    """
+    """An actuator as a row of text."""
     return (
         actuator.name,
         f"{actuator.rated_torque:.3g}",

@@ -66,10 +66,6 @@ def refuse_beside_resume(context: typer.Context, what: str, fix: str, also: tupl
 def refuse_without(needed: str, given: Mapping[str, object]) -> None:
     """Refuse flags that have no effect without another one that is not there.
 
-    Args:
-        needed: The other one, in words.
-        given: Flags with what was given for them.
-
     Raises:
         SettingsError: One of them was given.
     """
@@ -80,10 +76,6 @@ def refuse_without(needed: str, given: Mapping[str, object]) -> None:
 
 def refuse_other_algorithms(given: Mapping[str, object], algorithms: Sequence[str]) -> None:
     """Refuse settings of the search that none of the algorithms in use has.
-
-    Args:
-        given: The settings whose flags were given.
-        algorithms: The algorithms in use.
 
     Raises:
         SettingsError: One of the settings belongs to other algorithms only.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
@@ -45,12 +45,6 @@ OverwriteOption = Annotated[
 
 def number_of(flag: str, text: str, allowed: str, unit: str = "") -> float:
     """The number that a flag gives, with its unit or without.
-
-    Args:
-        flag: The flag.
-        text: What was given.
-        allowed: What it takes.
-        unit: The unit.
 
     Raises:
         SettingsError: It is no number.
@@ -102,16 +96,22 @@ def with_flags(settings: Settings, given: Mapping[str, Mapping[str, Any]]) -> Se
     return made
 
 
-def with_weights(settings: Settings, scenario: str | None, weights: list[float] | None) -> Settings:
-    """Settings with the weights of the flags: --weights as given, --scenario instead of the file's.
+class WeightFlags(NamedTuple):
+    """What --scenario and --weights say; None where they are not given."""
 
-    Args:
-        settings: The settings.
-        scenario: What --scenario says.
-        weights: What --weights says; one more than there are points where the first is the orientation's.
-    """
-    if scenario is not None:
-        settings = settings.replace({"fitness": {"scenario": scenario, "weights": (), "orientation_weight": None}})
-    if weights is None:
-        return settings
-    return settings.replace({"fitness": {"weights": weights, "orientation_weight": None}})
+    scenario: str | None = None
+    weights: list[float] | None = None  # one more than there are points where the first is the orientation's
+
+    @classmethod
+    def out_of(cls, given: Mapping[str, dict[str, Any]]) -> WeightFlags:
+        """Take them out of the settings whose flags were given: what they mean depends on the recording's points."""
+        return cls(given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None))
+
+    def over(self, settings: Settings) -> Settings:
+        """Settings with these weights: --weights as given, --scenario instead of the file's."""
+        if self.scenario is not None:
+            entries = {"scenario": self.scenario, "weights": (), "orientation_weight": None}
+            settings = settings.replace({"fitness": entries})
+        if self.weights is None:
+            return settings
+        return settings.replace({"fitness": {"weights": self.weights, "orientation_weight": None}})

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from armdesign.cli.command_errors import one_sentence_errors, refuse_existing, refuse_without
-from armdesign.cli.command_options import ConfigOption, QuietOption, option, settings_from_flags
+from armdesign.cli.command_options import ConfigOption, QuietOption, WeightFlags, option, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.cli.screen import StatusBar, clock, compiling, say, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
@@ -94,7 +94,7 @@ def compare(
     if payload is not None and not 0.0 <= payload <= 1e4:
         raise SettingsError(f"--payload is {payload:g} kg", value=payload, allowed="0 to 10000 kg")
     check_outputs(json_file, csv_file, overwrite=overwrite)
-    scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
+    weighing = WeightFlags.out_of(given)
     folder = task_folder(recording, arms or []) if recording is not None or config is None else None
     if folder is None:
         if config is None:
@@ -105,9 +105,9 @@ def compare(
         if config is not None and recording is None:
             settings = from_run_folder(settings, config.parent)
         opened = open_arms(arms or [], settings, tool or ())
-        problem = task_of_recording(recording, settings.replace(given), scenario, weights, opened)
+        problem = task_of_recording(recording, settings.replace(given), weighing, opened)
     else:
-        flags = {"--scenario": scenario, "--config": config, "--weights": weights}
+        flags = {"--scenario": weighing.scenario, "--config": config, "--weights": weighing.weights}
         flags |= {f"--{name.replace('_', '-')}": value for name, value in given["task"].items()}
         problem = task_of_run(folder, [name for name, value in flags.items() if value is not None])
         opened = open_arms(arms or [], problem.settings, tool or ())
@@ -133,10 +133,7 @@ def compare(
 def task_folder(recording: Path | None, arms: Sequence[str]) -> Path | None:
     """The run folder whose own task is meant; None where a recording is."""
     if recording is None:
-        folders = [Path(arm) for arm in arms if settings_file(Path(arm)).is_file()]
-        if not folders:
-            return None
-        return folders[0]
+        return next((Path(arm) for arm in arms if settings_file(Path(arm)).is_file()), None)
     if recording.is_dir():
         return recording
     beside = recording.parent
@@ -160,11 +157,7 @@ def task_of_run(folder: Path, given: Sequence[str]) -> DesignProblem:
 
 
 def task_of_recording(
-    recording: Path | None,
-    settings: Settings,
-    scenario: str | None,
-    weights: list[float] | None,
-    arms: Sequence[Arm],
+    recording: Path | None, settings: Settings, weighing: WeightFlags, arms: Sequence[Arm]
 ) -> DesignProblem:
     """The task of a recording, for arms of so many joints and such a length at most.
 
@@ -174,7 +167,7 @@ def task_of_recording(
     if recording is None and settings.task.recording is None and not settings.task.files:
         raise SettingsError("no task is given", fix="Name a recording or a run folder with --task")
     settings = with_joints(settings, max(arm.dof for arm in arms))
-    _, demonstration, settings = open_recording(recording, settings, scenario, weights, "compare ARM --task")
+    _, demonstration, settings = open_recording(recording, settings, weighing, "compare ARM --task")
     return prepare(demonstration, settings, longest=max(arm.length for arm in arms))
 
 
@@ -205,12 +198,7 @@ class BaseBar(StatusBar):
         self.quiet, self.name, self.begun = quiet, "", 0.0
 
     def __call__(self, name: str, progress: BaseProgress) -> None:
-        """Show how far the search for the base of an arm is.
-
-        Args:
-            name: The arm's name.
-            progress: How far it is.
-        """
+        """Show how far the search for the base of an arm is."""
         if name != self.name:
             self.__exit__()
             self.name, self.begun = name, time.monotonic()

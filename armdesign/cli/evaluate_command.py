@@ -14,6 +14,7 @@ from armdesign.cli.command_options import (
     ConfigOption,
     OverwriteOption,
     QuietOption,
+    WeightFlags,
     option,
     with_flags,
 )
@@ -72,7 +73,7 @@ def evaluate(
     Prints its fitness and the error of each point; --out writes them with the trajectory and the URDF as a run folder.
     The settings are those of --config, else those a result.json carries, else the published ones.
     """
-    scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
+    weighing = WeightFlags.out_of(given)
     if out is None:
         refuse_without("--out", {"--overwrite": overwrite})
     table = read_design(design, convention)
@@ -88,7 +89,7 @@ def evaluate(
     if not recordings:
         source = config or design
         settings = from_run_folder(settings, source if source.is_dir() else source.parent)
-    opened = open_demonstrations(recordings, settings, scenario, weights, "evaluate DESIGN")
+    opened = open_demonstrations(recordings, settings, weighing, "evaluate DESIGN")
     problem = at_given_place(opened.problem(longest=table.length), read_base_pose(design))
     with compiling(quiet=quiet):
         compile_kernels(problem.path_problem)

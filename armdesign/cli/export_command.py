@@ -147,10 +147,6 @@ def export(
 def refuse_for_builds(body: Body, given: Mapping[str, object]) -> None:
     """Refuse flags for sizes and masses that a build has from its parts.
 
-    Args:
-        body: That of the run.
-        given: Entries of the body that were given, by name.
-
     Raises:
         SettingsError: One was given, and the run is a build.
     """

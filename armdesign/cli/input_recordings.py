@@ -9,7 +9,7 @@ from glob import glob
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from armdesign.cli.command_options import with_weights
+from armdesign.cli.command_options import WeightFlags
 from armdesign.cli.screen import say
 from armdesign.demonstration import Recording
 from armdesign.demonstration.cleaning.cleaning import crop
@@ -36,19 +36,12 @@ ENDINGS = (
 
 @dataclass(frozen=True)
 class Demonstrations:
-    """The demonstrations of a command, read.
+    """The demonstrations of a command, read."""
 
-    Attributes:
-        source: What runs are named after.
-        seen: Those that the search sees.
-        unseen: Those that are held out.
-        settings: The settings, with the paths they were read from.
-    """
-
-    source: Path
-    seen: tuple[Recording, ...]
-    unseen: tuple[Recording, ...]
-    settings: Settings
+    source: Path  # what runs are named after
+    seen: tuple[Recording, ...]  # those that the search sees
+    unseen: tuple[Recording, ...]  # those that are held out
+    settings: Settings  # the settings, with the paths they were read from
 
     def problem(self, dof: int | None = None, *, longest: float | None = None) -> DesignProblem:
         """Task and settings, for another number of joints than that of the settings where one is given."""
@@ -66,8 +59,7 @@ class Split(NamedTuple):
 def open_demonstrations(
     recordings: Sequence[Path] | None,
     settings: Settings,
-    scenario: str | None,
-    weights: list[float] | None,
+    flags: WeightFlags,
     command: str = "search",
     split: Split | None = None,
 ) -> Demonstrations:
@@ -76,8 +68,7 @@ def open_demonstrations(
     Args:
         recordings: Those on the command line, which replace those in the settings.
         settings: The settings.
-        scenario: What --scenario says.
-        weights: What --weights says.
+        flags: What --scenario and --weights say.
         command: How to write the command.
         split: What --cycles and --holdout-every say.
     """
@@ -89,7 +80,7 @@ def open_demonstrations(
     unseen = list(settings.task.holdouts or ())
     for path in (*others, *unseen):
         check_name(path)
-    source, demonstration, single = open_recording(first, for_one(settings), scenario, weights, command)
+    source, demonstration, single = open_recording(first, for_one(settings), flags, command)
 
     if not single.task.files:
         check_different([source, *map(Path, others)], [Path(path) for path in unseen])
@@ -239,8 +230,7 @@ def check_name(path: str) -> None:
 def open_recording(
     recording: Path | None,
     settings: Settings,
-    scenario: str | None,
-    weights: list[float] | None,
+    flags: WeightFlags,
     command: str = "search",
 ) -> tuple[Path, Recording, Settings]:
     """Read the recording, and settle the settings that depend on its points.
@@ -248,8 +238,7 @@ def open_recording(
     Args:
         recording: The one on the command line; None for that in the settings.
         settings: The settings.
-        scenario: What --scenario says.
-        weights: What --weights says.
+        flags: What --scenario and --weights say.
         command: How to write the command.
 
     Returns:
@@ -272,7 +261,7 @@ def open_recording(
     files = {name: str(Path(path).resolve()) for name, path in task.files.items()}
     single = None if files else str(source.resolve())
     settings = settings.replace({"task": {"recording": single, "files": files}})
-    return source, demonstration, with_weights(settings, scenario, weights)
+    return source, demonstration, flags.over(settings)
 
 
 def named_source(settings: Settings, command: str) -> Path:

@@ -51,12 +51,7 @@ def show_text(sentence: str) -> None:
 
 
 def wrapped(text: str, width: int = WIDTH) -> str:
-    """Lines of a text that fit a width, each continued with an indent; words are not cut.
-
-    Args:
-        text: One or more lines.
-        width: Columns.
-    """
+    """Lines of a text that fit a width, each continued with an indent; words are not cut."""
     lines = []
     for line in text.splitlines():
         indent = " " * (len(line) - len(line.lstrip()) + 2)
@@ -128,13 +123,7 @@ class StatusBar:
             self.drawn = None
 
     def draw(self, done: int, total: int, text: str) -> None:
-        """Redraw the bar, if it is time to.
-
-        Args:
-            done: How much of the work is done.
-            total: All of it.
-            text: Shown behind the bar.
-        """
+        """Redraw the bar, if it is time to."""
         if self.drawn is None:
             columns = (BarColumn(bar_width=10), TextColumn("{task.description}", markup=False))
             # drawn by hand: a thread that draws could hold a lock while worker processes are forked
@@ -213,12 +202,7 @@ class CompilationBar(StatusBar):
         self.begun, self.said = time.monotonic(), False
 
     def __call__(self, done: int, total: int) -> None:
-        """Show a kernel that is compiled, if it is time to; kernels that come from the disk cache pass unseen.
-
-        Args:
-            done: How much is compiled.
-            total: How much there is.
-        """
+        """Show a kernel that is compiled, if it is time to; kernels that come from the disk cache pass unseen."""
         if self.terminal and (self.drawn or done < total) and time.monotonic() - self.begun > PATIENCE:
             self.draw(done, total, self.text)
         elif not self.said and done < total and time.monotonic() - self.begun > PATIENCE:

@@ -23,9 +23,9 @@ from armdesign.cli.command_options import (
     ConfigOption,
     OverwriteOption,
     QuietOption,
+    WeightFlags,
     option,
     settings_from_flags,
-    with_weights,
 )
 from armdesign.cli.input_recordings import Demonstrations, Split, from_run_folder, open_demonstrations
 from armdesign.cli.screen import SearchBar, clock, compile_for, say, say_in_handler, written_text
@@ -174,7 +174,7 @@ def search(
         refuse_without("--dof auto", {"--within": within, "--enough": enough})
     if out is None:
         refuse_without("--out", {"--overwrite": overwrite})
-    scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
+    weighing = WeightFlags.out_of(given)
     if holdout:
         given["task"]["holdouts"] = [str(path.resolve()) for path in holdout]
     settings = settings_from_flags(config, given)
@@ -189,13 +189,13 @@ def search(
         if recordings:
             first, *more = (str(path.resolve()) for path in recordings)
             settings = settings.replace({"task": {"recording": first, "more_recordings": more or None}})
-        weighted = with_weights(settings, scenario, weights)
+        weighted = weighing.over(settings)
         typer.echo(weighted.to_toml(comments=True), nl=False)
         return
     if config is not None and not recordings:
         settings = from_run_folder(settings, config.parent)
     split = Split(cycles, holdout_every)
-    opened = open_demonstrations(recordings, settings, scenario, weights, split=split)
+    opened = open_demonstrations(recordings, settings, weighing, split=split)
     if given["fitness"].get("demonstrations") is not None and len(opened.seen) == 1:
         raise SettingsError(
             "--demonstrations is given, but there is one demonstration", value=given["fitness"]["demonstrations"],

@@ -89,24 +89,13 @@ def flagged(section: type[Section]) -> dict[str, dataclasses.Field[Any]]:
 
 
 def panel_of(entry: dataclasses.Field[Any], section: type[Section]) -> str | None:
-    """Where the help lists the flag of an entry; none where it has no flag.
-
-    Args:
-        entry: The entry.
-        section: Its section.
-    """
+    """Where the help lists the flag of an entry; none where it has no flag."""
     panel: str | None = entry.metadata["panel"]
     return section.panel if panel is None else panel
 
 
 def flag(section: type[Section], name: str, kind: Kind) -> inspect.Parameter:
-    """The flag of one entry as a parameter of a command; None where it is not given.
-
-    Args:
-        section: The entry's section.
-        name: The entry's name.
-        kind: What the flag takes.
-    """
+    """The flag of one entry as a parameter of a command; None where it is not given."""
     entry = flagged(section)[name]
     declared, words, default = flag_name(entry), entry.metadata["short"] or entry.metadata["doc"], entry.default
     help_text = " ".join(str(words).split())
@@ -199,11 +188,6 @@ def read_flag(kind: Kind, text: Any, flag: str) -> Any:  # noqa: ANN401 (a setti
 def read_named(kind: Table, text: str, flag: str) -> tuple[str, Any]:
     """A name and its value, as in d_tool=0.1:0.2.
 
-    Args:
-        kind: What the values are.
-        text: What was given.
-        flag: Its name.
-
     Raises:
         SettingsError: There is no name, or the value cannot be made out.
     """
@@ -215,10 +199,6 @@ def read_named(kind: Table, text: str, flag: str) -> tuple[str, Any]:
 
 def read_number(kind: Number, text: str) -> float | int:
     """A number, a fraction such as 1/6, or a number with its unit such as 6Hz, 5mm or, of a time, 30m.
-
-    Args:
-        kind: The number's kind, with its unit.
-        text: The text.
 
     Raises:
         ValueError: It is none.

@@ -19,8 +19,8 @@ from armdesign.cli.study_request import StudyFlags, request_from_flags, words
 from armdesign.cli.sweep_command import leave, lines_of_failures, say_stopping, unit_workers
 from armdesign.cli.worker_options import COMPUTING, ClusterOption, check_workers
 from armdesign.errors import resume_command
-from armdesign.experiments.studies import StudyRequest, StudyResult
-from armdesign.experiments.studies.study_engine import planned, run_study
+from armdesign.experiments.studies.study_engine import StudyResult, planned, run_study
+from armdesign.experiments.studies.study_plan import StudyRequest
 from armdesign.experiments.studies.study_registry import warm_up
 from armdesign.experiments.studies.study_store import read_study_folder
 from armdesign.experiments.sweep.ranges import whole_numbers
@@ -43,12 +43,7 @@ app = typer.Typer(
 
 
 def study_command(name: str, *settings: str) -> Callable[[OwnOptions], OwnOptions]:
-    """Make a function a study's command, with the options that all studies have beside its own.
-
-    Args:
-        name: The study's name.
-        settings: The settings that have a flag.
-    """
+    """Make a function a study's command, with the options that all studies have beside its own."""
 
     def decorate(own_options: OwnOptions) -> OwnOptions:
         own = inspect.signature(own_options, eval_str=True).parameters
@@ -111,25 +106,7 @@ def study(
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Begin, extend or go on with a study.
-
-    Args:
-        name: The study's name.
-        options: What its own options ask for; None where one was not given.
-        context: The command's context.
-        tasks: Words that name tasks.
-        quick: Whether a small study is asked for.
-        reps: Number of repetitions.
-        seed: Seed of the first.
-        dof: Numbers of joints, as text.
-        config: Settings file.
-        given: Settings whose flags were given.
-        workers: Number of processes.
-        cluster: Address of a Dask scheduler.
-        out: Folder to write.
-        resume: Folder of the study to go on with.
-        quiet: Whether to show neither progress nor tables.
-    """
+    """Begin, extend or go on with a study; ``options`` are what its own flags ask for, None where not given."""
     check_workers(workers, cluster)
     if resume is not None:
         refuse_beside_resume(context, "a study", "To extend it, repeat its command with more, and --out for --resume")

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from armdesign.cli.command_options import settings_from_flags
+from armdesign.cli.command_options import WeightFlags, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError, SettingsError
-from armdesign.experiments.studies import StudyRequest, study_module
 from armdesign.experiments.studies.study_examples import EXAMPLES, example_recording
+from armdesign.experiments.studies.study_plan import StudyRequest
+from armdesign.experiments.studies.study_registry import study_module
 from armdesign.experiments.sweep.ranges import whole_numbers
 from armdesign.experiments.sweep.sweep_plan import Tasks, check_stems
 from armdesign.search.prepare import prepare
@@ -26,35 +27,22 @@ TASK_FLAGS = ("--base", "--points", "--weights", "--units", "--scale")
 
 @dataclass(frozen=True)
 class StudyFlags:
-    """What was given to a study; None where a flag was not.
+    """What was given to a study; None where a flag was not."""
 
-    Attributes:
-        tasks: Words that name tasks.
-        quick: Whether a small study will do.
-        reps: Repetitions.
-        seed: First seed.
-        dof: Numbers of joints, as text.
-        given: Settings whose flags were given: the scenario of every task, changes to [search].
-        config: Settings file.
-        options: Options of the study by name; those that are None keep their defaults.
-    """
-
-    tasks: Sequence[str] | None = None
-    quick: bool = False
-    reps: int | None = None
-    seed: int | None = None
-    dof: str | None = None
+    tasks: Sequence[str] | None = None  # words that name tasks
+    quick: bool = False  # whether a small study will do
+    reps: int | None = None  # repetitions
+    seed: int | None = None  # first seed
+    dof: str | None = None  # numbers of joints, as text
+    # settings whose flags were given: the scenario of every task, changes to [search]
     given: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    config: Path | None = None
+    config: Path | None = None  # settings file
+    # options of the study by name; those that are None keep their defaults
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
 def request_from_flags(name: str, flags: StudyFlags) -> tuple[StudyRequest, Tasks]:
     """The request of a study, and its tasks.
-
-    Args:
-        name: Name of the study.
-        flags: What was given.
 
     Raises:
         SettingsError: A flag cannot be, or two tasks have one name.
@@ -132,9 +120,6 @@ def read_tasks(name: str, flags: StudyFlags, search: Mapping[str, Any], dof: Seq
 def about(word: str) -> Iterator[None]:
     """Have an error tell which task it is about, and how to set what other commands have flags for.
 
-    Args:
-        word: What names the task.
-
     Raises:
         ArmDesignError: That error, with the task's name and what to do.
     """
@@ -158,13 +143,12 @@ def open_task(name: str, word: str, settings: Settings, scenario: str | None) ->
     """The key, the recording and the settings of one task."""
     command = f"study {name}"
     if word in EXAMPLES:
-        _, recording, own = open_recording(example_recording(word), settings, scenario or word, None, command)
+        _, recording, own = open_recording(example_recording(word), settings, WeightFlags(scenario or word), command)
         return word, recording, own
     path = Path(word)
     if path.suffix.lower() == ".toml":
-        _, recording, own = open_recording(
-            None, from_run_folder(read_settings(path), path.parent), scenario, None, command
-        )
+        settings = from_run_folder(read_settings(path), path.parent)
+        _, recording, own = open_recording(None, settings, WeightFlags(scenario), command)
     else:
-        _, recording, own = open_recording(path, settings, scenario, None, command)
+        _, recording, own = open_recording(path, settings, WeightFlags(scenario), command)
     return str(path.resolve()), recording, own

@@ -10,19 +10,19 @@ from typing import Annotated, Any
 import typer
 
 from armdesign.cli.command_errors import INTERRUPTED, one_sentence_errors, refuse_beside_resume, refuse_other_algorithms
-from armdesign.cli.command_options import OUTPUT, ConfigOption, QuietOption, option, settings_from_flags
+from armdesign.cli.command_options import OUTPUT, ConfigOption, QuietOption, WeightFlags, option, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.cli.screen import SweepBar, clock, compiling, say_in_handler, show_table, show_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.worker_options import COMPUTING, ClusterOption, check_workers, cluster_client
 from armdesign.errors import SettingsError, counted, resume_command
-from armdesign.experiments.sweep import RunTable, Sweep, read_sweep, run_sweep, unit_worker, units_of
 from armdesign.experiments.sweep.estimate import CANDIDATES, estimate
 from armdesign.experiments.sweep.ranges import seed_numbers, whole_numbers
-from armdesign.experiments.sweep.run_table import HAND, Row
-from armdesign.experiments.sweep.sweep_plan import Tasks, check_stems, common_settings
-from armdesign.experiments.sweep.sweep_store import check_extension, holds_sweep
-from armdesign.experiments.sweep.units import look_at
+from armdesign.experiments.sweep.run_sweep import run_sweep
+from armdesign.experiments.sweep.run_table import HAND, Row, RunTable
+from armdesign.experiments.sweep.sweep_plan import Sweep, Tasks, check_stems, common_settings, units_of
+from armdesign.experiments.sweep.sweep_store import check_extension, holds_sweep, read_sweep
+from armdesign.experiments.sweep.units import look_at, unit_worker
 from armdesign.fitness.block import compile_kernels
 from armdesign.search.backends.processes import WorkerProcesses, available_cores
 from armdesign.search.backends.workers import Workers
@@ -106,13 +106,13 @@ def sweep(
         refuse_beside_resume(context, "a sweep", "To extend it, repeat its command with more, and --out for --resume")
         folder, (plan, tasks) = resume, read_sweep(resume)
     else:
-        scenario, weights = given["fitness"].pop("scenario", None), given["fitness"].pop("weights", None)
+        weighing = WeightFlags.out_of(given)
         settings = settings_from_flags(config, given)
         if config is not None and not recordings:
             settings = from_run_folder(settings, config.parent)
         lists = lists_of_values(settings, dof, seeds, algorithm, d)
         refuse_other_algorithms(given["search"], lists["algorithms"])
-        plan, tasks = prepare_sweep(recordings, settings, lists, scenario, weights)
+        plan, tasks = prepare_sweep(recordings, settings, lists, weighing)
         folder = out or Path("runs") / f"{Path(plan.recordings[0]).stem}-sweep"
     count = workers or available_cores()
     if dry_run:
@@ -148,11 +148,7 @@ def lists_of_values(
 
 
 def prepare_sweep(
-    recordings: list[Path] | None,
-    settings: Settings,
-    lists: dict[str, tuple[Any, ...]],
-    scenario: str | None,
-    weights: list[float] | None,
+    recordings: list[Path] | None, settings: Settings, lists: dict[str, tuple[Any, ...]], weighing: WeightFlags
 ) -> tuple[Sweep, Tasks]:
     """Read the recordings and prepare them for every number of joints.
 
@@ -163,17 +159,17 @@ def prepare_sweep(
     tasks: dict[tuple[str, int], DesignProblem] = {}
     demonstrations: list[Path | None] = [*recordings] if recordings else [None]
     for recording in demonstrations:
-        source, demonstration, own = open_recording(recording, settings, scenario, weights, "sweep")
+        source, demonstration, own = open_recording(recording, settings, weighing, "sweep")
         path = str(source.resolve())
         paths.append(path)
         for n in lists["dof"]:
             tasks[path, n] = prepare(demonstration, own.replace({"design": {"dof": n}}))
     paths = list(dict.fromkeys(paths))
     check_stems(paths)
-    if weights is not None and len({len(problem.task.points) for problem in tasks.values()}) > 1:
+    if weighing.weights is not None and len({len(problem.task.points) for problem in tasks.values()}) > 1:
         raise SettingsError(
             "--weights mean different things for recordings with different numbers of points",
-            value=weights,
+            value=weighing.weights,
             fix="Choose the same number of --points in all, or make two sweeps",
         )
     return Sweep(common_settings(own), tuple(paths), **lists), tasks
@@ -280,14 +276,7 @@ def lines_of_failures(table: RunTable) -> list[str]:
 
 
 def show_plan(folder: Path, plan: Sweep, tasks: Tasks, workers: int) -> None:
-    """Print the runs with their states, and how long those that are not finished may take.
-
-    Args:
-        folder: Folder of the sweep.
-        plan: The sweep's runs.
-        tasks: Its tasks.
-        workers: Searches at a time.
-    """
+    """Print the runs with their states, and how long those that are not finished may take."""
     units = units_of(plan, tasks)
     if holds_sweep(folder):
         check_extension(folder, plan, tasks)

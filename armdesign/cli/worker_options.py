@@ -43,27 +43,16 @@ ClusterOption = Annotated[
 
 
 class Running(NamedTuple):
-    """How a search is carried out and shown.
+    """How a search is carried out and shown."""
 
-    Attributes:
-        workers: Worker processes; None for as many as pay.
-        cluster: Dask scheduler whose workers evaluate.
-        report: Whether the arm gets its preview and report.
-        quiet: Neither progress nor tables.
-    """
-
-    workers: int | None
-    cluster: str | None
-    report: bool
-    quiet: bool
+    workers: int | None  # worker processes; None for as many as pay
+    cluster: str | None  # Dask scheduler whose workers evaluate
+    report: bool  # whether the arm gets its preview and report
+    quiet: bool  # neither progress nor tables
 
 
 def check_workers(workers: int | None, cluster: str | None) -> None:
     """Refuse workers that cannot be, and a cluster that does not answer, before anything is written.
-
-    Args:
-        workers: What --workers says.
-        cluster: What --cluster says.
 
     Raises:
         SettingsError: A number of workers below 1, workers and a cluster at once, or an address that is none.

@@ -56,21 +56,14 @@ class Number(Kind):
     above: bool = False
 
     def check(self, name: str, value: Any) -> float | int:  # noqa: ANN401
-        """See Kind.check."""
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise self.refuse(name, value)
-        if isinstance(value, float) and not math.isfinite(value):
-            raise self.refuse(name, value)
-        if self.integer and value != int(value):
-            raise self.refuse(name, value)
-        if not self.low <= value <= self.high or (self.above and value == self.low):
-            raise self.refuse(name, value)
-        if abs(value) > sys.float_info.max:
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= sys.float_info.max:
+            raise self.refuse(name, value)  # not finite either
+        outside = not self.low <= value <= self.high or (self.above and value == self.low)
+        if outside or (self.integer and value != int(value)):
             raise self.refuse(name, value)
         return int(value) if self.integer else float(value)
 
     def describe(self) -> str:
-        """See Kind.describe."""
         noun = "a whole number" if self.integer else "a number"
         unit = f" {self.unit}" if self.unit else ""
         low, high = plain(self.low), plain(self.high)
@@ -94,13 +87,11 @@ class Choice(Kind):
     options: tuple[str, ...]
 
     def check(self, name: str, value: Any) -> str:  # noqa: ANN401
-        """See Kind.check."""
         if value not in self.options:
             raise self.refuse(name, value)
         return str(value)
 
     def describe(self) -> str:
-        """See Kind.describe."""
         return ", ".join(self.options)
 
 
@@ -112,7 +103,6 @@ class Either(Kind):
     word: str
 
     def check(self, name: str, value: Any) -> Any:  # noqa: ANN401
-        """See Kind.check."""
         if value == self.word:
             return self.word
         try:
@@ -121,7 +111,6 @@ class Either(Kind):
             raise self.refuse(name, value) from error
 
     def describe(self) -> str:
-        """See Kind.describe."""
         return f'{self.item.describe()}, or "{self.word}"'
 
 
@@ -130,13 +119,11 @@ class Switch(Kind):
     """True or false."""
 
     def check(self, name: str, value: Any) -> bool:  # noqa: ANN401
-        """See Kind.check."""
         if not isinstance(value, bool):
             raise self.refuse(name, value)
         return value
 
     def describe(self) -> str:
-        """See Kind.describe."""
         return "true, false"
 
 
@@ -148,13 +135,11 @@ class Text(Kind):
     example: str = "TEXT"
 
     def check(self, name: str, value: Any) -> str:  # noqa: ANN401
-        """See Kind.check."""
         if not isinstance(value, str) or not value or not is_unicode(value):
             raise self.refuse(name, value)
         return value
 
     def describe(self) -> str:
-        """See Kind.describe."""
         return self.what
 
 
@@ -173,13 +158,11 @@ class Several(Kind):
     commas: bool = True
 
     def check(self, name: str, value: Any) -> tuple[Any, ...]:  # noqa: ANN401
-        """See Kind.check."""
         if not isinstance(value, (list, tuple)) or not self.least <= len(value) <= self.most:
             raise self.refuse(name, value)
         return tuple(self.item.check(f"{name}[{i}]", entry) for i, entry in enumerate(value))
 
     def describe(self) -> str:
-        """See Kind.describe."""
         count = f"{self.least} to {self.most}" if self.least != self.most else f"{self.least}"
         return f"a list of {count} entries, each {self.item.describe()}"
 
@@ -191,7 +174,6 @@ class Interval(Kind):
     number: Number
 
     def check(self, name: str, value: Any) -> tuple[float, float]:  # noqa: ANN401
-        """See Kind.check."""
         if not isinstance(value, (list, tuple)) or len(value) != 2:
             raise self.refuse(name, value)
         low, high = (self.number.check(name, end) for end in value)
@@ -205,7 +187,6 @@ class Interval(Kind):
         return low, high
 
     def describe(self) -> str:
-        """See Kind.describe."""
         return f"a pair [lower, upper], lower <= upper, each {self.number.describe()}"
 
 
@@ -216,13 +197,11 @@ class Table(Kind):
     item: Kind
 
     def check(self, name: str, value: Any) -> dict[str, Any]:  # noqa: ANN401
-        """See Kind.check."""
         if not isinstance(value, Mapping):
             raise self.refuse(name, value)
         return {str(key): self.item.check(f"{name}.{key}", entry) for key, entry in value.items()}
 
     def describe(self) -> str:
-        """See Kind.describe."""
         return f"a table of entries, each {self.item.describe()}"
 
 
@@ -255,11 +234,7 @@ def parameter(
 
 
 def flag_name(entry: dataclasses.Field[Any]) -> str:
-    """An entry as the command line calls it.
-
-    Args:
-        entry: A field made by :func:`parameter`.
-    """
+    """An entry as the command line calls it."""
     return str(entry.metadata["flag"] or "--" + entry.name.replace("_", "-"))
 
 
@@ -317,11 +292,7 @@ class Section:
 
 
 def described(entry: dataclasses.Field[Any]) -> str:
-    """An entry's meaning, allowed values and default in one line.
-
-    Args:
-        entry: A field made by :func:`parameter`.
-    """
+    """An entry's meaning, allowed values and default in one line."""
     made = entry.default_factory
     default = entry.default if made is dataclasses.MISSING else made()
     meaning = " ".join(str(entry.metadata["doc"]).split())

@@ -302,17 +302,11 @@ def mass_parameter(default: float, doc: str) -> Any:  # noqa: ANN401 (a dataclas
 
 
 class Module(NamedTuple):
-    """The module of a joint, motor and gear in a cylinder about its axis.
+    """The module of a joint, motor and gear in a cylinder about its axis."""
 
-    Attributes:
-        diameter: Its diameter [m].
-        length: Its length along the axis [m].
-        mass: Its mass [kg].
-    """
-
-    diameter: float
-    length: float
-    mass: float
+    diameter: float  # its diameter [m]
+    length: float  # its length along the axis [m]
+    mass: float  # its mass [kg]
 
 
 @dataclass(frozen=True, repr=False)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from armdesign.cli.command_options import WeightFlags
 from armdesign.cli.input_recordings import Split, every_recording, open_demonstrations
 from armdesign.demonstration import Recording, write_plain_csv
 from armdesign.errors import SettingsError
@@ -37,14 +38,14 @@ def test_cycles_are_listed(run, take):
 
 
 def test_all_cycles_are_demonstrations_and_every_third_is_held_out(take):
-    opened = open_demonstrations([take], Settings(), None, None, split=Split("all", 3))
+    opened = open_demonstrations([take], Settings(), WeightFlags(), split=Split("all", 3))
     assert (len(opened.seen), len(opened.unseen), opened.source) == (5, 2, take)
     spans = sorted((each.time[0], each.time[-1]) for each in (*opened.seen, *opened.unseen))
     assert all(one[1] <= other[0] + 1e-9 for one, other in pairwise(spans))
-    again = open_demonstrations(None, opened.settings, None, None)  # the settings name the parts
+    again = open_demonstrations(None, opened.settings, WeightFlags())  # the settings name the parts
     assert [each.source for each in again.seen] == [str(Path(each.source).resolve()) for each in opened.seen]
     assert len(again.unseen) == 2
-    (best,) = open_demonstrations([take], Settings(), None, None, split=Split("best")).seen
+    (best,) = open_demonstrations([take], Settings(), WeightFlags(), split=Split("best")).seen
     assert best.frames < 120
 
 
@@ -60,7 +61,7 @@ def test_folders_and_patterns_are_their_files_in_order(tmp_path, take):
         (tmp_path / "takes" / name).write_bytes(take.read_bytes())
     wanted = [tmp_path / "takes" / name for name in ("a.csv", "b.csv")]
     assert every_recording([tmp_path / "takes"]) == every_recording([tmp_path / "takes" / "*.csv"]) == wanted
-    opened = open_demonstrations([tmp_path / "takes"], Settings(), None, None, split=Split(None, 2))
+    opened = open_demonstrations([tmp_path / "takes"], Settings(), WeightFlags(), split=Split(None, 2))
     assert [Path(each.source).name for each in (*opened.seen, *opened.unseen)] == ["a.csv", "b.csv"]
     for i in range(12):
         (tmp_path / "takes" / f"x_{i:04d}_keypoints.json").write_text("{}")  # of OpenPose, a file a frame
@@ -72,4 +73,4 @@ def test_folders_and_patterns_are_their_files_in_order(tmp_path, take):
 @pytest.mark.parametrize("split", [Split("some"), Split(None, 1), Split(None, 3), Split("best", 2)])
 def test_what_cannot_be_split_is_refused(take, split):
     with pytest.raises(SettingsError, match="--"):
-        open_demonstrations([take], Settings(), None, None, split=split)
+        open_demonstrations([take], Settings(), WeightFlags(), split=split)

@@ -12,7 +12,9 @@ import time
 import psutil
 import pytest
 
-from armdesign.experiments.sweep import read_sweep, run_sweep, unit_worker
+from armdesign.experiments.sweep.run_sweep import run_sweep
+from armdesign.experiments.sweep.sweep_store import read_sweep
+from armdesign.experiments.sweep.units import unit_worker
 from armdesign.runs.lock import holder_of
 from armdesign.search.backends.processes import WorkerProcesses
 
@@ -162,7 +164,8 @@ def test_dry_run_knows_more_candidates_and_pso_as_longer(packaging):
 
 def test_bar_in_a_terminal_is_below_the_runs_that_have_ended(monkeypatch):
     from armdesign.cli.screen import SweepBar  # noqa: PLC0415
-    from armdesign.experiments.sweep import Outcome, SweepStatus  # noqa: PLC0415
+    from armdesign.experiments.sweep.run_sweep import SweepStatus  # noqa: PLC0415
+    from armdesign.experiments.sweep.units import Outcome  # noqa: PLC0415
     from armdesign.search.search import Progress  # noqa: PLC0415
 
     stream = io.StringIO()

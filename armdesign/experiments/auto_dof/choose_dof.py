@@ -14,12 +14,10 @@ from armdesign.experiments.auto_dof.dof_records import (
     TABLE,
     TASKS,
     AutoState,
-    DofResult,
     auto_csv,
     fitness_of,
     has_choice,
     holds_auto,
-    judged,
     read_auto,
     read_dof_result,
     run_name,
@@ -27,6 +25,7 @@ from armdesign.experiments.auto_dof.dof_records import (
 )
 from armdesign.experiments.auto_dof.dof_rule import (
     JOINTS,
+    DofResult,
     Rule,
     Verdict,
     decide,
@@ -237,7 +236,7 @@ def carry_out_auto(
                 calls.end(result)
         tolerance = state.rule.tolerance
         if tolerance:
-            explanation = explain_by_tolerance(verdict, judged(results), tolerance)
+            explanation = explain_by_tolerance(verdict, results, tolerance)
         else:
             explanation = explain(verdict, fitness_of(results), state.joints, state.rule)
         write_whole(folder / TABLE, auto_csv(results, verdict))
@@ -254,7 +253,7 @@ def carry_out_auto(
 def decided(results: Mapping[int, DofResult], state: AutoState) -> Verdict | None:
     """The choice, by the tolerance where one is stated; None where more has to be searched."""
     if state.rule.tolerance:
-        return decide_by_tolerance(judged(results), state.joints)
+        return decide_by_tolerance(results, state.joints)
     return decide(fitness_of(results), state.joints, state.rule)
 
 
@@ -272,15 +271,7 @@ def noting(callbacks: Callbacks, interrupts: Interrupts) -> Callbacks:
 def search_joints(
     folder: Path, n: int, results: Mapping[int, DofResult], start_workers: StartWorkers, callbacks: Callbacks
 ) -> DofResult | None:
-    """Search the arm of n joints in its run folder; None where somebody asked for the end first.
-
-    Args:
-        folder: The folder of the choice.
-        n: Number of joints.
-        results: What fewer joints have given.
-        start_workers: Gives the backend.
-        callbacks: Functions that are called on the way.
-    """
+    """Search the arm of n joints in its run folder; None where somebody asked for the end first."""
     try:
         read_problem(folder / TASKS / run_name(n)).space.check_not_empty()
     except SettingsError as error:  # with so few joints no arm within the bounds is long enough

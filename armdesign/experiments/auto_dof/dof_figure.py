@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from armdesign.experiments.auto_dof.dof_records import DofResult
+from armdesign.experiments.auto_dof.dof_rule import DofResult
 from armdesign.views.report.drawing import ARM, GREY, new_figure
 
 

@@ -6,13 +6,13 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import NamedTuple
 
 from armdesign.demonstration.provenance import as_json
 from armdesign.errors import RunFolderError, SettingsError
-from armdesign.experiments.auto_dof.dof_rule import Judged, Rule, Verdict
+from armdesign.experiments.auto_dof.dof_rule import DofResult, Rule, Verdict
 from armdesign.files import csv_table, read_json, write_whole
 from armdesign.runs.contents import SCHEMA_VERSION
 from armdesign.runs.reading import result_content
@@ -21,64 +21,13 @@ from armdesign.runs.resumable import finished
 AUTO, TABLE, PICTURE, TASKS = "auto.json", "auto.csv", "pareto.png", ".tasks"
 
 
-@dataclass(frozen=True)
-class DofResult:
-    """The best arm of a number of joints.
-
-    Attributes:
-        dof: Number of joints n.
-        path_fitness: Its f [m]; infinite where none is valid.
-        fitness: Its r [m].
-        area: Its E [m].
-        length: Its L [m].
-        hand_error: Mean distance of the end-effector from the hand [m].
-        evaluations: Candidates of the search.
-        wall_time: Duration of the search [s].
-        begun_from: Designs of its first generation that came from the smaller arm.
-        reason: Why there is no arm.
-        hand_p95: What the distance of the end-effector from the hand stays below in 95 % of the frames [m].
-        hand_max: Its largest [m].
-        feasible: Whether the arm is feasible, by its verdict.
-        passed: Whether it meets the stated tolerance, too, where one is stated.
-        held_out: Its mean f on the demonstrations that the search did not see [m]; infinite where there are none.
-    """
-
-    dof: int
-    path_fitness: float = math.inf
-    fitness: float = math.inf
-    area: float = math.inf
-    length: float = math.inf
-    hand_error: float = math.inf
-    evaluations: int = 0
-    wall_time: float = 0.0
-    begun_from: int = 0
-    reason: str = ""
-    hand_p95: float = math.inf
-    hand_max: float = math.inf
-    feasible: bool = False
-    passed: bool = False
-    held_out: float = math.inf
-
-    @property
-    def valid(self) -> bool:
-        """Whether there is an arm."""
-        return math.isfinite(self.path_fitness)
-
-
 class AutoState(NamedTuple):
-    """Content of auto.json.
+    """Content of auto.json."""
 
-    Attributes:
-        joints: All n to choose from, ascending.
-        rule: When more joints do not pay.
-        chosen: The choice; None while there is none.
-        failed: Why there is no arm, by the n that have none.
-    """
-
-    joints: tuple[int, ...]
-    rule: Rule
-    chosen: int | None
-    failed: dict[int, str]
+    joints: tuple[int, ...]  # all n to choose from, ascending
+    rule: Rule  # when more joints do not pay
+    chosen: int | None  # the choice; None while there is none
+    failed: dict[int, str]  # why there is no arm, by the n that have none
 
 
 def holds_auto(folder: Path) -> bool:
@@ -99,11 +48,6 @@ def run_name(n: int) -> str:
 def fitness_of(results: Mapping[int, DofResult]) -> dict[int, float]:
     """Path fitness by number of joints [m]."""
     return {n: result.path_fitness for n, result in results.items()}
-
-
-def judged(results: Mapping[int, DofResult]) -> dict[int, Judged]:
-    """What the verdict says by number of joints."""
-    return {n: Judged(result.passed, result.feasible, result.hand_max) for n, result in results.items()}
 
 
 def read_dof_result(place: Path) -> DofResult:

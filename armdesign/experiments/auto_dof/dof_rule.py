@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from armdesign.errors import SettingsError, counted
 
@@ -55,31 +55,41 @@ class Rule:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The number of joints, and why no more searches are needed.
+    """The number of joints, and why no more searches are needed."""
 
-    Attributes:
-        dof: The chosen n.
-        reason: ``enough``: its f is at most `Rule.enough`; ``level``: LOOK_AHEAD larger arms bring nothing that counts;
-            ``all``: every n was searched; ``tolerance``: its arm is the first to be feasible and meet the stated
-            tolerance; ``missed``: none is, and this one comes nearest.
-    """
-
-    dof: int
+    dof: int  # the chosen n
+    # ``enough``: its f is at most `Rule.enough`; ``level``: LOOK_AHEAD larger arms bring nothing that counts;
+    # ``all``: every n was searched; ``tolerance``: its arm is the first to be feasible and meet the stated
+    # tolerance; ``missed``: none is, and this one comes nearest
     reason: Reason
 
 
-class Judged(NamedTuple):
-    """What the verdict says of the best arm of a number of joints.
+@dataclass(frozen=True)
+class DofResult:
+    """The best arm of a number of joints."""
 
-    Attributes:
-        passed: Whether it is feasible and meets the stated tolerance.
-        feasible: Whether it is feasible.
-        hand: Largest distance of its end-effector from the hand [m]; infinite where there is no valid arm.
-    """
+    dof: int  # number of joints n
+    path_fitness: float = math.inf  # its f [m]; infinite where none is valid
+    fitness: float = math.inf  # its r [m]
+    area: float = math.inf  # its E [m]
+    length: float = math.inf  # its L [m]
+    hand_error: float = math.inf  # mean distance of the end-effector from the hand [m]
+    evaluations: int = 0  # candidates of the search
+    wall_time: float = 0.0  # duration of the search [s]
+    begun_from: int = 0  # designs of its first generation that came from the smaller arm
+    reason: str = ""  # why there is no arm
+    # what the distance of the end-effector from the hand stays below in 95 % of the frames [m]
+    hand_p95: float = math.inf
+    hand_max: float = math.inf  # its largest [m]
+    feasible: bool = False  # whether the arm is feasible, by its verdict
+    passed: bool = False  # whether it meets the stated tolerance, too, where one is stated
+    # its mean f on the demonstrations that the search did not see [m]; infinite where there are none
+    held_out: float = math.inf
 
-    passed: bool
-    feasible: bool
-    hand: float
+    @property
+    def valid(self) -> bool:
+        """Whether there is an arm."""
+        return math.isfinite(self.path_fitness)
 
 
 def rule_of(within: float | None, enough: float | None) -> Rule:
@@ -135,7 +145,7 @@ def decide(f: Mapping[int, float], joints: Sequence[int], rule: Rule) -> Verdict
     return Verdict(n, "level") if len(larger) >= LOOK_AHEAD else None
 
 
-def decide_by_tolerance(judged: Mapping[int, Judged], joints: Sequence[int]) -> Verdict | None:
+def decide_by_tolerance(judged: Mapping[int, DofResult], joints: Sequence[int]) -> Verdict | None:
     """The fewest joints whose arm is feasible and meets the stated tolerance; where none does, the nearest to it.
 
     Args:
@@ -148,20 +158,14 @@ def decide_by_tolerance(judged: Mapping[int, Judged], joints: Sequence[int]) -> 
     met = [n for n, each in judged.items() if each.passed]
     if met:
         return Verdict(min(met), "tolerance")
-    known = [n for n, each in judged.items() if math.isfinite(each.hand)]
+    known = [n for n, each in judged.items() if math.isfinite(each.hand_max)]
     if not known or any(n not in judged for n in joints):
         return None
-    return Verdict(min(known, key=lambda n: (not judged[n].feasible, judged[n].hand)), "missed")
+    return Verdict(min(known, key=lambda n: (not judged[n].feasible, judged[n].hand_max)), "missed")
 
 
-def explain_by_tolerance(verdict: Verdict, judged: Mapping[int, Judged], tolerance: str) -> str:
-    """Why this many joints, where a tolerance was stated.
-
-    Args:
-        verdict: The choice.
-        judged: What the verdict says by number of joints.
-        tolerance: The tolerance in words.
-    """
+def explain_by_tolerance(verdict: Verdict, judged: Mapping[int, DofResult], tolerance: str) -> str:
+    """Why this many joints, where a tolerance was stated."""
     n, others = verdict.dof, {k: found(each) for k, each in sorted(judged.items()) if k != verdict.dof}
     if verdict.reason == "tolerance":
         word = "suffices" if n == 1 else "suffice"
@@ -174,11 +178,11 @@ def explain_by_tolerance(verdict: Verdict, judged: Mapping[int, Judged], toleran
     )
 
 
-def found(each: Judged) -> str:
+def found(each: DofResult) -> str:
     """What was found with a number of joints: ``largest hand error 3.21 mm, not feasible``."""
-    if not math.isfinite(each.hand):
+    if not math.isfinite(each.hand_max):
         return "no valid arm"
-    return f"largest hand error {millimetres(each.hand)}{'' if each.feasible else ', not feasible'}"
+    return f"largest hand error {millimetres(each.hand_max)}{'' if each.feasible else ', not feasible'}"
 
 
 def told(others: Mapping[int, str]) -> str:

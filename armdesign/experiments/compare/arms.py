@@ -27,25 +27,16 @@ EXAMPLE = "a run folder, a DH table, the path of a URDF, or one of the names of 
 
 @dataclass(frozen=True, eq=False)
 class DesignArm:
-    """A design to be compared.
+    """A design to be compared."""
 
-    Attributes:
-        name: What to call it.
-        source: Where it was read.
-        table: The arm.
-        limits: Joint limits, shape (n, 2) [rad].
-        base: Where its base stands in the room; None where nothing says it.
-        slides: Where its joint modules sit on their axes, n of them [m]; None where nothing says it.
-        body: What its links and joints are made of; None where nothing says it.
-    """
-
-    name: str
-    source: str
-    table: DHTable
-    limits: Array
-    base: BasePose | None = None
+    name: str  # what to call it
+    source: str  # where it was read
+    table: DHTable  # the arm
+    limits: Array  # joint limits, shape (n, 2) [rad]
+    base: BasePose | None = None  # where its base stands in the room; None where nothing says it
+    # where its joint modules sit on their axes, n of them [m]; None where nothing says it
     slides: tuple[float, ...] | None = None
-    body: Body | None = None
+    body: Body | None = None  # what its links and joints are made of; None where nothing says it
 
     @property
     def dof(self) -> int:

@@ -70,50 +70,30 @@ class BaseSearch:
 
 @dataclass(frozen=True)
 class BaseProgress:
-    """How far the search for a base pose is.
+    """How far the search for a base pose is."""
 
-    Attributes:
-        evaluations: Base poses tried.
-        total: Base poses to try.
-        fitness: The best r so far, infinite while no pose reaches the start [m].
-    """
-
-    evaluations: int
-    total: int
-    fitness: float
+    evaluations: int  # base poses tried
+    total: int  # base poses to try
+    fitness: float  # the best r so far, infinite while no pose reaches the start [m]
 
 
 @dataclass(frozen=True, eq=False)
 class Mounting:
-    """A ready-made arm where it does best.
+    """A ready-made arm where it does best."""
 
-    Attributes:
-        base: Base pose (x, y, z, yaw) in the task's frame, shape (4,) [m, rad].
-        scores: Fitness there, one entry each.
-        path: Path there; empty if no pose reaches the start.
-        evaluations: Base poses tried.
-        mounted: What the base is mounted on: floor, wall or ceiling.
-    """
-
-    base: Array
-    scores: Scores
-    path: PathResult
-    evaluations: int
-    mounted: str = "floor"
+    base: Array  # base pose (x, y, z, yaw) in the task's frame, shape (4,) [m, rad]
+    scores: Scores  # fitness there, one entry each
+    path: PathResult  # path there; empty if no pose reaches the start
+    evaluations: int  # base poses tried
+    mounted: str = "floor"  # what the base is mounted on: floor, wall or ceiling
 
 
 class Region(NamedTuple):
-    """Base poses (x, y, z, yaw) among which the best is sought.
+    """Base poses (x, y, z, yaw) among which the best is sought."""
 
-    Attributes:
-        lower: Lower bounds, shape (4,) [m, rad].
-        upper: Upper bounds, shape (4,) [m, rad].
-        first: The pose that is tried first, shape (4,).
-    """
-
-    lower: Array
-    upper: Array
-    first: Array
+    lower: Array  # lower bounds, shape (4,) [m, rad]
+    upper: Array  # upper bounds, shape (4,) [m, rad]
+    first: Array  # the pose that is tried first, shape (4,)
 
 
 def mount_arm(
@@ -143,49 +123,17 @@ def mount_arm(
     rough = full.on(arm_problem(arm, *frames, replace(solver, **ROUGH._asdict())))
     if not sites:
         half = np.r_[np.full(3, search.half_width), np.pi]
-        return best_in_region(rough, full, Region(-half, half, PLAIN), search, rng, on_progress)
+        return RegionSearch(Region(-half, half, PLAIN), search, rng, rough, full, on_progress).best()
     share = replace(search, evaluations=max(1, search.evaluations // len(sites)))
     found = []
     for site in sites:
         lower, upper = np.array([site.x, site.y, site.z, site.yaw]).T
         region = Region(lower, upper, (lower + upper) / 2.0)
-        best = best_in_region(rough.at(site), full.at(site), region, share, rng, on_progress)
-        found.append(replace(best, mounted=site.mounted))
+        part = RegionSearch(region, share, rng, rough.at(site), full.at(site), on_progress)
+        found.append(replace(part.best(), mounted=site.mounted))
     tried = sum(each.evaluations for each in found)
     best = min(found, key=lambda each: (float(each.scores.fitness[0]), float(each.scores.start_error[0])))
     return replace(best, evaluations=tried)
-
-
-def best_in_region(
-    rough: PolylineEvaluator,
-    full: PolylineEvaluator,
-    region: Region,
-    search: BaseSearch,
-    rng: np.random.Generator,
-    on_progress: Callable[[BaseProgress], None] | None,
-) -> Mounting:
-    """The best base pose in one region.
-
-    Args:
-        rough: Evaluator with the effort of the first look.
-        full: Evaluator with the fitness proper.
-        region: Where the base may stand.
-        search: How many poses are tried.
-        rng: Random numbers.
-        on_progress: Called after every round.
-    """
-    poses = spread_poses(region, search, rng)
-    looks = rough_scores(rough, poses, search, on_progress)
-    best = np.lexsort((looks.start_error, looks.fitness))
-    particles = poses[best[:PARTICLES]]
-    if 0 not in best[:PARTICLES]:
-        particles[-1] = region.first
-    base, tried = swarm_search(full, particles, region, search, rng, on_progress)
-    if base is None:  # no pose reaches the start
-        base = poses[best[0]]
-    base = np.r_[base[:3], np.pi - np.mod(np.pi - base[3], 2.0 * np.pi)]
-    scores, path = full.follow_from(base)
-    return Mounting(base, scores, path, len(poses) + tried)
 
 
 def spread_poses(region: Region, search: BaseSearch, rng: np.random.Generator) -> Array:
@@ -198,61 +146,61 @@ def spread_poses(region: Region, search: BaseSearch, rng: np.random.Generator) -
     return np.asarray(poses)
 
 
-def rough_scores(
-    rough: PolylineEvaluator, poses: Array, search: BaseSearch, on_progress: Callable[[BaseProgress], None] | None
-) -> Scores:
-    """Scores of base poses with few start poses each.
+@dataclass(frozen=True)
+class RegionSearch:
+    """The search for the best base pose in one region."""
 
-    Args:
-        rough: Evaluator with the effort of the first look.
-        poses: Base poses, shape (N, 4) [m, rad].
-        search: How many are tried in all.
-        on_progress: Called after every part.
-    """
-    parts = []
-    for first in range(0, len(poses), 2 * PARTICLES):
-        parts.append(rough.scores(poses[first : first + 2 * PARTICLES]))
-        done = min(first + 2 * PARTICLES, len(poses))
-        if on_progress is not None:
-            best = min(float(part.fitness.min()) for part in parts)
-            on_progress(BaseProgress(done, search.evaluations, best))
-    return Scores(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
+    region: Region
+    search: BaseSearch
+    rng: np.random.Generator
+    rough: PolylineEvaluator  # with the effort of the first look
+    full: PolylineEvaluator  # with the fitness proper
+    on_progress: Callable[[BaseProgress], None] | None  # called after every round
 
+    def best(self) -> Mounting:
+        """The best base pose."""
+        poses = spread_poses(self.region, self.search, self.rng)
+        looks = self.look(poses)
+        best = np.lexsort((looks.start_error, looks.fitness))
+        particles = poses[best[:PARTICLES]]
+        if 0 not in best[:PARTICLES]:
+            particles[-1] = self.region.first
+        base, tried = self.swarm(particles)
+        if base is None:  # no pose reaches the start
+            base = poses[best[0]]
+        base = np.r_[base[:3], np.pi - np.mod(np.pi - base[3], 2.0 * np.pi)]
+        scores, path = self.full.follow_from(base)
+        return Mounting(base, scores, path, len(poses) + tried)
 
-def swarm_search(
-    full: PolylineEvaluator,
-    particles: Array,
-    region: Region,
-    search: BaseSearch,
-    rng: np.random.Generator,
-    on_progress: Callable[[BaseProgress], None] | None,
-) -> tuple[Array | None, int]:
-    """Best base pose of a swarm, or None where none reaches the start; and how many it has tried.
+    def look(self, poses: Array) -> Scores:
+        """Scores of base poses, shape (N, 4) [m, rad], with few start poses each."""
+        parts = []
+        for first in range(0, len(poses), 2 * PARTICLES):
+            parts.append(self.rough.scores(poses[first : first + 2 * PARTICLES]))
+            done = min(first + 2 * PARTICLES, len(poses))
+            if self.on_progress is not None:
+                best = min(float(part.fitness.min()) for part in parts)
+                self.on_progress(BaseProgress(done, self.search.evaluations, best))
+        return Scores(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
 
-    A turn may go beyond half a turn either way, so that the swarm meets no wall there.
+    def swarm(self, particles: Array) -> tuple[Array | None, int]:
+        """Best base pose of a swarm from such poses, shape (N, 4), or None where none reaches the start; tried poses.
 
-    Args:
-        full: Evaluator with the fitness proper.
-        particles: First base poses, shape (N, 4) [m, rad].
-        region: Where the base may stand.
-        search: How many are tried in all.
-        rng: Random numbers.
-        on_progress: Called after every round.
-    """
-    lower, upper = region.lower.copy(), region.upper.copy()
-    if upper[3] - lower[3] >= 2.0 * np.pi - 1e-9:
-        lower[3], upper[3] = -2.0 * np.pi, 2.0 * np.pi
-    box = Box(lower, upper, np.array([False, False, False, True]))
-    before = max(1, search.evaluations // 2)
-    rounds = max(1, (search.evaluations - before) // len(particles))
-    parameters = PSO.Parameters(particles=len(particles), iterations=rounds, **FACTORS)
-    swarm = PSO(SearchSpace(box, sample=lambda _rng, _count: particles), rng, parameters)
-    for k in range(rounds):
-        scores = full.scores(swarm.ask(), swarm.cutoff)
-        swarm.tell(scores.fitness, scores.valid)
-        tried = min(before + (k + 1) * len(particles), search.evaluations)
-        if on_progress is not None:
-            done = search.evaluations if k == rounds - 1 else tried
-            on_progress(BaseProgress(done, search.evaluations, swarm.best_fitness))
-    best = swarm.best_position if np.isfinite(swarm.best_fitness) else None
-    return best, rounds * len(particles)
+        A turn may go beyond half a turn either way, so that the swarm meets no wall there.
+        """
+        lower, upper, total = self.region.lower.copy(), self.region.upper.copy(), self.search.evaluations
+        if upper[3] - lower[3] >= 2.0 * np.pi - 1e-9:
+            lower[3], upper[3] = -2.0 * np.pi, 2.0 * np.pi
+        box = Box(lower, upper, np.array([False, False, False, True]))
+        before = max(1, total // 2)
+        rounds = max(1, (total - before) // len(particles))
+        parameters = PSO.Parameters(particles=len(particles), iterations=rounds, **FACTORS)
+        swarm = PSO(SearchSpace(box, sample=lambda _rng, _count: particles), self.rng, parameters)
+        for k in range(rounds):
+            scores = self.full.scores(swarm.ask(), swarm.cutoff)
+            swarm.tell(scores.fitness, scores.valid)
+            if self.on_progress is not None:
+                done = total if k == rounds - 1 else min(before + (k + 1) * len(particles), total)
+                self.on_progress(BaseProgress(done, total, swarm.best_fitness))
+        best = swarm.best_position if np.isfinite(swarm.best_fitness) else None
+        return best, rounds * len(particles)

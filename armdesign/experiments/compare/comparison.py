@@ -15,7 +15,6 @@ from armdesign.bodies.exact import ExactScene
 from armdesign.bodies.loads import base_gravity, dynamic_model
 from armdesign.experiments.compare.arms import Arm, DesignArm, open_arms
 from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch, mount_arm
-from armdesign.experiments.compare.dynamics import peak_torques, ready_made_model
 from armdesign.experiments.compare.serial_arm import SerialArm
 from armdesign.feasibility.verdict import clearances, exact_obstacles
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
@@ -227,7 +226,7 @@ def score_ready_made(
         arm, mounting.scores, mounting.path, moving_mass=arm.moving_mass or None, base=mounting.base,
         mounted=mounting.mounted, evaluations=mounting.evaluations,
     )  # fmt: skip
-    model = ready_made_model(arm, payload)
+    model = arm.model(payload)
     model.gravity.linear = base_gravity(placed_base(mounting.base[:3], float(mounting.base[3]), mounting.mounted))
     return with_effort(row, problem, model)
 
@@ -239,7 +238,10 @@ def with_effort(row: ArmScore, problem: DesignProblem, model: pin.Model) -> ArmS
     followed = np.array(problem.settings.fitness.weights) > 0.0
     worst = np.where(followed, row.path.distance.max(axis=0), -1.0)
     motion = smooth_motion(problem.task.time, row.path.q, row.arm.limits)
-    torque = None if row.moving_mass is None else peak_torques(model, motion)
+    torque = None
+    if row.moving_mass is not None:
+        data, states = model.createData(), zip(motion.q, motion.v, motion.a, strict=True)
+        torque = np.abs([pin.rnea(model, data, *state) for state in states]).max(axis=0)
     turns = ~np.array(row.arm.table.prismatic) if isinstance(row.arm, DesignArm) else np.ones(row.arm.dof, dtype=bool)
     speed = np.abs(motion.v).max(axis=0)[turns]
     return replace(row, worst_point=int(np.argmax(worst)), torque=torque, speed=speed)

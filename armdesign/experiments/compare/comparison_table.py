@@ -144,12 +144,7 @@ def comparison_json(comparison: Comparison, source: str) -> str:
 
 
 def row_content(row: ArmScore, points: tuple[str, ...]) -> dict[str, Any]:
-    """The entries of an arm, infinite or None where there is no value.
-
-    Args:
-        row: The arm with its scores.
-        points: Names of the followed points.
-    """
+    """The entries of an arm, infinite or None where there is no value."""
     errors = {name: mean_and_max(row.path.distance[:, i]) if row.reached else None for i, name in enumerate(points)}
     return {
         "name": row.arm.name,

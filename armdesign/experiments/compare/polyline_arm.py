@@ -41,15 +41,7 @@ FULL_TURN = np.pi
 
 
 class PolylineChain:
-    """A ready-made arm in the form that the kernels take.
-
-    Attributes:
-        arm: The arm.
-        mounted: 1 where a mount comes before the arm's joints, else 0.
-        axes: Joint axes in the turned frames, shape (N, 3), N = n + mounted.
-        placements: Turned frame of each joint in the one before, the first in the base, shape (N, 4, 4).
-        chain: The skeleton, one CHAIN record, shape (1,).
-    """
+    """A ready-made arm in the form that the kernels take, with N joints, one more than it has where it is mounted."""
 
     def __init__(self, arm: SerialArm) -> None:
         """Turn the frames so that each has the piece behind it along its x axis.
@@ -58,7 +50,7 @@ class PolylineChain:
             DesignError: With the mount there are more joints than the kernels take.
         """
         self.arm = arm
-        self.mounted = int(arm.pieces[0] > 0.0)
+        self.mounted = int(arm.pieces[0] > 0.0)  # 1 where a mount comes before the arm's joints
         if arm.dof + self.mounted > MAX_DOF:
             raise DesignError(
                 f"{arm.source}: the arm has {arm.dof} joints, the first of them away from the base",
@@ -72,6 +64,7 @@ class PolylineChain:
             pieces.pop(0)
         turns = [turn_to(pose[:3, 3] if length > 0.0 else None) for pose, length in zip(poses[1:], pieces, strict=True)]
         before = [np.eye(3), *turns]
+        # joint axes in the turned frames (N, 3); turned frame of each joint in the one before, first in the base
         self.axes = np.array([turn.T @ axis for turn, axis in zip(turns, axes, strict=True)])
         self.placements = np.array([framed(a, p, b) for a, p, b in zip(before, poses, turns, strict=False)])
         self.chain = chain_record(len(turns), np.array(pieces), turns[-1].T @ poses[-1][:3, :3])

@@ -17,17 +17,11 @@ ROBOTS = "share/example-robot-data/robots"
 
 @dataclass(frozen=True)
 class ReadyMade:
-    """An arm of example-robot-data.
+    """An arm of example-robot-data."""
 
-    Attributes:
-        name: Its short name.
-        title: Maker and model.
-        path: Its URDF below the robots' folder.
-    """
-
-    name: str
-    title: str
-    path: str
+    name: str  # its short name
+    title: str  # maker and model
+    path: str  # its URDF below the robots' folder
 
 
 CATALOGUE = (

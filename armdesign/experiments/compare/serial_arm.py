@@ -29,29 +29,18 @@ SHORTEST = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class SerialArm:
-    """A ready-made arm; its base is where its first joint is mounted, with the root's axes.
+    """A ready-made arm; its base is where its first joint is mounted, with the root's axes."""
 
-    Attributes:
-        name: What to call it.
-        source: The file.
-        tool: Name of the tool's link.
-        joints: Names of the n joints.
-        placements: Frame of each joint in the one before, the first in the base, the tool last, shape (n + 1, 4, 4).
-        axes: Joint axes in the joints' frames, shape (n, 3).
-        limits: Joint limits, shape (n, 2) [rad]; infinite for continuous joints.
-        bodies: What moves with each joint, in the joint's frame, n entries.
-        held: Names of other joints that move, held at 0.
-    """
-
-    name: str
-    source: str
-    tool: str
-    joints: tuple[str, ...]
+    name: str  # what to call it
+    source: str  # the file
+    tool: str  # name of the tool's link
+    joints: tuple[str, ...]  # names of the n joints
+    # frame of each joint in the one before, the first in the base, the tool last, shape (n + 1, 4, 4)
     placements: Array
-    axes: Array
-    limits: Array
-    bodies: tuple[pin.Inertia, ...]
-    held: tuple[str, ...]
+    axes: Array  # joint axes in the joints' frames, shape (n, 3)
+    limits: Array  # joint limits, shape (n, 2) [rad]; infinite for continuous joints
+    bodies: tuple[pin.Inertia, ...]  # what moves with each joint, in the joint's frame, n entries
+    held: tuple[str, ...]  # names of other joints that move, held at 0
 
     @property
     def dof(self) -> int:
@@ -75,13 +64,15 @@ class SerialArm:
         """Mass of all that moves [kg]; 0 where the file has no inertias."""
         return float(sum(body.mass for body in self.bodies))
 
-    def model(self) -> pin.Model:
-        """The arm's Pinocchio model with its masses, from the base."""
+    def model(self, payload: float = 0.0) -> pin.Model:
+        """The arm's Pinocchio model from the base, with its masses and a point mass at the tool [kg]."""
         model = pin.Model()
         for i, name in enumerate(self.joints):
             joint = pin.JointModelRevoluteUnaligned(self.axes[i])
             model.addJoint(i, joint, pin.SE3(self.placements[i]), name)
             model.appendBodyToJoint(i + 1, self.bodies[i], pin.SE3.Identity())
+        load = pin.Inertia(payload, np.zeros(3), np.zeros((3, 3)))
+        model.appendBodyToJoint(self.dof, load, pin.SE3(self.placements[-1]))
         return model
 
 

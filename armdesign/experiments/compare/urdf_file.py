@@ -19,27 +19,17 @@ KINDS = (*MOVING, "fixed")
 
 @dataclass(frozen=True, eq=False)
 class UrdfJoint:
-    """A joint.
-
-    Attributes:
-        name: Its name.
-        kind: One of KINDS.
-        parent: Name of the link it is on.
-        child: Name of the link it carries.
-        pose: Its frame in the parent link's.
-        axis: Unit vector in its frame, shape (3,).
-        limits: Lowest and highest angle [rad]; infinite for a continuous joint, None where a revolute one has none.
-        mimics: Name of the joint it copies, or None.
-    """
+    """A joint."""
 
     name: str
-    kind: str
-    parent: str
-    child: str
-    pose: pin.SE3
-    axis: Array
+    kind: str  # one of KINDS
+    parent: str  # name of the link it is on
+    child: str  # name of the link it carries
+    pose: pin.SE3  # its frame in the parent link's
+    axis: Array  # unit vector in its frame, shape (3,)
+    # lowest and highest angle [rad]; infinite for a continuous joint, None where a revolute one has none
     limits: tuple[float, float] | None
-    mimics: str | None
+    mimics: str | None  # name of the joint it copies, or None
 
     @property
     def moves(self) -> bool:
@@ -49,21 +39,13 @@ class UrdfJoint:
 
 @dataclass(frozen=True, eq=False)
 class UrdfTree:
-    """A robot.
-
-    Attributes:
-        source: The file, for messages.
-        name: The robot's name.
-        root: Name of the link that carries all others.
-        bodies: Inertia of every link in its own frame; of mass 0 where the file has none.
-        joints: The joints by the link they carry.
-    """
+    """A robot."""
 
     source: str
-    name: str
-    root: str
-    bodies: dict[str, pin.Inertia]
-    joints: dict[str, UrdfJoint]
+    name: str  # the robot's name
+    root: str  # name of the link that carries all others
+    bodies: dict[str, pin.Inertia]  # inertia of every link in its own frame; of mass 0 where the file has none
+    joints: dict[str, UrdfJoint]  # the joints by the link they carry
 
     def leaving(self, link: str) -> list[UrdfJoint]:
         """The joints on a link, in the file's order."""

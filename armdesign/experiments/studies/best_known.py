@@ -28,21 +28,13 @@ FIELDS = (
 
 @dataclass(frozen=True)
 class Best:
-    """The best known arm.
+    """The best known arm."""
 
-    Attributes:
-        task: Name of the task, with its settings where it takes any.
-        dof: Number of joints n.
-        fitness: r [m].
-        phi: The design, the free entries of its DH table and of its base [rad, m].
-        found: How it was found.
-    """
-
-    task: str
-    dof: int
-    fitness: float
-    phi: tuple[float, ...]
-    found: str
+    task: str  # name of the task, with its settings where it takes any
+    dof: int  # number of joints n
+    fitness: float  # r [m]
+    phi: tuple[float, ...]  # the design, the free entries of its DH table and of its base [rad, m]
+    found: str  # how it was found
 
 
 def fingerprint(problem: DesignProblem) -> str:

@@ -23,7 +23,6 @@ from armdesign.views.preview import preview_html
 from armdesign.views.report.drawing import GREY, WIDTH, png
 from armdesign.views.report.sketch import sketch
 
-TITLE = "Fitness over the number of joints, and the arm of the number that is chosen"
 PARTS = (("fitness", 1.0, "r [m]"), ("path_fitness", 1e3, "f [mm]"), ("area", 1e3, "E [mm]"))
 """Entries of result.json, their factor and their name."""
 
@@ -59,19 +58,12 @@ def read_rule(request: StudyRequest) -> Rule:
 
 @dataclass(frozen=True)
 class Choice:
-    """The arm for a task.
+    """The arm for a task."""
 
-    Attributes:
-        task: Its name.
-        best: Of every n the search with the smallest r.
-        chosen: The n of the rule; None where nothing is finished.
-        explanation: Why; while searches have yet to end, that it is not the last word.
-    """
-
-    task: str
-    best: dict[int, Record]
-    chosen: int | None
-    explanation: str
+    task: str  # its name
+    best: dict[int, Record]  # of every n the search with the smallest r
+    chosen: int | None  # the n of the rule; None where nothing is finished
+    explanation: str  # why; while searches have yet to end, that it is not the last word
 
 
 def choices(request: StudyRequest, records: Sequence[Record]) -> list[Choice]:

@@ -18,13 +18,7 @@ class FrameFitness:
     """g(t, q) of eq. 3 for a given arm and frame: no ball around a previous pose, and the mount is the identity."""
 
     def __init__(self, table: DHTable, problem: Problem, frame: int) -> None:
-        """Load the arm.
-
-        Args:
-            table: The arm.
-            problem: The task.
-            frame: Index t of the frame.
-        """
+        """Load the arm."""
         record = problem.record[0]
         self.dof, points = table.dof, problem.points
         self.limits = np.stack([record["lower"][: self.dof], record["upper"][: self.dof]], axis=1)

@@ -33,30 +33,19 @@ TITLES = {
 
 @dataclass(frozen=True)
 class FrameSolution:
-    """What a solver has found for one arm and one frame.
+    """What a solver has found for one arm and one frame."""
 
-    Attributes:
-        g: Temporal fitness G [m].
-        q: The pose, shape (n,) [rad].
-        evaluations: How often it asked for the fitness (of DLS: steps).
-        seconds: Processor time it took [s].
-    """
-
-    g: float
-    q: Array
-    evaluations: int
-    seconds: float
+    g: float  # temporal fitness G [m]
+    q: Array  # the pose, shape (n,) [rad]
+    evaluations: int  # how often it asked for the fitness (of DLS: steps)
+    seconds: float  # processor time it took [s]
 
 
 class FrameSolvers:
     """All solvers on the frames of one task."""
 
     def __init__(self, problem: DesignProblem) -> None:
-        """Nothing solved yet.
-
-        Args:
-            problem: Task and settings.
-        """
+        """Nothing solved yet."""
         self.design_problem, self.problem = problem, problem.path_problem
         self.warm = False
 

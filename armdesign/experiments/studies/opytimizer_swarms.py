@@ -57,17 +57,11 @@ class BudgetSpentError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """What a run has found.
+    """What a run has found."""
 
-    Attributes:
-        x: The best position, shape (D,).
-        value: The objective there.
-        evaluations: Evaluations spent.
-    """
-
-    x: Array
-    value: float
-    evaluations: int
+    x: Array  # the best position, shape (D,)
+    value: float  # the objective there
+    evaluations: int  # evaluations spent
 
 
 class CountedObjective:

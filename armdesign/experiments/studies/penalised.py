@@ -23,11 +23,7 @@ class PenalisedFitness:
     """
 
     def __init__(self, problem: DesignProblem) -> None:
-        """Take over the objective of the search.
-
-        Args:
-            problem: Task and settings.
-        """
+        """Take over the objective of the search."""
         self.space, self.objective = problem.space, problem.objective()
         self.lower, self.upper = self.space.bounds
         self.length = self.space.length

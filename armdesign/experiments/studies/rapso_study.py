@@ -18,7 +18,6 @@ from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.files import csv_table, write_whole
 from armdesign.views.report.drawing import GREY, WIDTH
 
-TITLE = "RA-PSO against PSO"
 RANGES = ("valid", "box")
 READINGS = {"valid": "extent over the valid particles", "box": "width of the bounds"}
 QUANTITIES = {"fitness": "fitness", "effort": "CE"}
@@ -75,19 +74,12 @@ def read_options(request: StudyRequest) -> tuple[tuple[int, ...], tuple[str, ...
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table: a task with a number of joints, or the mean over all.
+    """A row of the table: a task with a number of joints, or the mean over all."""
 
-    Attributes:
-        dof: n; None for the mean.
-        task: Name of the task.
-        fitness: Change of the fitness over D.
-        effort: Change of CE over D.
-    """
-
-    dof: int | None
-    task: str
-    fitness: Change
-    effort: Change
+    dof: int | None  # n; None for the mean
+    task: str  # name of the task
+    fitness: Change  # change of the fitness over D
+    effort: Change  # change of CE over D
 
 
 def rows_of(request: StudyRequest, records: Sequence[Record], reading: str) -> list[Row]:
@@ -237,12 +229,7 @@ def figure(request: StudyRequest, records: Sequence[Record]) -> Figure:
 
 
 def draw_readings(found: Mapping[str, Sequence[Row]], intervals: Sequence[int]) -> Figure:
-    """A row of panels per reading of range.
-
-    Args:
-        found: Rows by reading, that of the mean last.
-        intervals: The values of D.
-    """
+    """A row of panels per reading of range."""
     picture = Figure(figsize=(WIDTH, 2.0 * len(found) + 1.1), layout="constrained")
     axes = picture.subplots(len(found), len(QUANTITIES), squeeze=False, sharex=True, sharey="col")
     means = [rows[-1] for rows in found.values() if rows]

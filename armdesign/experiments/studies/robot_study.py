@@ -34,7 +34,6 @@ from armdesign.search.evaluation import evaluate_design
 from armdesign.settings.sections import Search as SearchSettings
 from armdesign.views.report import drawing
 
-TITLE = "Searches for the whole robot"
 NAME = "robot"
 FOREIGN = {"abc": "abc", "ga": "ga", "pso-opytimizer": "pso", "sa": "sa", "sa-default": "sa-default"}
 """Opytimizer's algorithms, by the names they have here."""

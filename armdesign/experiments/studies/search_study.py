@@ -17,7 +17,6 @@ from armdesign.experiments.sweep.sweep_plan import Tasks, Unit
 from armdesign.runs.reading import read_history
 from armdesign.views.report.drawing import line_style
 
-TITLE = "The searches against each other"
 ALGORITHMS = ("multibasin", "rapso", "pso")
 NEAR = 1.01
 """What counts as the best known arm: 1 % above its fitness."""
@@ -67,23 +66,14 @@ def check_options(request: StudyRequest) -> None:
 
 @dataclass(frozen=True)
 class Run:
-    """A finished search.
+    """A finished search."""
 
-    Attributes:
-        fitness: r [m].
-        candidates: Candidates evaluated.
-        seconds: Time it took [s].
-        best: Best fitness so far, batch by batch, shape (M,) [m].
-        evaluations: Candidates up to there, shape (M,).
-        sure: Whether it has stopped since independent beginnings agree.
-    """
-
-    fitness: float
-    candidates: int
-    seconds: float
-    best: Array
-    evaluations: Array
-    sure: bool = False
+    fitness: float  # r [m]
+    candidates: int  # candidates evaluated
+    seconds: float  # time it took [s]
+    best: Array  # best fitness so far, batch by batch, shape (M,) [m]
+    evaluations: Array  # candidates up to there, shape (M,)
+    sure: bool = False  # whether it has stopped since independent beginnings agree
 
     def at(self, candidates: float) -> float:
         """Best fitness after so many candidates, +inf before the first batch is through."""
@@ -156,7 +146,7 @@ def tables(request: StudyRequest, records: Sequence[Record]) -> list[Table]:
         "sure and wrong: those of them that are not within 1 %.",
         "Best known: the best of these runs and of benchmarks/best_known.json where it holds the task.",
     )
-    return [Table("search", TITLE, columns, rows, notes)]
+    return [Table("search", "The searches against each other", columns, rows, notes)]
 
 
 def rows_of(group: Group, groups: dict[Group, list[Run]], best: float, budget: int) -> list[tuple[Cell, ...]]:

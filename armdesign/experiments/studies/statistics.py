@@ -15,15 +15,10 @@ DRAWS, LEVEL = 4000, 0.95
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """What a base method and K others found with the same seeds.
+    """What a base method and K others found with the same seeds."""
 
-    Attributes:
-        base: Shape (S,).
-        others: Shape (S, K); the k-th other's value with the seed of the same row.
-    """
-
-    base: Array
-    others: Array
+    base: Array  # shape (S,)
+    others: Array  # shape (S, K); the k-th other's value with the seed of the same row
 
     def __post_init__(self) -> None:
         """Check the shapes.
@@ -42,21 +37,14 @@ class Pairs:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Change of the mean against the base's, for each of K others.
+    """Change of the mean against the base's, for each of K others."""
 
-    Attributes:
-        percent: 100 (mean of the other / mean of the base - 1), averaged over the groups; shape (K,). Negative: less.
-        low: Lower end of the interval, shape (K,) [%].
-        high: Upper end, shape (K,) [%]; both NaN where a group has a single pair.
-        least: Share of the resamples in which the k-th other has the smallest change, shape (K,).
-        pairs: Number of pairs.
-    """
-
+    # 100 (mean of the other / mean of the base - 1), averaged over the groups; shape (K,). Negative: less
     percent: Array
-    low: Array
-    high: Array
-    least: Array
-    pairs: int
+    low: Array  # lower end of the interval, shape (K,) [%]
+    high: Array  # upper end, shape (K,) [%]; both NaN where a group has a single pair
+    least: Array  # share of the resamples in which the k-th other has the smallest change, shape (K,)
+    pairs: int  # number of pairs
 
 
 def change(groups: Sequence[Pairs], seed: int = 0, *, draws: int = DRAWS, level: float = LEVEL) -> Change:

@@ -22,8 +22,9 @@ from armdesign.experiments.studies.study_plan import Record, StudyRequest, task_
 from armdesign.experiments.studies.study_registry import perform, study_module
 from armdesign.experiments.studies.study_store import frozen, settle_study
 from armdesign.experiments.studies.study_tables import Table
-from armdesign.experiments.sweep import Plan, RunTable, SweepStatus, run_units
 from armdesign.experiments.sweep.jobs import recorded
+from armdesign.experiments.sweep.run_sweep import Plan, SweepStatus, run_units
+from armdesign.experiments.sweep.run_table import RunTable
 from armdesign.experiments.sweep.sweep_plan import MOST_UNITS, Tasks, Unit
 from armdesign.experiments.sweep.units import RESULT
 from armdesign.files import write_whole
@@ -35,17 +36,11 @@ RUNS, TABLES, FIGURE, ABOUT = "runs.csv", "table.md", "figure.png", "about.json"
 
 @dataclass(frozen=True)
 class StudyResult:
-    """The result of a study.
+    """The result of a study."""
 
-    Attributes:
-        runs: The states of its units.
-        tables: Its tables; of an unfinished one from what there is.
-        files: Names of the files written into its folder.
-    """
-
-    runs: RunTable
-    tables: tuple[Table, ...]
-    files: tuple[str, ...]
+    runs: RunTable  # the states of its units
+    tables: tuple[Table, ...]  # its tables; of an unfinished one from what there is
+    files: tuple[str, ...]  # names of the files written into its folder
 
 
 def planned(request: StudyRequest, tasks: Tasks) -> list[Unit]:
@@ -76,15 +71,7 @@ def run_study(
     on_change: Callable[[SweepStatus], None] | None = None,
     on_interrupt: Callable[[], None] | None = None,
 ) -> StudyResult:
-    """Carry out the units of a study that are not finished, and write its tables and its figure.
-
-    Args:
-        folder: The study's folder; made, taken up or extended.
-        request: What the study shall do.
-        tasks: Its tasks, prepared for each number of joints.
-        start_workers: Starts workers with the setup ``unit_worker``, for so many units at most; not called for none.
-        on_change: Called when a unit has ended or moved on, and twice a second.
-        on_interrupt: Called when Ctrl-C or SIGTERM asks for the end.
+    """Carry out the units of a study that are not finished, and write its tables and its figure; like ``run_sweep``.
 
     Raises:
         RunFolderError: Another process uses the folder, or it cannot be used.

@@ -42,40 +42,24 @@ class StudyRequest:
 
 @dataclass(frozen=True)
 class Defaults:
-    """What a study runs with where nothing else is given.
+    """What a study runs with where nothing else is given."""
 
-    Attributes:
-        reps: Number of repetitions.
-        dof: Numbers of joints n.
-        options: As in ``StudyRequest``.
-        search: Changes to the [search] settings.
-    """
-
-    reps: int
-    dof: tuple[int, ...]
-    options: Mapping[str, Any] = field(default_factory=dict)
-    search: Mapping[str, Any] = field(default_factory=dict)
+    reps: int  # number of repetitions
+    dof: tuple[int, ...]  # numbers of joints n
+    options: Mapping[str, Any] = field(default_factory=dict)  # as in ``StudyRequest``
+    search: Mapping[str, Any] = field(default_factory=dict)  # changes to the [search] settings
 
 
 @dataclass(frozen=True)
 class Record:
-    """The result of a unit.
+    """The result of a unit."""
 
-    Attributes:
-        unit: The unit.
-        state: finished, failed, interrupted or waiting.
-        reason: Why it failed, in a sentence.
-        content: Of a finished one: the result.json of a search, or what the work has found.
-        folder: Its run folder.
-        wall_time: Time it took [s]; None where it is not finished.
-    """
-
-    unit: Unit
-    state: str
-    reason: str
-    content: Mapping[str, Any]
-    folder: Path
-    wall_time: float | None = None
+    unit: Unit  # the unit
+    state: str  # finished, failed, interrupted or waiting
+    reason: str  # why it failed, in a sentence
+    content: Mapping[str, Any]  # of a finished one: the result.json of a search, or what the work has found
+    folder: Path  # its run folder
+    wall_time: float | None = None  # time it took [s]; None where it is not finished
 
     @property
     def finished(self) -> bool:

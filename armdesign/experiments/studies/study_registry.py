@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from armdesign.errors import SettingsError
@@ -18,16 +17,7 @@ if TYPE_CHECKING:
     from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest
     from armdesign.experiments.studies.study_tables import Table
 
-STUDIES: Mapping[str, str] = MappingProxyType(
-    {
-        "temporal": "armdesign.experiments.studies.temporal_study",
-        "robot": "armdesign.experiments.studies.robot_study",
-        "rapso": "armdesign.experiments.studies.rapso_study",
-        "designs": "armdesign.experiments.studies.designs_study",
-        "search": "armdesign.experiments.studies.search_study",
-    }
-)
-"""Module of every study."""
+STUDIES = ("temporal", "robot", "rapso", "designs", "search")
 
 
 class StudyModule(Protocol):
@@ -37,8 +27,6 @@ class StudyModule(Protocol):
     folder and returns their names, and ``warm_up(prepared)``, which compiles what its works need beside the evaluator's
     kernels.
     """
-
-    TITLE: str
 
     def defaults(self, quick: bool) -> Defaults:
         """What it runs with where nothing is asked for."""
@@ -73,7 +61,7 @@ def study_module(name: str) -> StudyModule:
     """
     if name not in STUDIES:
         raise SettingsError(f"there is no study '{name}'", value=name, allowed=list(STUDIES))
-    return cast(StudyModule, import_module(STUDIES[name]))
+    return cast(StudyModule, import_module(f"armdesign.experiments.studies.{name}_study"))
 
 
 def perform(problem: DesignProblem, work: Mapping[str, Any], reporter: Reporter) -> dict[str, Any]:

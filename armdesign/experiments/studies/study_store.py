@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from armdesign.experiments.sweep.sweep_store import (
     NEW_FOLDER,
     differences,
     keep_tasks,
+    refuse_fewer,
     refuse_other_kinds,
     same_task,
     task_folder,
@@ -103,7 +105,13 @@ def check_study(folder: Path, request: StudyRequest, tasks: Tasks) -> None:
         raise SettingsError(
             f"the study in {folder} has other settings: {'; '.join(differing)}", value=differing, fix=NEW_FOLDER
         )
-    refuse_fewer(folder, earlier, request)
+    lists: dict[str, tuple[Sequence[Any], Sequence[Any]]] = {
+        "tasks": (earlier.tasks, request.tasks),
+        "dof": (earlier.dof, request.dof),
+        "repetitions": (range(1, earlier.reps + 1), range(1, request.reps + 1)),
+    }
+    lists |= {name: (old, request.options[name]) for name, old in earlier.options.items() if isinstance(old, tuple)}
+    refuse_fewer(f"the study in {folder}", folder, lists)
 
 
 def changed(earlier: StudyRequest, request: StudyRequest) -> list[str]:
@@ -116,27 +124,6 @@ def changed(earlier: StudyRequest, request: StudyRequest) -> list[str]:
         if there.get(name) != here.get(name)
         and not (isinstance(there.get(name), tuple) and isinstance(here.get(name), tuple))
     ]
-
-
-def refuse_fewer(folder: Path, earlier: StudyRequest, request: StudyRequest) -> None:
-    """Refuse lists that leave out what is there.
-
-    Raises:
-        SettingsError: Something there is not asked for.
-    """
-    lists = {"tasks": (earlier.tasks, request.tasks), "dof": (earlier.dof, request.dof)}
-    lists["repetitions"] = (tuple(range(1, earlier.reps + 1)), tuple(range(1, request.reps + 1)))
-    lists |= {
-        name: (value, request.options[name]) for name, value in earlier.options.items() if isinstance(value, tuple)
-    }
-    for name, (there, here) in lists.items():
-        absent = [entry for entry in there if entry not in here]
-        if absent:
-            raise SettingsError(
-                f"the study in {folder} also has {name.replace('_', ' ')} {', '.join(map(str, absent))}",
-                value=absent,
-                fix=f"Ask for these as well, or name another folder with --out; --resume {folder} goes on as it is",
-            )
 
 
 def frozen(value: Any) -> Any:  # noqa: ANN401 (a JSON value)

@@ -14,17 +14,11 @@ from armdesign.files import csv_table
 
 @dataclass(frozen=True)
 class Spread:
-    """Values summed up.
+    """Values summed up."""
 
-    Attributes:
-        mean: Their mean.
-        spread: Their standard deviation, by n - 1; 0 of a single one.
-        count: How many there are.
-    """
-
-    mean: float
-    spread: float
-    count: int
+    mean: float  # their mean
+    spread: float  # their standard deviation, by n - 1; 0 of a single one
+    count: int  # how many there are
 
 
 Cell: TypeAlias = "str | int | float | Spread | None"
@@ -40,21 +34,13 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with what is to be said of it.
+    """A table with what is to be said of it."""
 
-    Attributes:
-        name: Short name, for its file.
-        title: What it shows, units that the headings leave out included.
-        columns: Headings, plain or with the digits of their numbers.
-        rows: Cells; None where there is no value.
-        notes: Sentences below it.
-    """
-
-    name: str
-    title: str
-    columns: Sequence[Column | str]
-    rows: Sequence[Sequence[Cell]]
-    notes: Sequence[str] = ()
+    name: str  # short name, for its file
+    title: str  # what it shows, units that the headings leave out included
+    columns: Sequence[Column | str]  # headings, plain or with the digits of their numbers
+    rows: Sequence[Sequence[Cell]]  # cells; None where there is no value
+    notes: Sequence[str] = ()  # sentences below it
 
     @property
     def headings(self) -> list[Column]:

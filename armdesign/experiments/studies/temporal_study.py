@@ -28,7 +28,6 @@ from armdesign.fitness.robot import RobotFitness
 from armdesign.search.design_problem import DesignProblem
 from armdesign.views.report.drawing import WIDTH
 
-TITLE = "Solvers of the temporal fitness"
 NAME = "temporal"
 WITHIN = 1e-5
 """How near the best known value counts as found [m]."""

@@ -19,18 +19,13 @@ CANDIDATES = 100
 
 
 class Shares(NamedTuple):
-    """What a search spends its candidates on: means over searches on both example recordings, n = 3 to 6.
+    """What a search spends its candidates on: means over searches on both example recordings, n = 3 to 6."""
 
-    Attributes:
-        on_path: Share of all candidates that follow the path.
-        at_start: Share of them that fail at the start.
-        sought: Share of those on the path whose start pose is sought; the others begin from a pose that is known.
-        pruned: What pruning leaves of the time on the path behind the start; above 1 where gradients take their time.
-    """
-
-    on_path: float
-    at_start: float
+    on_path: float  # share of all candidates that follow the path
+    at_start: float  # share of them that fail at the start
+    # share of those on the path whose start pose is sought; the others begin from a pose that is known
     sought: float = 1.0
+    # what pruning leaves of the time on the path behind the start; above 1 where gradients take their time
     pruned: float = 0.8
 
 
@@ -43,29 +38,20 @@ UNKNOWN = Shares(1.0, 0.0)
 
 @dataclass(frozen=True)
 class Cost:
-    """Time per candidate.
+    """Time per candidate."""
 
-    Attributes:
-        valid: Mean of those that follow the path [s].
-        invalid: Mean of those that do not reach the start [s].
-        reached: Whether any of the measured ones did reach it; if not, ``valid`` is not known and equals ``invalid``.
-    """
-
-    valid: float
-    invalid: float
+    valid: float  # mean of those that follow the path [s]
+    invalid: float  # mean of those that do not reach the start [s]
+    # whether any of the measured ones did reach it; if not, ``valid`` is not known and equals ``invalid``
     reached: bool
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Time the runs may take.
+    """Time the runs may take."""
 
-    Attributes:
-        each: Time of each unit on one process [s].
-        unknown: Numbers of joints for which no measured arm reached the start, so that the time is a lower bound.
-    """
-
-    each: tuple[float, ...]
+    each: tuple[float, ...]  # time of each unit on one process [s]
+    # numbers of joints for which no measured arm reached the start, so that the time is a lower bound
     unknown: tuple[int, ...]
 
     def total(self, workers: int) -> float:

@@ -28,12 +28,7 @@ class Reporter:
     """What a work reports its progress to, and where it learns that it has to stop."""
 
     def __init__(self, interrupts: Interrupts, context: JobContext) -> None:
-        """Start the clock.
-
-        Args:
-            interrupts: Whether Ctrl-C or SIGTERM asks for the end.
-            context: Takes the progress, and may ask for the end.
-        """
+        """Start the clock."""
         self.interrupts, self.context, self.began = interrupts, context, time.monotonic()
 
     def __call__(self, done: int, total: int, best: float = float("inf")) -> None:
@@ -61,11 +56,6 @@ def carry_out_work(place: Path, perform: Perform, context: JobContext) -> tuple[
     """Carry out the work of a run folder and write its record; returns how it has ended, and why it has failed.
 
     A work that is stopped, or whose process dies, begins anew the next time.
-
-    Args:
-        place: The run folder.
-        perform: Does the work.
-        context: Takes the progress, and may ask for the end.
     """
     try:
         with locked(place), interruptible() as interrupts:

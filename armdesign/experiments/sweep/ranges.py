@@ -13,10 +13,6 @@ ALLOWED = "whole numbers, ranges such as 3-6, and lists of them such as 3,5 or 1
 def whole_numbers(text: str, flag: str) -> tuple[int, ...]:
     """The numbers of a list, in its order, each once.
 
-    Args:
-        text: Numbers and ranges, separated by commas.
-        flag: The flag they were given to, for the messages.
-
     Raises:
         SettingsError: An entry is neither a whole number nor a range, a range is upside down, or there are too many.
     """

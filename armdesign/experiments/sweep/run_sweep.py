@@ -30,45 +30,28 @@ LISTEN = 0.5
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """How far a sweep is.
+    """How far a sweep is."""
 
-    Attributes:
-        total: Number of runs.
-        finished: Those that are finished.
-        failed: Those that have failed.
-        running: The runs under way, by name; None before their first iteration.
-        left: Estimate of the time left [s]; None before there is anything to base it on.
-        ended: Name of the run that has just ended, if that is the occasion.
-        outcome: How it ended.
-        fitness: The r it found [m].
-    """
-
-    total: int
-    finished: int
-    failed: int
-    running: dict[str, Progress | None]
-    left: float | None = None
-    ended: str | None = None
-    outcome: Outcome | None = None
-    fitness: float | None = None
+    total: int  # number of runs
+    finished: int  # those that are finished
+    failed: int  # those that have failed
+    running: dict[str, Progress | None]  # the runs under way, by name; None before their first iteration
+    left: float | None = None  # estimate of the time left [s]; None before there is anything to base it on
+    ended: str | None = None  # name of the run that has just ended, if that is the occasion
+    outcome: Outcome | None = None  # how it ended
+    fitness: float | None = None  # the r it found [m]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a sweep or a study has carried out.
+    """What a sweep or a study has carried out."""
 
-    Attributes:
-        units: All units, in the order of the table.
-        settle: Writes down what was asked, the tasks at least (`sweep_store.keep_tasks`), or refuses; called with the
-            folder locked, before anything else is written.
-        table: Name of the table's file.
-        perform: Does the work of the units that are no searches.
-    """
-
-    units: Sequence[Unit]
+    units: Sequence[Unit]  # all units, in the order of the table
+    # writes down what was asked, the tasks at least (`sweep_store.keep_tasks`), or refuses; called with the
+    # folder locked, before anything else is written
     settle: Callable[[], None]
-    table: str = TABLE
-    perform: Perform | None = None
+    table: str = TABLE  # name of the table's file
+    perform: Perform | None = None  # does the work of the units that are no searches
 
 
 def run_sweep(
@@ -113,15 +96,7 @@ def run_units(
     on_change: Callable[[SweepStatus], None] | None = None,
     on_interrupt: Callable[[], None] | None = None,
 ) -> RunTable:
-    """Carry out the units of a plan that are not finished, and keep their table; see ``run_sweep``.
-
-    Args:
-        folder: The folder; made or resumed.
-        plan: The units.
-        start_workers: See ``run_sweep``.
-        on_change: See ``run_sweep``.
-        on_interrupt: See ``run_sweep``.
-    """
+    """Carry out the units of a plan that are not finished, and keep their table; otherwise like ``run_sweep``."""
     if os.path.isfile(folder / RESULT):  # False for names too long, too
         raise RunFolderError(f"{folder} holds a run, not a sweep", value=str(folder), fix=NEW_FOLDER)
     claim_folder(folder)
@@ -147,15 +122,7 @@ class Scheduler:
         perform: Perform | None = None,
         on_change: Callable[[SweepStatus], None] | None = None,
     ) -> None:
-        """Nothing under way yet.
-
-        Args:
-            table: The table of all units.
-            workers: Carry out the units.
-            interrupts: Whether somebody asks for the end.
-            perform: Does the work of the units that are no searches.
-            on_change: Called with how far the sweep is.
-        """
+        """Nothing under way yet."""
         self.table, self.workers, self.interrupts = table, workers, interrupts
         self.perform, self.on_change = perform, on_change
         self.waiting: deque[Unit] = deque()
@@ -267,12 +234,7 @@ class Pace:
         self.latest[name] = 1.0
 
     def left(self, waiting: int, running: Collection[str]) -> float | None:
-        """Estimate of the time left [s]; None before anything is done.
-
-        Args:
-            waiting: Number of units that have not begun.
-            running: Names of those under way.
-        """
+        """Estimate of the time left [s]; None before anything is done."""
         done = sum(self.latest.values()) - sum(self.first.values())
         if done <= 0.0:
             return None

@@ -45,11 +45,6 @@ class RunTable:
     def __init__(self, folder: Path, units: Sequence[Unit], table: str = TABLE) -> None:
         """Look at what is there.
 
-        Args:
-            folder: The sweep's folder.
-            units: Its units, in the order of the plan.
-            table: Name of the table's file.
-
         Raises:
             RunFolderError: A run folder holds something else, or a finished result is damaged.
         """

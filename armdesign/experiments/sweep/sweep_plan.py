@@ -18,39 +18,25 @@ Tasks = Mapping[tuple[str, int], DesignProblem]
 
 @dataclass(frozen=True)
 class Sweep:
-    """What was asked.
+    """What was asked."""
 
-    Attributes:
-        settings: Settings of all runs; the recording, joints, algorithm, seed and angle interval are set per run.
-        recordings: Paths of the recordings, as text.
-        algorithms: Names of the search algorithms.
-        dof: Numbers of joints n.
-        seeds: Seeds.
-        angle_intervals: D of RA-PSO; a PSO has none and runs once instead of once per D.
-    """
-
+    # settings of all runs; the recording, joints, algorithm, seed and angle interval are set per run
     settings: Settings
-    recordings: tuple[str, ...]
-    algorithms: tuple[str, ...]
-    dof: tuple[int, ...]
-    seeds: tuple[int, ...]
-    angle_intervals: tuple[int, ...]
+    recordings: tuple[str, ...]  # paths of the recordings, as text
+    algorithms: tuple[str, ...]  # names of the search algorithms
+    dof: tuple[int, ...]  # numbers of joints n
+    seeds: tuple[int, ...]  # seeds
+    angle_intervals: tuple[int, ...]  # D of RA-PSO; a PSO has none and runs once instead of once per D
 
 
 @dataclass(frozen=True)
 class Unit:
-    """One search of a sweep, or another piece of work: it depends on no other and can run anywhere, in any order.
+    """One search of a sweep, or another piece of work: it depends on no other and can run anywhere, in any order."""
 
-    Attributes:
-        name: Name of its run folder.
-        recording: Name of the recording's file.
-        problem: Its task and all its settings.
-        work: What to do where it is no search, as JSON values; ``work["study"]`` names the study that does it.
-    """
-
-    name: str
-    recording: str
-    problem: DesignProblem
+    name: str  # name of its run folder
+    recording: str  # name of the recording's file
+    problem: DesignProblem  # its task and all its settings
+    # what to do where it is no search, as JSON values; ``work["study"]`` names the study that does it
     work: Mapping[str, Any] | None = None
 
     @property
@@ -62,10 +48,6 @@ class Unit:
 
 def units_of(sweep: Sweep, tasks: Tasks) -> list[Unit]:
     """The units in the order of the plan: by recording, algorithm, joints, D and seed.
-
-    Args:
-        sweep: What was asked.
-        tasks: Every recording prepared for every number of joints.
 
     Raises:
         SettingsError: A value is not allowed or leaves no arm, or there are too many.

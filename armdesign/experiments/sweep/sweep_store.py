@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -124,18 +125,32 @@ def check_extension(folder: Path, sweep: Sweep, tasks: Tasks) -> None:
         raise SettingsError(
             f"the sweep in {folder} has other settings: {'; '.join(differing)}", value=differing, fix=NEW_FOLDER
         )
-    for name in LISTS:
-        absent = [entry for entry in getattr(earlier, name) if entry not in getattr(sweep, name)]
-        if absent:
-            raise SettingsError(
-                f"the sweep in {folder} also has {name.replace('_', ' ')} {', '.join(map(str, absent))}",
-                value=absent,
-                fix=f"Ask for these as well, or name another folder with --out; --resume {folder} goes on as it is",
-            )
+    refuse_fewer(f"the sweep in {folder}", folder, {n: (getattr(earlier, n), getattr(sweep, n)) for n in LISTS})
     for (path, n), task in known.items():
         if not same_task(task.task, tasks[path, n].task):
             raise SettingsError(
                 f"the recording {path} is not what it was when the sweep in {folder} began", value=path, fix=NEW_FOLDER
+            )
+
+
+def refuse_fewer(what: str, folder: Path, lists: Mapping[str, tuple[Sequence[Any], Sequence[Any]]]) -> None:
+    """Refuse lists that leave out what is there.
+
+    Args:
+        what: The sweep or study, for the message.
+        folder: Where it is.
+        lists: By name what is there, and what is asked for now.
+
+    Raises:
+        SettingsError: Something there is not asked for.
+    """
+    for name, (there, here) in lists.items():
+        absent = [entry for entry in there if entry not in here]
+        if absent:
+            raise SettingsError(
+                f"{what} also has {name.replace('_', ' ')} {', '.join(map(str, absent))}",
+                value=absent,
+                fix=f"Ask for these as well, or name another folder with --out; --resume {folder} goes on as it is",
             )
 
 

@@ -31,16 +31,11 @@ Stage = Literal["new", "begun", "finished"]
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a unit has ended.
+    """How a unit has ended."""
 
-    Attributes:
-        state: finished; interrupted, to be gone on with; or failed.
-        reason: Why it failed, in a sentence.
-        files: Content of the run folder by file name, where it was carried out elsewhere.
-    """
-
-    state: State
-    reason: str = ""
+    state: State  # finished; interrupted, to be gone on with; or failed
+    reason: str = ""  # why it failed, in a sentence
+    # content of the run folder by file name, where it was carried out elsewhere
     files: Mapping[str, bytes] | None = None
 
 
@@ -112,17 +107,12 @@ def begin_unit(folder: Path, unit: Unit) -> Path:
 
 @dataclass(frozen=True)
 class UnitJob:
-    """What a worker needs to carry out a unit.
+    """What a worker needs to carry out a unit."""
 
-    Attributes:
-        place: The run folder, which was begun.
-        perform: Does the work of a unit that is no search.
-        files: Content of the run folder by file name, for a worker that does not see it: with a saved state the search
-            goes on from there, and the outcome brings the files back.
-    """
-
-    place: Path
-    perform: Perform | None = None
+    place: Path  # the run folder, which was begun
+    perform: Perform | None = None  # does the work of a unit that is no search
+    # content of the run folder by file name, for a worker that does not see it: with a saved state the search
+    # goes on from there, and the outcome brings the files back
     files: Mapping[str, bytes] | None = None
 
 
@@ -157,12 +147,7 @@ def carry_out_unit(job: UnitJob, context: JobContext | None = None) -> Outcome:
 
 
 def carry_out_search(place: Path, context: JobContext) -> tuple[State, str]:
-    """Carry out a search; returns how it has ended, and why it has failed.
-
-    Args:
-        place: Its run folder.
-        context: Takes the progress, and may ask for the end.
-    """
+    """Carry out a search; returns how it has ended, and why it has failed."""
     stopping: list[bool] = []
 
     def after_iteration(progress: Progress) -> None:

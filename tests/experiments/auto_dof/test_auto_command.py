@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from armdesign.cli import app
 from armdesign.errors import RunFolderError
-from armdesign.experiments.studies import StudyRequest
+from armdesign.experiments.studies.study_plan import StudyRequest
 from armdesign.experiments.studies.study_store import settle_study
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -8,7 +8,7 @@ import pytest
 from armdesign.errors import SettingsError
 from armdesign.experiments.auto_dof.dof_rule import (
     LOOK_AHEAD,
-    Judged,
+    DofResult,
     Rule,
     choose_dof,
     decide,
@@ -117,8 +117,9 @@ def test_figures_that_make_no_rule_are_refused(within, enough):
         rule_of(within, enough)
 
 
-GOOD, FAR, TOUCHES = Judged(True, True, 4e-3), Judged(False, True, 9e-3), Judged(False, False, 2e-3)
-NONE = Judged(False, False, math.inf)
+GOOD = DofResult(4, passed=True, feasible=True, hand_max=4e-3)
+FAR, TOUCHES = DofResult(4, feasible=True, hand_max=9e-3), DofResult(3, hand_max=2e-3)
+NONE = DofResult(2)
 
 
 def test_with_a_tolerance_the_fewest_joints_that_meet_it_are_taken_at_once():
@@ -133,7 +134,7 @@ def test_with_a_tolerance_the_fewest_joints_that_meet_it_are_taken_at_once():
 
 
 def test_where_no_arm_meets_it_the_nearest_feasible_one_is_kept_and_nothing_suffices():
-    judged = {2: NONE, 3: TOUCHES, 4: FAR, 5: Judged(False, True, 8e-3)}
+    judged = {2: NONE, 3: TOUCHES, 4: FAR, 5: DofResult(5, feasible=True, hand_max=8e-3)}
     chosen = decide_by_tolerance(judged, (2, 3, 4, 5))
     assert (chosen.dof, chosen.reason) == (5, "missed")
     text = explain_by_tolerance(chosen, judged, "5 mm")

@@ -11,14 +11,14 @@ from matplotlib.text import Text
 
 from armdesign import Settings, prepare, read_recording
 from armdesign.errors import RunFolderError, SettingsError
-from armdesign.experiments.studies import StudyRequest, run_study
 from armdesign.experiments.studies import temporal_study as temporal
-from armdesign.experiments.studies.study_engine import legible, planned
+from armdesign.experiments.studies.study_engine import legible, planned, run_study
+from armdesign.experiments.studies.study_plan import StudyRequest
 from armdesign.experiments.studies.study_registry import perform
 from armdesign.experiments.studies.study_store import read_study_folder
 from armdesign.experiments.studies.temporal_study import draw_solvers
-from armdesign.experiments.sweep import carry_out_unit, unit_worker
 from armdesign.experiments.sweep.jobs import Reporter, carry_out_work
+from armdesign.experiments.sweep.units import carry_out_unit, unit_worker
 from armdesign.search.backends.processes import WorkerProcesses
 from armdesign.search.backends.workers import Event, JobContext
 from armdesign.views.report.drawing import png

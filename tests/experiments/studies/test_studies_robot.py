@@ -9,13 +9,11 @@ import pytest
 
 from armdesign import Settings, prepare, read_recording
 from armdesign.errors import SearchError, SettingsError
-from armdesign.experiments.studies import StudyRequest
 from armdesign.experiments.studies import robot_study as robot
 from armdesign.experiments.studies.study_engine import planned
-from armdesign.experiments.studies.study_plan import Record
+from armdesign.experiments.studies.study_plan import Record, StudyRequest
 from armdesign.experiments.studies.study_registry import perform
-from armdesign.experiments.sweep import UnitJob, carry_out_unit
-from armdesign.experiments.sweep.units import begin_unit
+from armdesign.experiments.sweep.units import UnitJob, begin_unit, carry_out_unit
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 SMALL = {"particles": 8, "iterations": 5}

@@ -6,8 +6,7 @@ import io
 import numpy as np
 import pytest
 
-from armdesign.experiments.studies import Column, Spread, Table, spread_of
-from armdesign.experiments.studies.study_tables import shown
+from armdesign.experiments.studies.study_tables import Column, Spread, Table, shown, spread_of
 
 TABLE = Table(
     "some",

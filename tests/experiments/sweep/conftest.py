@@ -7,8 +7,8 @@ import pytest
 from sweep_stand_ins import PACKAGING, Here
 
 from armdesign import Settings, prepare, read_recording
-from armdesign.experiments.sweep import Sweep, run_sweep
-from armdesign.experiments.sweep.sweep_plan import common_settings
+from armdesign.experiments.sweep.run_sweep import run_sweep
+from armdesign.experiments.sweep.sweep_plan import Sweep, common_settings
 
 
 @pytest.fixture(scope="session")

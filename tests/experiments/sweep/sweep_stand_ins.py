@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from armdesign.experiments.sweep import carry_out_unit
+from armdesign.experiments.sweep.units import carry_out_unit
 from armdesign.search.backends.workers import Event
 
 PACKAGING = Path(__file__).resolve().parents[3] / "examples" / "packaging.csv"

@@ -1,8 +1,7 @@
 import pytest
 
 from armdesign.errors import SettingsError
-from armdesign.experiments.sweep import units_of
-from armdesign.experiments.sweep.sweep_plan import check_stems
+from armdesign.experiments.sweep.sweep_plan import check_stems, units_of
 
 
 def test_every_combination_is_one_unit_in_the_order_of_the_lists(ask):

@@ -5,8 +5,10 @@ import pytest
 from sweep_stand_ins import PACKAGING, Here
 
 from armdesign.errors import RunFolderError, SettingsError
-from armdesign.experiments.sweep import read_sweep, run_sweep, units_of
+from armdesign.experiments.sweep.run_sweep import run_sweep
 from armdesign.experiments.sweep.run_table import COLUMNS, FOUND
+from armdesign.experiments.sweep.sweep_plan import units_of
+from armdesign.experiments.sweep.sweep_store import read_sweep
 from armdesign.runs.lock import locked
 from armdesign.search.search import search
 

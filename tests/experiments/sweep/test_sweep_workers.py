@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 
 from armdesign.cli import app
 from armdesign.errors import SearchError
-from armdesign.experiments.sweep import UnitJob, carry_out_unit, run_sweep, unit_worker, units_of
-from armdesign.experiments.sweep.run_sweep import outcome_of
+from armdesign.experiments.sweep.run_sweep import outcome_of, run_sweep
+from armdesign.experiments.sweep.sweep_plan import units_of
 from armdesign.experiments.sweep.sweep_store import settle
-from armdesign.experiments.sweep.units import begin_unit
+from armdesign.experiments.sweep.units import UnitJob, begin_unit, carry_out_unit, unit_worker
 from armdesign.runs.resumable import finished
 from armdesign.search.backends.processes import WorkerProcesses
 from armdesign.search.backends.workers import Event, Job
