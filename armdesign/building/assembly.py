@@ -22,9 +22,10 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody, polyline
 from armdesign.bodies.cylinder import Cylinder
-from armdesign.building.brackets import Knot, TurnError, anchor, bracket, corner
+from armdesign.building.brackets import Knot, anchor, bracket, corner
 from armdesign.building.catalogue import CIRCLES, Actuator
 from armdesign.building.parts import SCREWS, Assembly, BoltCircle, Part, Placed, Prism, Rod, Screws
+from armdesign.building.screw_access import TurnError, overhung
 from armdesign.building.shop import (
     FLOOR,
     GAP,
@@ -217,12 +218,10 @@ def base_plate(plate: Cylinder, face: Face, on: Placed | None, shop: Shop) -> Pl
     if on is not None:  # its x is at an angle to the plate's, and its z the other way about
         x, y = (pose[:3, :3].T @ on.pose[:3, 0])[:2]
         turn = float(np.arctan2(y, x)) - on.part.sizes["turn of the face's circle"]
-        corners = np.concatenate([s.ends.reshape(-1, 3) for s in on.part.solids if isinstance(s, Prism)])[:, [0, 2]]
         turns = np.radians(np.arange(0.0, 90.0, 7.5))
         while True:
-            feet = np.array([BoltCircle(2.0 * (radius - RIM), 4, "M6").places(t) for t in turns])
-            beside = np.maximum(corners.min(axis=0) - feet, feet - corners.max(axis=0)).clip(0.0)
-            gaps = np.round(np.linalg.norm(beside, axis=-1).min(axis=1), 9)
+            feet = BoltCircle(2.0 * (radius - RIM), 4, "M6").places(turns)
+            gaps = np.round(overhung(on.part, -np.inf, feet), 9)
             if gaps.max() >= SCREWS["M6"][2] / 2.0 + 1e-3:
                 break
             radius += 1e-3

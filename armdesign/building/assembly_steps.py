@@ -18,7 +18,7 @@ from armdesign.building.catalogue import Actuator
 from armdesign.building.clocking import clock_words
 from armdesign.building.labels import Labels
 from armdesign.building.part_lists import TIGHTENING, screw_length, shortened, tightening
-from armdesign.building.parts import Placed, Screws
+from armdesign.building.parts import Placed, Screws, turn_between
 from armdesign.building.projection import Solid, draw_solids, slanted, solids_of
 from armdesign.building.sheet import Sheet, number, svg_of
 from armdesign.building.shop import FLOOR, TOOL
@@ -139,14 +139,13 @@ def base_turn(build: Build) -> list[str]:
     """How what is bolted on the base's plate is turned, whose holes fit several ways; nothing without scribe lines."""
     placed = {each.mark: each for each in assembly_of(build).placed}
     words = []
-    for mark in (mark for each in assembly_of(build).screws if each.joins[0] == "B" for mark in each.joins[1:]):
+    for mark in (each.joins[1] for each in assembly_of(build).screws if each.joins[0] == "B"):
         plate, other = placed["B"], placed.get(mark)
         if other is None or not other.part.scribes or not plate.part.scribes:
             continue
-        start, end = other.part.scribes[0]
-        x, y, up = plate.pose[:3, :3].T @ other.pose[:3, :3] @ (end - start)
-        if np.hypot(x, y) > abs(up) * 1e-3:
-            turn = number(round(float(np.degrees(np.arctan2(y, x))), 2) % 360.0, 2)
+        x, z, line = plate.pose[:3, 0], plate.pose[:3, 2], other.pose[:3, :3] @ other.part.line
+        if np.linalg.norm(np.cross(line, z)) > 1e-3:
+            turn = number(round(float(np.degrees(turn_between(x, line, z))), 2) % 360.0, 2)
             words.append(
                 f"Its holes fit {mark} in several ways: line S of {mark} points {turn}° counterclockwise from line x "
                 "of B, seen from the arm."

@@ -18,6 +18,7 @@ from scipy.spatial import ConvexHull
 from armdesign._types import Array
 from armdesign.building.part_tolerances import ANGLE
 from armdesign.building.parts import SCREWS, BoltCircle, Part, Placed, Prism, Rod, Screws
+from armdesign.building.screw_access import TurnError, head_room, heads_reach, passed_by, wall_beside
 from armdesign.building.shop import (
     CHEEK,
     CHEEK_EDGE,
@@ -32,7 +33,6 @@ from armdesign.building.shop import (
     scribed,
     unit,
 )
-from armdesign.errors import CatalogueError
 
 TURNS = {
     "wedge": (0.0, np.radians(65.0)), "angle": (np.radians(40.0), np.radians(150.0)),
@@ -50,8 +50,6 @@ RIMS = 0.5e-3
 """Between the rims of two flanges at a corner [m]."""
 KEY = 1e-3
 """What a screw's head and its key stay clear of a plate that leans over them [m]."""
-SINK, BESIDE = 0.25e-3, 1e-3
-"""Of what heads are sunk in: how much wider it is on either side, and what is left beside it [m]."""
 INNER = 3e-3
 """Radius that a mill leaves in an inner corner, where there is room for it [m]."""
 
@@ -66,10 +64,6 @@ class Knot(NamedTuple):
 
     point: Array
     face: Face | None = None
-
-
-class TurnError(CatalogueError):
-    """A bracket of some kind does not turn so far; another kind may."""
 
 
 def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple[Placed, Seat, Screws]:
@@ -101,30 +95,25 @@ def bracket(face: Face, kind: str, along: Array, link: int, shop: Shop) -> tuple
     pose[:3, 2] = np.cross(pose[:3, 0], pose[:3, 1])
     pose[:3, 3] = face.middle
     made = {"wedge": wedge, "angle": angle, "side": angle, "standing": standing}[kind](face, theta, shop)
-    cheeked = face.housing if face.holds and face.housing is not None and len(face.housing.holes) else None
+    cheeked = face.held if face.held is not None and len(face.held.holes) else None
     made = made if cheeked is None else with_cheeks(made, cheeked, face, shop)
-    sizes = made.part.sizes
-    u, e = np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
-    across = np.cos(sizes["turn of the tube's circle"]) * e + np.sin(sizes["turn of the tube's circle"]) * np.cross(
-        u, e
-    )
-    turn = pose[:3, :3]
-    seat = Seat(mark, pose[:3, :3] @ made.seat + pose[:3, 3], turn @ u, turn @ across)
-    part = replace(
-        made.part, scribes=scribed(turn.T @ seat.between(shop.circle), made.seat, shop.half, sizes["width"] / 2.0)
-    )
-    thread, joins = face.circle.thread, (face.mark, mark)
-    bite = min(1.5e-3 * float(thread[1:]), face.circle.deep - 0.5e-3)
-    most = made.under + face.circle.deep - SPARE
-    screws = Screws(thread, made.under + bite, face.circle.count, joins, most=most)
+    (u, e), sizes, turn = square_to(theta), made.part.sizes, pose[:3, :3]
+    across = turned_from(u, e, sizes["turn of the tube's circle"])
+    seat = Seat(mark, turn @ made.seat + pose[:3, 3], turn @ u, turn @ across)
+    scribes = scribed(turn.T @ seat.between(shop.circle), made.seat, shop.half, sizes["width"] / 2.0)
+    part, circle, joins = replace(made.part, scribes=scribes), face.circle, (face.mark, mark)
+    room = head_room(part, face, shop) if cheeked is None else 0.0
     if cheeked is not None:
         bite = min(cheeked.depth - 1e-3, 3e-3)
         screws = Screws(cheeked.thread, CHEEK + bite, 2 * len(cheeked.holes), joins, most=CHEEK + cheeked.depth - SPARE,
                         note=BY_CHEEKS)  # fmt: skip
-    elif face.circle.maker:
-        room = replace(face.circle, diameter=face_room(part, face))
-        part = replace(part, circles={**part.circles, "face": room})
-        screws = Screws("", made.under, 0, joins, maker=face.circle.maker)
+    elif circle.maker:
+        part = replace(part, circles={**part.circles, "face": replace(circle, diameter=room)})
+        screws = Screws("", made.under, 0, joins, maker=circle.maker)
+    else:
+        bite = min(1.5e-3 * float(circle.thread[1:]), circle.deep - 0.5e-3)
+        most = made.under + circle.deep - SPARE
+        screws = Screws(circle.thread, made.under + bite, circle.count, joins, most=most)
     return Placed(part, mark, link, pose), seat, screws
 
 
@@ -195,6 +184,17 @@ class Made(NamedTuple):
     under: float
 
 
+def square_to(theta: float) -> tuple[Array, Array]:
+    """Along a tube that leaves a face's normal y at theta [rad], and along its flange, away from y, shape (3,) each."""
+    return np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
+
+
+def turned_from(u: Array, e: Array, turn: float) -> Array:
+    """A direction e turned about u, to which it is square, shape (3,)."""
+    way: Array = np.cos(turn) * e + np.sin(turn) * np.cross(u, e)
+    return way
+
+
 def tapped_holes(
     middle: Array, u: Array, e: Array, turn: float, depth: float, shop: Shop, use: str = "tube (tapped)"
 ) -> list[Rod]:
@@ -230,84 +230,31 @@ def inner_radius(reach: float, theta: float) -> dict[str, float]:
     return {"inner radius": min(INNER, float(room))}
 
 
-def undrilled_turn(face: Face, theta: float, shop: Shop) -> float:
-    """How far the tube's circle is turned on a wedge that is not drilled for its face's screws, 0 to pi / 4 [rad].
+def wedge_turns(face: Face, theta: float, shop: Shop) -> tuple[float, float]:
+    """How the circles of a wedge's face and of its tube are turned [rad].
 
-    A quarter of a right angle, away from the high side, which is shortest; less where that is beside known holes of
-    the face, whose screws' heads are sunk in the wedge.
+    So that both are as far apart as can be; where the face's is not drilled the tube's by a quarter of a right angle,
+    away from the high side, which is shortest, or by less where that is beside known holes of the face.
     """
-    back = face.housing.back if face.holds and face.housing is not None else np.empty((0, 2))
-    turns = np.radians(np.arange(45.0, -1.0, -7.5))
-    if not len(back):
-        return float(turns[0])
-    u, e = np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
-    tap, head = SCREWS[shop.circle.thread][1], SCREWS[face.circle.thread][2]
-    least = head / 2.0 + SINK + tap / 2.0 + BESIDE
-    gaps = []
-    for turn in turns:
-        taps = tapped_holes(np.zeros(3), u, e, turn, shop.tapped, shop)
-        plan = np.concatenate([np.linspace(each.start, each.end, 9) for each in taps])[:, [0, 2]]
-        gaps.append(float(np.linalg.norm(plan[:, None] - back, axis=2).min()))
-    clear = next((float(turn) for turn, gap in zip(turns, gaps, strict=True) if gap >= least), None)
-    if clear is None:
-        raise TurnError(
-            f"the holes for a tube meet those of {face.mark}, however they are turned", value=max(gaps),
-            allowed=f"at least {1e3 * least:.1f} mm between them", fix="Take thicker tubes or other actuators",
-        )  # fmt: skip
-    return clear
-
-
-def face_room(part: Part, face: Face) -> float:
-    """Diameter of the largest circle for screws of a face that is not drilled, with heads that are clear of all [m].
-
-    Args:
-        part: The bracket.
-        face: The face; 0 where the places of its holes are known, but are on no circle about the axis.
-
-    Raises:
-        TurnError: There is no room for its holes as far as they are known.
-    """
-    turns, head = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False), SCREWS[face.circle.thread][2] / 2.0
-    ring, up = np.stack([np.cos(turns), 0.0 * turns, np.sin(turns)], axis=1), np.array([0.0, 1.0, 0.0])
-    block, taps = part.note == "wedge", [hole for hole in part.holes if "tapped" in hole.use]
-    thick = WEDGE - 1e-3 if block else part.sizes["plate"]
-    plan = np.concatenate([np.linspace(hole.start, hole.end, 9) for hole in taps])[:, [0, 2]]
-
-    def clear(places: Array) -> bool:
-        """Whether heads at some x and z are clear: sunk beside the tapped holes, or on a plate beside the other."""
-        if block:
-            gap = np.linalg.norm(plan[:, None] - places, axis=2).min()
-            return bool(gap >= taps[0].radius + head + SINK + BESIDE)
-        points = np.insert(places, 1, face.height + thick, axis=1)[:, None] + (head + SINK) * ring
-        return not any(part.holds((points + y * up).reshape(-1, 3)).any() for y in (1e-6, 2.0 * head))
-
-    def on(radius: float) -> bool:
-        """Whether a disc about the axis is on the face, and as thick as heads need."""
-        return all(part.holds(radius * ring + (face.height + y) * up).all() for y in (0.0, thick))
-
-    back = face.housing.back if face.holds and face.housing is not None else np.empty((0, 2))
-    owns, found = np.radians(np.arange(0.0, 360.0 / face.circle.count, 7.5)), 0.0
-    for half in np.arange(0.25e-3, 0.1, 0.25e-3) if not len(back) else ():
-        circle = replace(face.circle, diameter=2.0 * float(half))
-        if not on(half + head + 1.5e-3) or not any(clear(circle.places(own)) for own in owns):
-            break
-        found = circle.diameter
-    least = face.circle.diameter - 1e-9 if face.circle.known else 1e-9
-    if not clear(back) if len(back) else found < least:
-        raise TurnError(
-            f"heads of the screws into {face.mark} have no room on its bracket", value=found,
-            fix="Take other tubes or actuators, or search with a larger --clearance",
-        )  # fmt: skip
-    return found
+    bolts, turns, enough = face.back[None], np.arange(45.0, -1.0, -7.5), wall_beside(face, shop)
+    if not (face.circle.maker or face.held):
+        bolts, turns, enough = face.circle.places(face.circle.turns), np.arange(0.0, 90.0, 7.5), np.inf
+    if not bolts.size:
+        return 0.0, np.pi / 4.0
+    u, e = square_to(theta)
+    taps = [tapped_holes(np.zeros(3), u, e, turn, shop.tapped, shop) for turn in np.radians(turns)]
+    apart = np.stack([passed_by(each, bolts) for each in taps], axis=1)
+    own, turn = np.unravel_index(int(np.argmax(np.round(np.minimum(apart, enough), 9))), apart.shape)
+    return float(face.circle.turns[own]), float(np.radians(turns[turn]))
 
 
 def wedge_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, float]:
     """Half the length of a wedge along the tilt, half its width, and its height under the tube's middle [m]."""
     theta = theta if theta >= FLAT else 0.0
     c, s, radius = np.cos(theta), np.sin(theta), SCREWS[shop.circle.thread][1] / 2.0
-    held = face.housing is not None and face.holds  # a block on a plate that covers the box
+    held = face.held is not None  # a block on a plate that covers the box
     edge, plate = (0.0, shop.plate) if held else (face.circle.edge, 0.0)
-    far = shop.circle.diameter / 2.0 * (np.cos(undrilled_turn(face, theta, shop)) if held or face.circle.maker else 1.0)
+    far = shop.circle.diameter / 2.0 * (np.cos(wedge_turns(face, theta, shop)[1]) if held or face.circle.maker else 1.0)
     long = float(max(edge, shop.half * c, (far + radius) * c + shop.tapped * s + shop.web))
     return long, max(edge, shop.half), WEDGE + plate + long * np.tan(theta)
 
@@ -320,21 +267,12 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
     theta = theta if theta >= FLAT else 0.0
     long, wide, middle = wedge_size(face, theta, shop)
     h, rise = face.height, long * np.tan(theta)
-    held = face.housing is not None and face.holds
+    held = face.held is not None
     foot = h + shop.plate if held else h
     corners = np.array([[-long, foot], [long, foot], [long, h + middle - rise], [-long, h + middle + rise]])
-    u, e = np.array([np.sin(theta), np.cos(theta), 0.0]), np.array([np.cos(theta), -np.sin(theta), 0.0])
-    seat = np.array([0.0, h + middle, 0.0])
-    clear, _, head = SCREWS[face.circle.thread]
-    under = WEDGE - 6e-3
-    owns = np.radians(np.arange(0.0, 360.0 / face.circle.count, 7.5))
-    turns = [undrilled_turn(face, theta, shop)] if held or face.circle.maker else np.radians(np.arange(0.0, 90.0, 7.5))
-    taps_at = [tapped_holes(seat, u, e, turn, shop.tapped, shop) for turn in turns]
-    drilled = np.array([[np.linspace(tap.start, tap.end, 5) for tap in taps] for taps in taps_at])[..., [0, 2]]
-    bolts = np.array([face.circle.places(own) for own in owns])
-    apart = np.linalg.norm(bolts[:, None, :, None, None] - drilled[None, :, None], axis=-1).min(axis=(2, 3, 4))
-    best = np.unravel_index(int(np.argmax(np.round(apart, 9))), apart.shape)
-    own, taps, turn = owns[best[0]], taps_at[best[1]], turns[best[1]]
+    (u, e), (own, turn), seat = square_to(theta), wedge_turns(face, theta, shop), np.array([0.0, h + middle, 0.0])
+    taps = tapped_holes(seat, u, e, turn, shop.tapped, shop)
+    (clear, _, head), under = SCREWS[face.circle.thread], WEDGE - 6e-3
     sunk = []
     for x, z in face.circle.places(own):
         top, floor = np.array([x, h + middle - x * np.tan(theta), z]), np.array([x, h + under, z])
@@ -343,13 +281,13 @@ def wedge(face: Face, theta: float, shop: Shop) -> Made:
     sizes = {
         "angle": theta, "length": 2.0 * long, "width": 2.0 * wide, "low side": middle - rise,
         "high side": middle + rise, "under heads": under, "face above middle": h,
-        "turn of the tube's circle": float(turn), "tapped depth": shop.tapped,
+        "turn of the tube's circle": turn, "tapped depth": shop.tapped,
     }  # fmt: skip
     solids = [Prism(corners, 2.0 * wide)]
     if held or face.circle.maker:
         sunk = []
     else:
-        sizes |= {"turn of the face's circle": float(own), "counterbore": 2.0 * sunk[1].radius}
+        sizes |= {"turn of the face's circle": own, "counterbore": 2.0 * sunk[1].radius}
     if held:
         back, half = face.pad(shop)
         pad = np.array([[-back, h], [long, h], [long, foot], [-back, foot]])
@@ -368,6 +306,10 @@ def angle_plane(face: Face, theta: float, shop: Shop) -> float:
     if not face.aside and shop.half * s - inner * c > h:  # it reaches beyond the other face, where the other bracket is
         beside = max(beside, face.across(shop) + GAP)
         inner = max(inner, beside * s + shop.half * abs(c))
+    if c > 0.0:  # it leans over the face, but not over its screws, a side bracket's all that it is shifted up
+        clear = heads_reach(face) + KEY
+        shifted = s * (clear + 2.0 * shop.half * c) + GAP / 2.0 * c if face.aside else 0.0
+        inner = max(inner, (clear + shop.half * c) / s, shifted)
     return float(inner)
 
 
@@ -388,7 +330,7 @@ def angle(face: Face, theta: float, shop: Shop) -> Made:
     s, c, h, t = np.sin(theta), np.cos(theta), face.height, shop.plate
     back, wide = face.pad(shop)
     inner, up = angle_plane(face, theta, shop), side_shift(face, theta, shop) if face.aside else 0.0
-    u, e = np.array([s, c, 0.0]), np.array([c, -s, 0.0])
+    u, e = square_to(theta)
 
     def end(y: float) -> Array:
         """Where the inner side of the second plate is at a height."""
@@ -419,19 +361,18 @@ def standing_size(face: Face, theta: float, shop: Shop) -> tuple[float, float, f
     Before its second plate the heads of the face's screws have room, beside the radius that a mill leaves, and are
     reached from above where it leans over them.
     """
-    thick, circle = max(shop.plate, WEDGE), face.circle
-    heads = circle.diameter / 2.0 * np.cos(np.pi / circle.count) + SCREWS[circle.thread][2] / 2.0
+    thick, heads = max(shop.plate, WEDGE), heads_reach(face)
     theta = float(np.clip(theta, *TURNS["standing"]))
     over = 2.0 * shop.half * max(0.0, np.cos(theta)) + thick * np.sin(theta)  # how far its upper end leans over them
-    front = float(max(circle.edge, shop.half, heads + INNER + thick / np.sin(theta), heads + KEY + over))
+    front = float(max(face.circle.edge, shop.half, heads + INNER + thick / np.sin(theta), heads + KEY + over))
     return float(front - shop.half * np.cos(theta)), float(thick + shop.half * np.sin(theta)), thick, front
 
 
 def standing(face: Face, theta: float, shop: Shop) -> Made:
     """Two plates, one on a base's plate, one standing on its edge, square to a tube that leaves at theta [rad]."""
     x, y, t, front = standing_size(face, theta, shop)
-    back, s, c, h = max(face.circle.edge, shop.half), np.sin(theta), np.cos(theta), face.height
-    u, e = np.array([s, c, 0.0]), np.array([c, -s, 0.0])
+    back, s, h = max(face.circle.edge, shop.half), np.sin(theta), face.height
+    u, e = square_to(theta)
     seat = np.array([x, h + y, 0.0])
     top = seat - shop.half * e
     leg = np.array([[front, h + t], top[:2], (top - t * u)[:2], [front - t / s, h + t]])
@@ -490,7 +431,7 @@ def corner(
     holes = [h for u, e, turn in zip(normals, edges, turns, strict=True)
              for h in tapped_holes(away * u, u, e, turn, shop.tapped, shop, "tubes (tapped)")]  # fmt: skip
     sizes = {"angle": opening, "tube's side from corner": away, "side": 2.0 * shop.half, "tapped depth": shop.tapped}
-    own = [Seat(mark, away * u, u, np.cos(a) * e + np.sin(a) * np.cross(u, e))
+    own = [Seat(mark, away * u, u, turned_from(u, e, a))
            for u, e, a in zip(normals, edges, turns, strict=True)]  # fmt: skip
     scribes = tuple(line for seat in own
                     for line in scribed(seat.between(shop.circle), seat.point, shop.half, shop.half))  # fmt: skip

@@ -11,8 +11,8 @@ from armdesign._types import Array
 from armdesign.building.arm_drawing import degrees
 from armdesign.building.build import Build, assembly_of
 from armdesign.building.catalogue import Actuator
-from armdesign.building.parts import Placed, Prism
-from armdesign.building.parts_clearance import distance, pieces_of, placed_at
+from armdesign.building.parts import EDGE, Placed, Prism, turn_between
+from armdesign.building.parts_clearance import near_to, pieces_of, placed_at
 from armdesign.building.sheet import number
 from armdesign.search.evaluation import motions
 
@@ -65,15 +65,12 @@ def clock_of(build: Build, joint: int) -> Clock:
     q = np.zeros(result.table.dof)
     q[joint - 1] = middle
     there = {each.mark: (each, pose) for each, pose in assembly.posed(result.table, q)}
-    back = there[name][1][:3, 2]  # the output turns against it, and is looked at from the other side
+    back = there[name][1][:3, 2]  # the output is looked at from the other side
     on_both = (f"{name}-L{joint - 1}", f"{name}-L{joint}")
     marks = [pose[:3, :3] @ mark_of(each)[1] for each, pose in (there[mark] for mark in on_both if mark in there)]
     if build.choice.actuators[joint - 1].box is not None:
         marks[1:] = [-there[name][1][:3, 0]]
-    between = None
-    if len(marks) == 2:
-        first, last = marks
-        between = float(np.arctan2(np.cross(last, first) @ back, first @ last)) % (2.0 * np.pi)
+    between = turn_between(marks[0], marks[1], -back) if len(marks) == 2 else None
     way = float(np.sign(there[name][0].pose[2, 2]))
     return Clock(low, high, middle, way, between)
 
@@ -81,21 +78,8 @@ def clock_of(build: Build, joint: int) -> Clock:
 def mark_of(bracket: Placed) -> tuple[str, Array]:
     """What shows on a bracket how it is turned about its actuator's axis, and that way in its own frame, shape (3,)."""
     if bracket.part.note == "wedge" and bracket.part.scribes:
-        way = bracket.part.scribes[0][1] - bracket.part.scribes[0][0]
-        return "line S", way / np.linalg.norm(way)
+        return "line S", bracket.part.line
     return "the side of the tube", np.array([1.0, 0.0, 0.0])
-
-
-def first_hole(bracket: Placed) -> float | None:
-    """From the mark of a bracket on an output to the first hole for that, counterclockwise as that is looked at [rad].
-
-    None where the holes are not known.
-    """
-    turn = bracket.part.sizes.get("turn of the face's circle")
-    if turn is None:
-        return None
-    way, hole = mark_of(bracket)[1], np.array([np.cos(turn), 0.0, np.sin(turn)])
-    return float(np.arctan2(np.cross(way, hole)[1], way @ hole)) % (2.0 * np.pi)
 
 
 def clock_words(build: Build, joint: int) -> list[str]:
@@ -115,12 +99,13 @@ def clock_words(build: Build, joint: int) -> list[str]:
             f"At {degrees(clock.middle)}° {last} is {degrees(clock.between)}° from {mark_of(before)[0]} of "
             f"{before.mark}, counterclockwise as the output is looked at. Mark a line across housing and output there."
         )
-    hole = None if before is None else first_hole(before)
-    if before is not None and hole is not None:
-        count = before.part.circles["face"].count
+    turn = None if before is None else before.part.sizes.get("turn of the face's circle")
+    if before is not None and turn is not None:
+        count, (mark, line) = before.part.circles["face"].count, mark_of(before)
+        hole = turn_between(line, np.array([np.cos(turn), 0.0, np.sin(turn)]), np.array([0.0, 1.0, 0.0]))
         words.append(
             f"Of the {count} holes of {before.mark} for {name} one is {degrees(hole % (2.0 * np.pi / count))}° from "
-            f"{mark_of(before)[0]}, the same way about. Where those of {name} do not meet them, turn its output to the "
+            f"{mark}, the same way about. Where those of {name} do not meet them, turn its output to the "
             f"next that do, {degrees(np.pi / count)}° at most, and enter that as its offset."
         )
     return words + long_end_words(build, joint)
@@ -199,10 +184,7 @@ def in_front(build: Build, joint: int) -> list[str]:
     found = set()
     for _, q in motions(result.evaluation, result.problem):
         for pose in q[:: max(1, len(q) // POSES)]:
-            *world, there = placed_at(result.table, [*pieces, *free], pose)
-            for piece, place in zip(pieces, world, strict=True):
-                apart = float(np.linalg.norm(place[:3, 3] - there[:3, 3])) - piece.radius - free[0].radius
-                near = piece.part.mark not in found and apart < 0.0
-                if near and distance(piece.form, place, free[0].form, there) == 0.0:
-                    found.add(piece.part.mark)
+            world = placed_at(result.table, [*pieces, *free], pose)
+            near = near_to(free[0].form, world[-1], pieces, world[:-1], EDGE)
+            found |= {pieces[i].part.mark for i, gap in near if gap == 0.0}
     return sorted(found)

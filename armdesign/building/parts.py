@@ -54,10 +54,17 @@ class BoltCircle:
     deep: float = float("inf")
     known: bool = False
 
-    def places(self, turn: float = 0.0) -> Array:
-        """Middles of the holes, the first at an angle from x [rad], shape (count, 2) [m]."""
-        angles = turn + 2.0 * np.pi * np.arange(self.count) / self.count
-        return self.diameter / 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    def places(self, turn: float | Array = 0.0) -> Array:
+        """Middles of the holes, the first at an angle, or several, from x [rad], shape (..., count, 2) [m]."""
+        angles = np.asarray(turn)[..., None] + 2.0 * np.pi * np.arange(self.count) / self.count
+        places: Array = self.diameter / 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return places
+
+    @property
+    def turns(self) -> Array:
+        """Angles of its first hole that are tried [rad]."""
+        turns: Array = np.radians(np.arange(0.0, 360.0 / self.count, 7.5))
+        return turns
 
     @property
     def edge(self) -> float:
@@ -185,6 +192,13 @@ class Part:
         """What it is drawn as: ``joint``, ``base`` or ``tube``, the materials of an arm's body."""
         return {"actuator": "joint", "base plate": "base"}.get(self.kind, "tube")
 
+    @property
+    def line(self) -> Array:
+        """The way its first scribe line points, a unit vector, shape (3,)."""
+        start, end = self.scribes[0]
+        way: Array = (end - start) / np.linalg.norm(end - start)
+        return way
+
     def holds(self, points: Array) -> NDArray[np.bool_]:
         """Which points, shape (k, 3) [m], are within its solids, holes not taken out."""
         held: NDArray[np.bool_] = np.any([form.holds(points) for form in self.solids], axis=0)
@@ -298,6 +312,11 @@ class Assembly:
     def of_link(self, link: int) -> Sequence[Placed]:
         """The parts that move with a link."""
         return [each for each in self.placed if each.link == link]
+
+
+def turn_between(first: Array, last: Array, axis: Array) -> float:
+    """From one direction to another about an axis, counterclockwise where it is looked against, 0 to 2 pi [rad]."""
+    return float(np.arctan2(np.cross(first, last) @ axis, first @ last)) % (2.0 * np.pi)
 
 
 def file_name(name: str) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.cylinder import along
-from armdesign.bodies.exact import ExactObstacle, carries_base
+from armdesign.bodies.exact import carries_base
 from armdesign.building.parts import Assembly, Placed, Prism, Rod
 from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.feasibility.words import sentence
@@ -147,7 +147,7 @@ def parts_gap(assembly: Assembly, result: Result) -> PartsGap | None:
             for carries, each in zip(carriers, around, strict=True):
                 there = into_base @ each.pose_at(t)
                 found += [PartsGap(gap, (pieces[i].part.mark, each.name), q)
-                          for i, gap in to_obstacle(each, there, pieces, world, limit)
+                          for i, gap in near_to(each.geometry, there, pieces, world, limit)
                           if pieces[i].part.link or not carries]  # fmt: skip
             best = min((gap for gap in (best, *found) if gap is not None and gap.value < NEAR),
                        key=lambda gap: gap.value, default=None)  # fmt: skip
@@ -156,24 +156,24 @@ def parts_gap(assembly: Assembly, result: Result) -> PartsGap | None:
     return best
 
 
-def to_obstacle(
-    obstacle: ExactObstacle, pose: Array, pieces: Sequence[Piece], world: Array, limit: float
-) -> list[tuple[int, float]]:
-    """The pieces that come within a limit of the box about an obstacle, and how near they come to it itself [m].
+def near_to(
+    form: Any, pose: Array, pieces: Sequence[Piece], world: Array, limit: float,  # noqa: ANN401
+) -> list[tuple[int, float]]:  # fmt: skip
+    """The pieces that come within a limit of the box about a form, and how near they come to it itself [m].
 
     Args:
-        obstacle: The obstacle.
+        form: An obstacle, or what else is convex, for coal.
         pose: Where it is in the base's frame, shape (4, 4).
         pieces: The pieces, K of them.
         world: Where they are in the base's frame, shape (K, 4, 4).
         limit: What is farther away does not count [m].
     """
-    obstacle.geometry.computeLocalAABB()
-    box = obstacle.geometry.aabb_local
+    form.computeLocalAABB()
+    box = form.aabb_local
     middles = (world[:, :3, 3] - pose[:3, 3]) @ pose[:3, :3]
     away = np.linalg.norm(np.maximum(np.maximum(box.min_ - middles, middles - box.max_), 0.0), axis=1)
     near = np.flatnonzero(away - [piece.radius for piece in pieces] < limit).tolist()
-    return [(i, distance(pieces[i].form, world[i], obstacle.geometry, pose)) for i in near]
+    return [(i, distance(pieces[i].form, world[i], form, pose)) for i in near]
 
 
 def lowest(piece: Piece, pose: Array) -> float:

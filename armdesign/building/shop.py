@@ -197,10 +197,20 @@ class Face(NamedTuple):
     holds: bool = False
     edge: float = 0.0
 
+    @property
+    def held(self) -> Housing | None:
+        """The box that the bracket holds."""
+        return self.housing if self.holds else None
+
+    @property
+    def back(self) -> Array:
+        """Holes behind it that are known but not drilled for, x and z, shape (k, 2) [m]."""
+        return np.empty((0, 2)) if self.held is None else self.held.back
+
     def pad(self, shop: Shop) -> tuple[float, float]:
         """How far what lies on it reaches backwards, and half of its width [m]."""
-        if self.housing is not None and self.holds:
-            return self.housing.pad(shop)
+        if self.held is not None:
+            return self.held.pad(shop)
         return self.circle.edge, max(self.circle.edge, shop.half)
 
     def across(self, shop: Shop) -> float:

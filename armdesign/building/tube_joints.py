@@ -10,7 +10,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.building.brackets import HELD
-from armdesign.building.parts import SCREWS, Part, Placed, Prism, Rod, Screws
+from armdesign.building.parts import SCREWS, Part, Placed, Prism, Rod, Screws, turn_between
 from armdesign.building.shop import GAP, SHORTEST_SPACER, SHORTEST_TUBE, TOOL, Seat, Shop, drilled, frame, scribed
 from armdesign.errors import CatalogueError
 
@@ -84,7 +84,7 @@ def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
         (flange(deep, shop), frame(u, a, first.point), first),
         (tool_plate(deep, shop) if hand else flange(deep, shop), frame(-u, b, second.point), second),
     )
-    turn = float(np.arctan2(np.cross(a, b) @ u, a @ b)) % (2.0 * np.pi)
+    turn = turn_between(a, b, u)
     turn = 0.0 if 2.0 * np.pi - turn < 1e-6 else turn
     pose = frame(u, a, first.point + shop.flange * u)
     placed = [Placed(tube(length, deep / 2.0, turn, shop), mark, joint.link, pose)]
@@ -307,10 +307,9 @@ def tool_spacer(joint: Joint, node: Placed | None, shop: Shop) -> tuple[list[Pla
     span, circle, tool, d = joint.span, shop.circle, shop.tool_circle, 1e-3 * float(shop.circle.thread[1:])
     clear, _, head = SCREWS[circle.thread]
     tap, wide, under = SCREWS[tool.thread][1], head / 2.0 + 0.25e-3, span - d - 0.3e-3
-    turns = np.radians(np.arange(0.0, 360.0 / tool.count, 7.5))
-    apart = [np.linalg.norm(tool.places(t)[:, None] - circle.places(), axis=2).min() for t in turns]
-    turn = float(turns[int(np.argmax(np.round(apart, 9)))])
-    if max(apart) < wide + tap / 2.0 + 1e-3:
+    apart = np.linalg.norm(tool.places(tool.turns)[:, :, None] - circle.places(), axis=-1).min(axis=(1, 2))
+    turn = float(tool.turns[int(np.argmax(np.round(apart, 9)))])
+    if apart.max() < wide + tap / 2.0 + 1e-3:
         raise CatalogueError(
             f"the screws of a spacer at the tool of link {joint.link} meet those of the tool", value=span,
             allowed=f"at least {(shop.flange + joint.cap(shop) + SHORTEST_TUBE) * 1e3:g} mm, for a tube",

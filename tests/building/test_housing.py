@@ -179,11 +179,13 @@ def test_brackets_with_no_room_for_known_holes_are_refused():
     actuator, shop = SIZES["XC330-T181"], Shop(0.012, 0.0015, ("tube", 2700.0), ALUMINIUM)
     box, middle, up = housing_of(actuator), np.zeros(3), np.array([0.0, 0, 1])
     out = Face("J1", middle, up, actuator.length / 2, actuator.diameter / 2, circle_of(actuator, "output"))
-    held = Face("J1", middle, up, actuator.length / 2, box.near, circle_of(actuator, "housing"),
-                housing=box, holds=True)  # fmt: skip
-    for face, kind, theta in ((out, "wedge", 0.7), (held, "angle", 0.75)):
-        with pytest.raises(CatalogueError, match="no room"):
-            bracket(face, kind, np.array([np.sin(theta), 0.0, np.cos(theta)]), 1, shop)
+    with pytest.raises(CatalogueError, match="no room"):
+        bracket(out, "wedge", np.array([np.sin(0.7), 0.0, np.cos(0.7)]), 1, shop)
+    held = out._replace(circle=circle_of(actuator, "housing"), radius=box.near, housing=box, holds=True)
+    part = bracket(held, "angle", np.array([np.sin(0.75), 0.0, np.cos(0.75)]), 1, shop)[0].part
+    leaning = part.solids[1].polygon
+    above = leaning[leaning[:, 1] > held.height + part.sizes["plate"] + 1e-9]
+    assert above[:, 0].min() - box.back[:, 0].max() - SCREWS["M2"][2] / 2 > 1e-3 - 1e-9
 
 
 def test_masses_are_those_of_the_actuators(at_random):

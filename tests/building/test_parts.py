@@ -575,6 +575,31 @@ def test_heads_have_room_before_the_second_plate_of_a_standing_bracket(theta):
         assert np.isfinite(upright).all()
 
 
+@pytest.mark.parametrize("kind", ["wedge", "angle", "side", "standing"])
+def test_screws_of_a_face_are_reached_on_every_bracket_or_it_is_refused(kind):
+    turns, made, refused = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), 0, 0
+    ring = np.stack([np.cos(turns), 0.0 * turns, np.sin(turns)], axis=1)
+    for thick, across, degrees in product((0.016, 0.03, 0.06), (0.016, 0.03), (10.0, 42.0, 58.0, 75.0, 100.0)):
+        shop = dataclasses.replace(SHOP, diameter=thick)
+        circle = BoltCircle(2.0 * shop.half, 4, "M5") if kind == "standing" else BoltCircle(across, 8, "M2.5")
+        face = Face("J1", np.zeros(3), np.array([0.0, 0, 1]), 0.02, 0.02, circle, kind == "side")
+        theta = np.radians(degrees)
+        try:
+            part = bracket(face, kind, np.array([np.sin(theta), 0.0, np.cos(theta)]), 1, shop)[0].part
+        except CatalogueError as error:
+            refused += "reaches" in str(error)
+            continue
+        own, head = part.sizes["turn of the face's circle"], SCREWS[circle.thread][2] / 2.0
+        key = np.insert(circle.places(own), 1, 0.0, axis=1)[:, None] + head * ring
+        seat = face.height + (part.sizes["under heads"] if kind == "wedge" else part.sizes["plate"])
+        up = np.arange(seat + 1e-4, seat + 0.12, 1e-3)[:, None, None, None] * [0.0, 1.0, 0.0]
+        met = [hole for hole in part.holes if "tapped" in hole.use] if kind == "wedge" else part.solids
+        assert not any(form.holds((key + up).reshape(-1, 3)).any() for form in met), (thick, across, degrees)
+        made += 1
+    assert made
+    assert bool(refused) == (kind == "wedge")  # plates of others stand as far off as their screws need
+
+
 def test_scribe_lines_of_a_flange_and_its_seat_meet_in_one_of_four_positions():
     made = assemble(arm_of(), CHOSEN, SHOP)
     parts = {each.mark: each for each in made.placed}
