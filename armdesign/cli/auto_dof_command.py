@@ -13,7 +13,7 @@ from armdesign.cli.command_errors import INTERRUPTED
 from armdesign.cli.input_recordings import Demonstrations
 from armdesign.cli.screen import SearchBar, clock, compile_for, say, say_in_handler, show_table, show_text
 from armdesign.cli.tables import show_arm
-from armdesign.cli.worker_options import Running, check_workers, open_backend
+from armdesign.cli.worker_options import RunOptions, check_workers, open_backend
 from armdesign.errors import SettingsError, counted, resume_command
 from armdesign.experiments.auto_dof.choose_dof import (
     Callbacks,
@@ -38,7 +38,7 @@ TOLERANCE_MISSED = 3
 def search_auto(
     opened: Demonstrations,
     out: Path | None,
-    how: Running,
+    how: RunOptions,
     *,
     overwrite: bool,
     within: float | None,
@@ -75,7 +75,7 @@ def search_auto(
     carry_on(folder, how)
 
 
-def resume_auto(folder: Path, how: Running) -> None:
+def resume_auto(folder: Path, how: RunOptions) -> None:
     """Go on with the search for the number of joints where it stopped."""
     if has_choice(folder):
         say(f"{folder} is finished; nothing to resume.")
@@ -83,7 +83,7 @@ def resume_auto(folder: Path, how: Running) -> None:
         carry_on(folder, how)
 
 
-def carry_on(folder: Path, how: Running) -> None:
+def carry_on(folder: Path, how: RunOptions) -> None:
     """Search in the folder, saying what is done and why it ends."""
     check_workers(how.workers, how.cluster)
     go_on = f"Go on with: {resume_command('search', folder, how.cluster)}"

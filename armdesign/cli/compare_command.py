@@ -94,7 +94,7 @@ def compare(
     if payload is not None and not 0.0 <= payload <= 1e4:
         raise SettingsError(f"--payload is {payload:g} kg", value=payload, allowed="0 to 10000 kg")
     check_outputs(json_file, csv_file, overwrite=overwrite)
-    weighing = WeightFlags.out_of(given)
+    weight_flags = WeightFlags.out_of(given)
     folder = task_folder(recording, arms or []) if recording is not None or config is None else None
     if folder is None:
         if config is None:
@@ -105,11 +105,17 @@ def compare(
         if config is not None and recording is None:
             settings = from_run_folder(settings, config.parent)
         opened = open_arms(arms or [], settings, tool or ())
-        problem = task_of_recording(recording, settings.replace(given), weighing, opened)
+        problem = task_of_recording(recording, settings.replace(given), weight_flags, opened)
     else:
-        flags = {"--scenario": weighing.scenario, "--config": config, "--weights": weighing.weights}
+        flags = {"--scenario": weight_flags.scenario, "--config": config, "--weights": weight_flags.weights}
         flags |= {f"--{name.replace('_', '-')}": value for name, value in given["task"].items()}
-        problem = task_of_run(folder, [name for name, value in flags.items() if value is not None])
+        useless = [name for name, value in flags.items() if value is not None]
+        if useless:
+            raise SettingsError(
+                f"the task is that of the run {folder}, with its settings; {', '.join(useless)} would not be used",
+                value=useless, fix="Leave them out, or give a recording with --task",
+            )  # fmt: skip
+        problem = read_problem(folder)
         opened = open_arms(arms or [], problem.settings, tool or ())
     if not quiet:
         for note in problem.notes if folder is None else ():
@@ -141,23 +147,8 @@ def task_folder(recording: Path | None, arms: Sequence[str]) -> Path | None:
     return beside if recording.name == "task.csv" and whole else None
 
 
-def task_of_run(folder: Path, given: Sequence[str]) -> DesignProblem:
-    """A run's own task with its own settings.
-
-    Raises:
-        SettingsError: Flags are given that would make another task of it.
-        RunFolderError: The folder holds no run.
-    """
-    if given:
-        raise SettingsError(
-            f"the task is that of the run {folder}, with its settings; {', '.join(given)} would not be used",
-            value=list(given), fix="Leave them out, or give a recording with --task",
-        )  # fmt: skip
-    return read_problem(folder)
-
-
 def task_of_recording(
-    recording: Path | None, settings: Settings, weighing: WeightFlags, arms: Sequence[Arm]
+    recording: Path | None, settings: Settings, weight_flags: WeightFlags, arms: Sequence[Arm]
 ) -> DesignProblem:
     """The task of a recording, for arms of so many joints and such a length at most.
 
@@ -167,7 +158,7 @@ def task_of_recording(
     if recording is None and settings.task.recording is None and not settings.task.files:
         raise SettingsError("no task is given", fix="Name a recording or a run folder with --task")
     settings = with_joints(settings, max(arm.dof for arm in arms))
-    _, demonstration, settings = open_recording(recording, settings, weighing, "compare ARM --task")
+    _, demonstration, settings = open_recording(recording, settings, weight_flags, "compare ARM --task")
     return prepare(demonstration, settings, longest=max(arm.length for arm in arms))
 
 

@@ -73,7 +73,7 @@ def evaluate(
     Prints its fitness and the error of each point; --out writes them with the trajectory and the URDF as a run folder.
     The settings are those of --config, else those a result.json carries, else the published ones.
     """
-    weighing = WeightFlags.out_of(given)
+    weight_flags = WeightFlags.out_of(given)
     if out is None:
         refuse_without("--out", {"--overwrite": overwrite})
     table = read_design(design, convention)
@@ -89,7 +89,7 @@ def evaluate(
     if not recordings:
         source = config or design
         settings = from_run_folder(settings, source if source.is_dir() else source.parent)
-    opened = open_demonstrations(recordings, settings, weighing, "evaluate DESIGN")
+    opened = open_demonstrations(recordings, settings, weight_flags, "evaluate DESIGN")
     problem = at_given_place(opened.problem(longest=table.length), read_base_pose(design))
     with compiling(quiet=quiet):
         compile_kernels(problem.path_problem)

@@ -31,7 +31,7 @@ from armdesign.cli.input_recordings import Demonstrations, Split, from_run_folde
 from armdesign.cli.screen import SearchBar, clock, compile_for, say, say_in_handler, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.tables import show_arm
-from armdesign.cli.worker_options import ClusterOption, Running, WorkersOption, check_workers, open_backend
+from armdesign.cli.worker_options import ClusterOption, RunOptions, WorkersOption, check_workers, open_backend
 from armdesign.errors import SettingsError, counted, resume_command
 from armdesign.experiments.sweep.sweep_store import refuse_other_kinds
 from armdesign.runs.folder import SETTINGS, TASK, TASK_JSON, URDF, claim_folder, free_folder, old_name_note
@@ -161,7 +161,7 @@ def search(
     preview.html and report.html. Its state is saved every second: Ctrl-C ends the search with the best arm so
     far, and --resume goes on, also after a crash.
     """
-    how = Running(workers, cluster, report, quiet)
+    how = RunOptions(workers, cluster, report, quiet)
     if resume is not None:
         fix = "For another search leave --resume out and choose another --out"
         refuse_beside_resume(context, "a search", fix, also=EXTENSIBLE)
@@ -174,7 +174,7 @@ def search(
         refuse_without("--dof auto", {"--within": within, "--enough": enough})
     if out is None:
         refuse_without("--out", {"--overwrite": overwrite})
-    weighing = WeightFlags.out_of(given)
+    weight_flags = WeightFlags.out_of(given)
     if holdout:
         given["task"]["holdouts"] = [str(path.resolve()) for path in holdout]
     settings = settings_from_flags(config, given)
@@ -189,13 +189,13 @@ def search(
         if recordings:
             first, *more = (str(path.resolve()) for path in recordings)
             settings = settings.replace({"task": {"recording": first, "more_recordings": more or None}})
-        weighted = weighing.over(settings)
+        weighted = weight_flags.over(settings)
         typer.echo(weighted.to_toml(comments=True), nl=False)
         return
     if config is not None and not recordings:
         settings = from_run_folder(settings, config.parent)
     split = Split(cycles, holdout_every)
-    opened = open_demonstrations(recordings, settings, weighing, split=split)
+    opened = open_demonstrations(recordings, settings, weight_flags, split=split)
     if given["fitness"].get("demonstrations") is not None and len(opened.seen) == 1:
         raise SettingsError(
             "--demonstrations is given, but there is one demonstration", value=given["fitness"]["demonstrations"],
@@ -224,7 +224,7 @@ def folder_for(opened: Demonstrations, out: Path | None) -> Path:
     return free_folder(Path("runs"), name)
 
 
-def resume_search(folder: Path, changes: Mapping[str, Any], how: Running) -> None:
+def resume_search(folder: Path, changes: Mapping[str, Any], how: RunOptions) -> None:
     """Go on with the search of a run folder, with another length or other stop rules where some are given."""
     if changes:
         extend(folder, changes)
@@ -259,7 +259,7 @@ def extend(folder: Path, changes: Mapping[str, Any]) -> None:
         )
 
 
-def carry_on(folder: Path, problem: DesignProblem, how: Running, *, fresh: bool) -> None:
+def carry_on(folder: Path, problem: DesignProblem, how: RunOptions, *, fresh: bool) -> None:
     """Search in a run folder, saying what is decided and done."""
     if not how.quiet:
         for sentence in opening(problem):

@@ -12,7 +12,6 @@ from armdesign.cli.command_options import WeightFlags, settings_from_flags
 from armdesign.cli.input_recordings import from_run_folder, open_recording
 from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError, SettingsError
-from armdesign.experiments.studies.study_examples import EXAMPLES, example_recording
 from armdesign.experiments.studies.study_plan import StudyRequest
 from armdesign.experiments.studies.study_registry import study_module
 from armdesign.experiments.sweep.ranges import whole_numbers
@@ -21,6 +20,8 @@ from armdesign.search.prepare import prepare
 from armdesign.settings.sections import Settings, read_settings
 
 MOST_JOINTS = 10
+EXAMPLES = ("packaging", "welding")
+"""The recordings that come with the package, and the scenario that belongs to each."""
 TASK_FLAGS = ("--base", "--points", "--weights", "--units", "--scale")
 """Flags that errors about recordings name and the studies do not have."""
 
@@ -137,6 +138,23 @@ def about(word: str) -> Iterator[None]:
             how = f"armdesign search {word} {flags[0]} ... --write-config > task.toml"
             fix = f"A study takes this from a settings file: write one by '{how}' and name it as the task"
         raise type(error)(f"{where}{error}", value=error.value, fix=fix) from error
+
+
+def example_recording(name: str) -> Path:
+    """A recording of ``EXAMPLES``: inside the package (a wheel) or beside it (a checkout or an editable install).
+
+    Raises:
+        SettingsError: It is in neither place.
+    """
+    package = Path(__file__).resolve().parent.parent
+    places = [above / "examples" / f"{name}.csv" for above in (package, package.parent)]
+    found = next((place for place in places if place.is_file()), None)
+    if found is None:
+        raise SettingsError(
+            f"the built-in recording '{name}' is missing; looked for {places[0]} and {places[1]}", value=name,
+            fix="The installation is incomplete: reinstall armdesign, or name a recording of your own",
+        )  # fmt: skip
+    return found
 
 
 def open_task(name: str, word: str, settings: Settings, scenario: str | None) -> tuple[str, Recording, Settings]:

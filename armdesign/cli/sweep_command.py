@@ -106,13 +106,13 @@ def sweep(
         refuse_beside_resume(context, "a sweep", "To extend it, repeat its command with more, and --out for --resume")
         folder, (plan, tasks) = resume, read_sweep(resume)
     else:
-        weighing = WeightFlags.out_of(given)
+        weight_flags = WeightFlags.out_of(given)
         settings = settings_from_flags(config, given)
         if config is not None and not recordings:
             settings = from_run_folder(settings, config.parent)
         lists = lists_of_values(settings, dof, seeds, algorithm, d)
         refuse_other_algorithms(given["search"], lists["algorithms"])
-        plan, tasks = prepare_sweep(recordings, settings, lists, weighing)
+        plan, tasks = prepare_sweep(recordings, settings, lists, weight_flags)
         folder = out or Path("runs") / f"{Path(plan.recordings[0]).stem}-sweep"
     count = workers or available_cores()
     if dry_run:
@@ -148,7 +148,7 @@ def lists_of_values(
 
 
 def prepare_sweep(
-    recordings: list[Path] | None, settings: Settings, lists: dict[str, tuple[Any, ...]], weighing: WeightFlags
+    recordings: list[Path] | None, settings: Settings, lists: dict[str, tuple[Any, ...]], weight_flags: WeightFlags
 ) -> tuple[Sweep, Tasks]:
     """Read the recordings and prepare them for every number of joints.
 
@@ -159,17 +159,17 @@ def prepare_sweep(
     tasks: dict[tuple[str, int], DesignProblem] = {}
     demonstrations: list[Path | None] = [*recordings] if recordings else [None]
     for recording in demonstrations:
-        source, demonstration, own = open_recording(recording, settings, weighing, "sweep")
+        source, demonstration, own = open_recording(recording, settings, weight_flags, "sweep")
         path = str(source.resolve())
         paths.append(path)
         for n in lists["dof"]:
             tasks[path, n] = prepare(demonstration, own.replace({"design": {"dof": n}}))
     paths = list(dict.fromkeys(paths))
     check_stems(paths)
-    if weighing.weights is not None and len({len(problem.task.points) for problem in tasks.values()}) > 1:
+    if weight_flags.weights is not None and len({len(problem.task.points) for problem in tasks.values()}) > 1:
         raise SettingsError(
             "--weights mean different things for recordings with different numbers of points",
-            value=weighing.weights,
+            value=weight_flags.weights,
             fix="Choose the same number of --points in all, or make two sweeps",
         )
     return Sweep(common_settings(own), tuple(paths), **lists), tasks

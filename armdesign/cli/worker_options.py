@@ -42,7 +42,7 @@ ClusterOption = Annotated[
 ]
 
 
-class Running(NamedTuple):
+class RunOptions(NamedTuple):
     """How a search is carried out and shown."""
 
     workers: int | None  # worker processes; None for as many as pay

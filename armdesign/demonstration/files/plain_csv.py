@@ -146,14 +146,11 @@ def _check_header(names: list[str], text: str, place: Place) -> None:
     if "\N{REPLACEMENT CHARACTER}" in text:
         raise RecordingError(f"{place}: the header is not UTF-8 text ('{line}')", fix="Save the file as UTF-8")
     check_names(names, len(names), place)
-    if "time" not in map(str.lower, names) and not all(_is_component(name) for name in names):
+    ends = (name.lower().rpartition("_") for name in names)
+    are_points = all(mark and component in _POSITION + _QUATERNION for _, mark, component in ends)
+    if "time" not in map(str.lower, names) and not are_points:
         message = f"{place}: this is no header of a plain CSV recording, it has no column 'time' ('{line}')"
         raise RecordingError(message, value=names, allowed=_ALLOWED)
-
-
-def _is_component(name: str) -> bool:
-    """Whether a column may belong to a point."""
-    return name.rpartition("_")[2].lower() in _POSITION + _QUATERNION and "_" in name
 
 
 def _layout(names: list[str], place: Place) -> Layout:

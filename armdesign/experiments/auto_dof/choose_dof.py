@@ -219,7 +219,11 @@ def carry_out_auto(
         results: dict[int, DofResult] = {}
         while (verdict := decided(results, state)) is None:
             if len(results) == len(state.joints):
-                raise nothing_at_all(results)
+                last = results[max(results)]
+                raise NothingFoundError(
+                    f"no arm of {min(results)} to {last.dof} joints was found; with {last.dof}: {last.reason}",
+                    fix="Use more particles or iterations, or wider bounds",
+                )
             n = state.joints[len(results)]
             place, result = folder / run_name(n), None
             if n in state.failed:
@@ -336,12 +340,3 @@ def publish(run: Path, folder: Path) -> None:
     except (OSError, ValueError) as error:
         raise RunFolderError(f"cannot copy the run in {run}: {error}", value=str(run)) from error
     write_files(folder, files)
-
-
-def nothing_at_all(results: Mapping[int, DofResult]) -> NothingFoundError:
-    """The error where no number of joints has a valid arm."""
-    most = results[max(results)]
-    return NothingFoundError(
-        f"no arm of {min(results)} to {most.dof} joints was found; with {most.dof}: {most.reason}",
-        fix="Use more particles or iterations, or wider bounds",
-    )

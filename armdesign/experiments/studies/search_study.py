@@ -90,22 +90,16 @@ Group = tuple[int, str, str]
 
 
 def runs_of(records: Sequence[Record]) -> dict[Group, list[Run]]:
-    """Finished searches by joints, task and algorithm."""
+    """Finished searches by joints, task and algorithm; r of one whose arm is infeasible includes the penalty."""
     groups: dict[Group, list[Run]] = {}
-    for record in records:
-        if record.finished:
-            groups.setdefault((record.dof, record.task, record.algorithm), []).append(run_of(record))
+    for record in (record for record in records if record.finished):
+        content, history = record.content, read_history(record.folder / "history.csv")
+        run = Run(
+            float(history.best[-1]), int(content["evaluations"]), float(content["wall_time"]), history.best,
+            history.evaluations.astype(float), content["stopped_by"] == "agreement",
+        )  # fmt: skip
+        groups.setdefault((record.dof, record.task, record.algorithm), []).append(run)
     return groups
-
-
-def run_of(record: Record) -> Run:
-    """A finished search with its history; of one that leaves its arm infeasible, the fitness with the penalty."""
-    content, history = record.content, read_history(record.folder / "history.csv")
-    evaluations = history.evaluations.astype(float)
-    return Run(
-        float(history.best[-1]), int(content["evaluations"]), float(content["wall_time"]), history.best, evaluations,
-        content["stopped_by"] == "agreement",
-    )  # fmt: skip
 
 
 def best_known(records: Sequence[Record], groups: Mapping[Group, Sequence[Run]]) -> dict[tuple[int, str], float]:

@@ -44,7 +44,9 @@ def settle(folder: Path, sweep: Sweep, tasks: Tasks) -> None:
     if holds_sweep(folder):
         check_extension(folder, sweep, tasks)
     keep_tasks(folder, tasks)
-    write_whole(folder / SWEEP, sweep_toml(sweep))
+    lines = ["# What was asked of this sweep; to go on: armdesign sweep --resume FOLDER", "[sweep]"]
+    lines += [f"{name} = {toml_value(getattr(sweep, name))}" for name in LISTS]
+    write_whole(folder / SWEEP, "\n".join(lines) + "\n\n" + sweep.settings.to_toml())
 
 
 def refuse_other_kinds(folder: Path, own: str | None = None) -> None:
@@ -99,13 +101,6 @@ def read_sweep(folder: Path) -> tuple[Sweep, Tasks]:
 def holds_sweep(folder: Path) -> bool:
     """Whether there is a sweep in a folder."""
     return (folder / SWEEP).exists()
-
-
-def sweep_toml(sweep: Sweep) -> str:
-    """What was asked, as TOML."""
-    lines = ["# What was asked of this sweep; to go on: armdesign sweep --resume FOLDER", "[sweep]"]
-    lines += [f"{name} = {toml_value(getattr(sweep, name))}" for name in LISTS]
-    return "\n".join(lines) + "\n\n" + sweep.settings.to_toml()
 
 
 def task_folder(folder: Path, recording: str, n: int) -> Path:

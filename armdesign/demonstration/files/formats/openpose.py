@@ -38,7 +38,10 @@ def matches(head: bytes) -> bool:
 def read(path: Path) -> Take:
     """Read all frames of a take, of which one is named."""
     files = _files(path)
-    found = [_people(file) for file in files] if len(files) > 1 else _people_in(read_json(path), path)
+    if len(files) > 1:  # with one frame each
+        found = [next(iter(_people_in(read_json(file), file)), []) for file in files]
+    else:
+        found = _people_in(read_json(path), path)
     if not any(len(people) for people in found):
         message = f"{path} holds no '{_KEY}': these are keypoints in an image, or nobody was seen"
         fix = "Triangulate them (Pose2Sim, Anipose), and give the 3D points as TRC or plain CSV"
@@ -101,12 +104,6 @@ def _files(path: Path) -> list[Path]:
         message = f"{path.parent} holds {len(numbered):,} files of one take"
         raise RecordingError(message, allowed=f"at most {_MOST_FILES:,}", fix="Copy fewer of them into a folder")
     return [file for _, file in sorted(numbered)]
-
-
-def _people(path: Path) -> list[Array]:
-    """The people in the file of one frame."""
-    found = _people_in(read_json(path), path)
-    return found[0] if found else []
 
 
 def _people_in(content: object, path: Path) -> list[list[Array]]:

@@ -79,7 +79,9 @@ def read(path: Path) -> Take:
         place, words = lines.place, _read_words(lines, header)
         lines.skip_blank()
         lines.is_end = lambda text: _title(text) is not None
-        rows = read_table(lines, header.delimiter, _columns(header))
+        named = zip(header.names, header.parts, strict=True)
+        columns = [*header.leading, *(f"{name} {part}" for name, parts in named for part in parts)]
+        rows = read_table(lines, header.delimiter, columns)
         lines.is_end = None
         while text := lines.readline():
             title = _title(text)
@@ -188,12 +190,6 @@ def _items(
         column += len(part)
     check_names(found, count, place)
     return found, tuple(parts), firsts
-
-
-def _columns(header: _Header) -> list[str]:
-    """A name for each column."""
-    named = zip(header.names, header.parts, strict=True)
-    return [*header.leading, *(f"{name} {part}" for name, parts in named for part in parts)]
 
 
 def _series(
