@@ -26,21 +26,13 @@ ENTRY = re.compile(r"([^\s,=]+)=([^\s,=]+)")
 
 @dataclass(frozen=True)
 class Site:
-    """A box of places with one mounting; equal ends fix a coordinate.
+    """A box of places with one mounting; equal ends fix a coordinate."""
 
-    Attributes:
-        mounted: floor (z axis of the base up), wall (level) or ceiling (down).
-        x: From where to where in the room [m].
-        y: The same along y [m].
-        z: The same along z, upwards [m].
-        yaw: Turn of the base about the vertical [rad].
-    """
-
-    mounted: str
-    x: Range
-    y: Range
-    z: Range
-    yaw: Range = ANY_YAW
+    mounted: str  # floor (z axis of the base up), wall (level) or ceiling (down)
+    x: Range  # from where to where in the room [m]
+    y: Range  # the same along y [m]
+    z: Range  # the same along z, upwards [m]
+    yaw: Range = ANY_YAW  # turn of the base about the vertical [rad]
 
     @property
     def box(self) -> Array:

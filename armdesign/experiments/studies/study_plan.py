@@ -16,22 +16,15 @@ MARKS, FILLS = ("o", "s", "^", "D"), ("black", "white", "#999999", "white")
 
 @dataclass(frozen=True)
 class StudyRequest:
-    """What a study shall do.
+    """What a study shall do."""
 
-    Attributes:
-        study: Its name.
-        tasks: Keys of the tasks: the path of a recording or of a settings file, or the name of a built-in example.
-        dof: Numbers of joints n.
-        reps: Number of repetitions; may grow later.
-        seed: Seed of the first repetition; the others have those that follow.
-        options: Its further options by name, as JSON values; lists may grow later, the rest stays as it is.
-    """
-
-    study: str
+    study: str  # its name
+    # keys of the tasks: the path of a recording or of a settings file, or the name of a built-in example
     tasks: tuple[str, ...]
-    dof: tuple[int, ...]
-    reps: int
-    seed: int
+    dof: tuple[int, ...]  # numbers of joints n
+    reps: int  # number of repetitions; may grow later
+    seed: int  # seed of the first repetition; the others have those that follow
+    # its further options by name, as JSON values; lists may grow later, the rest stays as it is
     options: Mapping[str, Any] = field(default_factory=dict)
 
     @property
