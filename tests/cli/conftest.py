@@ -28,7 +28,7 @@ def welding():
 @pytest.fixture(scope="session")
 def small():
     """Flags of a search that takes a moment."""
-    return ("--dof", "6", "--particles", "10", "--iterations", "3")
+    return ("--dof", "4", "--particles", "10", "--iterations", "3")
 
 
 @pytest.fixture(scope="session")

@@ -50,7 +50,7 @@ def test_finished_run(packaged, line, place):
     result = json.loads((packaged[0] / "result.json").read_text())
     cells = line(place, "deep/er/a run")
     assert cells[:4] == ["deep/er/a run", "finished", f"{result['fitness']:.4f}", "3/3"]
-    assert cells[5:] == ["rapso", "6", "0"]
+    assert cells[5:] == ["rapso", "4", "0"]
 
 
 def test_search_that_was_killed_has_stopped(begun, line, place):
@@ -105,7 +105,7 @@ def test_search_that_has_failed_can_go_on(run, packaging, place, line):
 def test_given_arm_is_no_search(run, packaging, packaged, place, line):
     assert run("evaluate", packaged[0], packaging, "--out", "runs/arm").exit_code == 0
     assert line("runs", "arm")[1] == "evaluated"
-    assert line("runs", "arm")[5:] == ["-", "6", "-"]
+    assert line("runs", "arm")[5:] == ["-", "4", "-"]
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ def test_opening_says_what_is_searched(packaged):
     _, outcome = packaged
     assert "The recording has 100 frames over 1.98 s, about 50 frames/s." in outcome.output
     assert "Weights: upper_arm 0.167, forearm 0.333, hand 0.5." in outcome.output
-    assert "an arm of 6 joints with rapso, 10 particles, 3 iterations, seed 0" in outcome.output
+    assert "an arm of 4 joints with rapso, 10 particles, 3 iterations, seed 0" in outcome.output
 
 
 def test_table_at_the_end_is_that_of_the_result(packaged):
@@ -76,8 +76,8 @@ def test_default_folder_tells_what_it_holds_and_is_never_used_twice(run, place, 
     for _ in range(2):
         assert run("search", packaging, *small, "--seed", 7, "--algorithm", "pso").exit_code == 0
     assert {path.name for path in (place / "runs").iterdir()} == {
-        "packaging-pso-n6-seed7",
-        "packaging-pso-n6-seed7-2",
+        "packaging-pso-n4-seed7",
+        "packaging-pso-n4-seed7-2",
     }
 
 
@@ -139,14 +139,14 @@ def test_odd_point_names(run, place, packaging, small):
 
 
 def test_flags_go_over_the_file(settings_of, place):
-    text = "[search]\nparticles = 11\nseed = 5\ninertia = 0.7\n[design]\ndof = 4\n[task]\nrecording = 'absent.csv'\n"
+    text = "[search]\nparticles = 11\nseed = 5\ninertia = 0.7\n[design]\ndof = 5\n[task]\nrecording = 'absent.csv'\n"
     (place / "mine.toml").write_text(text)
     settings, _ = settings_of("--config", place / "mine.toml", "--seed", 6)
     assert Path(settings["task"]["recording"]).name == "packaging.csv"
     assert settings["search"]["particles"] == 10
     assert settings["search"]["seed"] == 6
     assert settings["search"]["inertia"] == 0.7
-    assert settings["design"]["dof"] == 6
+    assert settings["design"]["dof"] == 4
 
 
 def test_recording_in_a_file_counts_from_the_file(run, place, packaging, small, monkeypatch):

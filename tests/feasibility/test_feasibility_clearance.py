@@ -51,7 +51,7 @@ def brute_force(sizes, obstacles, arm, slides, share=0.0):
     poses = np.array([[np.r_[f[:3, :3].T.ravel(), f[:3, 3]] for f in frame] for frame in frames])
     gaps = np.empty(len(poses))
     smallest_gaps(
-        np.zeros(1, BODY), sizes, obstacles, rows, slides, poses, share, gaps, np.empty((176, 6)),
+        np.zeros(1, BODY), sizes, obstacles, rows, slides.copy(), poses, share, gaps, np.empty((176, 6)),
         np.zeros(1, WITNESS), np.zeros(1, OBSTACLE_WITNESS),
     )  # fmt: skip
     return gaps
@@ -102,14 +102,14 @@ def test_violation_is_that_of_all_pairs_in_all_frames_wherever_frames_tell(n):
 def test_clear_paths_are_clear_between_the_frames_too():
     rng = np.random.default_rng(8)
     n, T = 4, 12  # few frames, so that a lot happens between them
-    rows, bases, paths = random_arms(rng, 80, n, T, sweep=0.6)
+    rows, bases, paths = random_arms(rng, 50, n, T, sweep=0.6)
     check = make_check(n, scene(T), T)
     found = check(rows, bases, [paths])
     clear = np.flatnonzero(found.violation == 0.0)
-    assert 5 < len(clear) < 75
+    assert 5 < len(clear) < 45
     for k in clear:
         arm = rows[k], bases[k], paths[k]
-        for share in np.linspace(0.0, 0.95, 12):
+        for share in np.linspace(0.0, 0.9, 7):
             assert brute_force(check.sizes, scene(T), arm, found.slides[k], float(share)).min() >= CLEARANCE - 1e-9
 
 

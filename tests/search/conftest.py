@@ -35,7 +35,7 @@ def small_study(examples):
         basis = Settings().replace(
             {
                 "task": {"recording": str(examples[scenario])},
-                "design": {"dof": 6},
+                "design": {"dof": 4},
                 "search": {"particles": 10, "iterations": 4},
                 "fitness": {"scenario": scenario},
             }

@@ -35,7 +35,7 @@ def test_settings_of_a_run_read_back_as_they_were(finished):
 def test_fresh_process_in_another_place_repeats_the_run(runs, tmp_path, process):
     folder, out = runs["welding"].folder, tmp_path / "again"
     code = "import os, sys; os.chdir(sys.argv.pop(1)); from armdesign.cli import main; main()"
-    flags = ["--config", folder / "settings.toml", "--out", out, "--quiet", "--no-report"]
+    flags = ["--config", folder / "settings.toml", "--out", out, "--quiet", "--no-report", "--workers", "1"]
     outcome = process(code, tmp_path, "search", *flags)
     assert outcome.returncode == 0, outcome.stderr
     assert same(out, folder)

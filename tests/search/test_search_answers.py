@@ -88,7 +88,7 @@ def test_search_that_cannot_reach_tells_the_nearest(prepared_for):
 def test_arms_too_short_by_their_bounds_are_told_apart(prepared_for):
     """No start is solved where no arm is long enough; there is no nearest then."""
     design = {"bounds": {f"d_{i}": (0.0, 0.001) for i in range(1, 6)} | {f"a_{i}": (0.01, 0.02) for i in range(1, 6)}}
-    prepared = prepared_for(design=design | {"length": (0.1, 1.2)})
+    prepared = prepared_for(design=design | {"dof": 6, "length": (0.1, 1.2)})
     with pytest.raises(SearchError, match="first point: none came near it"):
         search(prepared)
 

@@ -36,7 +36,7 @@ OPTIONS = [
     ("packaging", {"design": {"bounds": {"a_tool": (0.0, 0.1), "a_0": (0.0, 0.1), "base_yaw": (-10.0, 20.0)}},
                    "task": {"base_mode": "fixed"}}),
     ("packaging", {"design": {"alpha": (-180.0, 180.0), "a": (0.0, 0.3), "d": (0.0, 0.1), "tool_length": 0.02}}),
-    ("packaging", {"design": {"length": (0.7, 0.8), "joint_limits": ((-180.0, 180.0),) * 5 + ((-90.0, 10.0),)}}),
+    ("packaging", {"design": {"length": (0.7, 0.8), "joint_limits": ((-180.0, 180.0),) * 3 + ((-90.0, 10.0),)}}),
     ("packaging", {"solver": {"starts": 32, "descents": 4, "finalists": 2},
                    "task": {"start": 0.5, "stop": 1.0}}),
     ("packaging", {"solver": {"tolerance": 1e-3, "floor": 1e-6, "max_steps": 5}, "task": {"points": ("hand",)}}),
@@ -133,8 +133,8 @@ def check_design(result):
 
 def check_path(result):
     settings, task, path = result.problem.settings, result.problem.task, result.evaluation.path
-    limits = np.deg2rad(np.broadcast_to(settings.design.joint_limits, (6, 2)))
-    assert path.q.shape == (len(task.time), 6)
+    limits = np.deg2rad(np.broadcast_to(settings.design.joint_limits, (4, 2)))
+    assert path.q.shape == (len(task.time), 4)
     assert (path.q >= limits[:, 0] - 1e-12).all()
     assert (path.q <= limits[:, 1] + 1e-12).all()
     speed, step = settings.fitness.continuity_speed, np.deg2rad(settings.fitness.continuity)

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the shared recordin
 
 @pytest.mark.parametrize(("name", "scenario"), [*zip(FILES, ("packaging", "welding"), strict=True)])
 def test_recording_gives_an_arm_as_it_is(tmp_path, outside, name, scenario):
-    flags = f"--scenario {scenario} --dof 6 --particles 8 --iterations 2 --out {tmp_path / 'run'}".split()
+    flags = f"--scenario {scenario} --dof 4 --particles 8 --iterations 2 --out {tmp_path / 'run'}".split()
     outcome = CliRunner().invoke(app, ["search", str(FOLDER / name), *flags])
     assert outcome.exit_code == 0, outcome.output
     content = json.loads((tmp_path / "run" / "result.json").read_text())

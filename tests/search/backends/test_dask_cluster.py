@@ -222,17 +222,8 @@ def test_a_candidate_that_kills_workers_is_named(prepared, tmp_path):
     assert np.array_equal(caught.value.value, Phi[7])
 
 
-def test_a_lost_scheduler_is_said_in_one_sentence(prepared, generation, tmp_path):
+def test_a_scheduler_without_workers_is_waited_for_and_a_lost_one_is_said(prepared, generation, tmp_path):
     Phi, cutoff, _ = generation
-    with processes(tmp_path) as own:
-        own.add_worker()
-        with connect(own.address, timeout=2.0) as client, DaskCluster(client, prepared) as backend:
-            own.scheduler.kill()
-            with pytest.raises(SearchError, match=f"lost the Dask scheduler at {own.address}.*--resume"):
-                backend.evaluate(Phi, cutoff)
-
-
-def test_a_scheduler_without_workers_is_waited_for_and_it_is_said(tmp_path):
     heard = []
     with processes(tmp_path) as own:
 
@@ -240,8 +231,11 @@ def test_a_scheduler_without_workers_is_waited_for_and_it_is_said(tmp_path):
             heard.append(sentence)
             own.add_worker()
 
-        with connect(own.address, say=say) as client:
+        with connect(own.address, timeout=2.0, say=say) as client, DaskCluster(client, prepared) as backend:
             assert len(client.nthreads()) == 1
+            own.scheduler.kill()
+            with pytest.raises(SearchError, match=f"lost the Dask scheduler at {own.address}.*--resume"):
+                backend.evaluate(Phi, cutoff)
     assert heard == [f"The scheduler {own.address} has no workers yet; waiting for the first."]
 
 
