@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import importlib
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -20,16 +19,12 @@ def bench(monkeypatch):
     return importlib.import_module
 
 
-def measured(folder, *arguments):
-    """What the command prints and what it writes."""
-    command = [sys.executable, str(BENCHMARKS / "run.py"), "--quick", "--out", str(folder / "out.json"), *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout, json.loads((folder / "out.json").read_text(encoding="utf-8"))
-
-
-def test_command_prints_its_tables_and_writes_them_as_json(tmp_path):
-    printed, report = measured(tmp_path, "--only", "sizes")
+def test_command_prints_its_tables_and_writes_them_as_json(tmp_path, bench, monkeypatch, capsys):
+    out = tmp_path / "out.json"
+    monkeypatch.setattr(sys, "argv", ["run.py", "--quick", "--only", "sizes", "--out", str(out)])
+    monkeypatch.setattr(bench("plan").Plan, "repeats", 1)
+    bench("run").main()
+    printed, report = capsys.readouterr().out, json.loads(out.read_text(encoding="utf-8"))
     assert list(report["tables"]) == list(HEADERS)
     assert {"cpu", "cores", "python", "numpy", "pinocchio", "numba", "load average"} <= set(report["machine"])
     for name, table in report["tables"].items():

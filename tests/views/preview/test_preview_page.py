@@ -107,7 +107,7 @@ def test_the_same_run_gives_the_same_picture_again(example_runs):
     assert told(preview_html(runs)) == told(preview_html(runs))
 
 
-@pytest.mark.parametrize(("dof", "points", "frames", "duration"), [(3, 3, 4_000, 80.0), (10, 12, 1_500, 15.0)])
+@pytest.mark.parametrize(("dof", "points", "frames", "duration"), [(3, 3, 2_500, 50.0), (10, 12, 1_500, 15.0)])
 def test_long_recordings_stay_below_the_size_and_say_what_was_left_out(any_run, dof, points, frames, duration):
     page = preview_html([any_run(0, dof, points=points, frames=frames, duration=duration, oriented=True)])
     assert len(page.encode()) < LARGEST
