@@ -190,12 +190,7 @@ def placed_actuator(arm: ArmBody, joint: int, actuator: Actuator, sign: float, h
 
 
 def base_face(plate: Cylinder, shop: Shop) -> Face:
-    """The face of the plate at the base.
-
-    Args:
-        plate: In base_link's frame.
-        shop: What it is made for.
-    """
+    """The face of the plate at the base, which is in base_link's frame."""
     top, normal = plate_face(plate)
     return Face("B", top, normal, 0.0, plate.radius, BoltCircle(2.0 * max(shop.half, 0.45 * plate.radius), 4, "M5"))
 

@@ -323,17 +323,19 @@ def pictured(there: Sequence[Solid], new: Sequence[tuple[Placed, list[Solid]]], 
 
 def poses_to_check(build: Build) -> list[Check]:
     """The pose of all joints at zero, and start and middle of the motion, with what touches in them."""
-    result = build.result
-    q = result.evaluation.path.q
-    scene = ExactScene(result.body)
-    poses = {"zero": np.zeros(result.table.dof), "start of the motion": q[0], "middle of the motion": q[len(q) // 2]}
-    return [
-        Check(
-            name, joint_words(pose, result.table), tool_words(result.table, pose, foot(build)), touching(scene, pose),
-            holding(build, pose),
-        )
-        for name, pose in poses.items()
-    ]  # fmt: skip
+    result, scene, path = build.result, ExactScene(build.result.body), build.result.evaluation.path.q
+    poses = {"zero": np.zeros(result.table.dof), "start of the motion": path[0],
+             "middle of the motion": path[len(path) // 2]}  # fmt: skip
+    found = []
+    for name, q in poses.items():
+        joints = [f"{number(1e3 * x)} mm" if slides else f"{degrees(x)}°"
+                  for x, slides in zip(q, result.table.prismatic, strict=True)]  # fmt: skip
+        tool = [number(1e3 * x) for x in result.table.frames(q)[-1, :3, 3] - foot(build)]
+        gap, note = scene.self_clearance(q[None]), ""
+        if gap is not None and gap.value <= 0.0:
+            note = f"Do not go there: {gap.bodies[0]} and {gap.bodies[1]} would run into each other."
+        found.append(Check(name, joints, tool, note, holding(build, q)))
+    return found
 
 
 def holding(build: Build, pose: Array) -> str:
@@ -354,22 +356,3 @@ def holding(build: Build, pose: Array) -> str:
     return (
         f"Without any load it takes of {'; of '.join(heavy)}: hold the arm up, or leave this pose out." if heavy else ""
     )
-
-
-def joint_words(q: Array, table: DHTable) -> list[str]:
-    """Angles and ways of all joints, shape (n,) [rad; m of joints that slide]."""
-    slides = table.prismatic
-    return [f"{number(1e3 * x)} mm" if s else f"{degrees(x)}°" for x, s in zip(q, slides, strict=True)]
-
-
-def tool_words(table: DHTable, q: Array, foot: Array) -> list[str]:
-    """Where the tool is from the foot (3,) of the base, in base_link's axes, x, y and z in millimetres."""
-    return [number(1e3 * x) for x in table.frames(q)[-1, :3, 3] - foot]
-
-
-def touching(scene: ExactScene, q: Array) -> str:
-    """What of the arm touches in a pose, in words; empty where nothing does."""
-    clearance = scene.self_clearance(q[None])
-    if clearance is None or clearance.value > 0.0:
-        return ""
-    return f"Do not go there: {clearance.bodies[0]} and {clearance.bodies[1]} would run into each other."

@@ -220,12 +220,7 @@ def face_holes(circle: BoltCircle, low: float, high: float) -> tuple[list[Rod], 
 
 
 def inner_radius(reach: float, theta: float) -> dict[str, float]:
-    """Largest radius of a mill between the two plates of a bracket [m].
-
-    Args:
-        reach: From the corner to the edge of what is between them [m].
-        theta: From the face's normal to the tube [rad].
-    """
+    """Largest radius of a mill in the corner of two plates at theta [rad], ``reach`` from what is between [m]."""
     room = np.floor(2e3 * reach * np.tan((np.pi - theta) / 2.0) + 1e-6) / 2e3
     return {"inner radius": min(INNER, float(room))}
 

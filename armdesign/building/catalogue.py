@@ -55,34 +55,17 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 }
 """Units that a family may be given in, with their size in SI units."""
 FIGURES: Mapping[str, str] = {
-    "rated_torque": "torque",
-    "peak_torque": "torque",
-    "rated_speed": "speed",
-    "no_load_speed": "speed",
-    "mass": "mass",
-    "diameter": "length",
-    "length": "length",
-    "width": "length",
-    "height": "length",
-    "depth": "length",
-    "axis_from_end": "length",
-    "horn": "length",
-    "output_offset": "length",
-    "rotor_inertia": "kg m^2",
-    "ratio": "",
-    "angle_range": "deg",
-    "voltage": "V",
-    "max_voltage": "V",
-    "peak_current": "A",
-    "price": "",
-    "output_circle": "length",
-    "output_screws": "",
-    "output_depth": "length",
-    "output_room": "length",
-    "housing_circle": "length",
-    "housing_screws": "",
-}
+    "rated_torque": "torque", "peak_torque": "torque", "rated_speed": "speed", "no_load_speed": "speed", "mass": "mass",
+    "diameter": "length", "length": "length", "width": "length", "height": "length", "depth": "length",
+    "axis_from_end": "length", "horn": "length", "output_offset": "length", "rotor_inertia": "kg m^2", "ratio": "",
+    "angle_range": "deg", "voltage": "V", "max_voltage": "V", "peak_current": "A", "price": "",
+    "output_circle": "length", "output_screws": "", "output_depth": "length", "output_room": "length",
+    "housing_circle": "length", "housing_screws": "",
+}  # fmt: skip
 """Numbers that an actuator may have, and what they measure; the first ones by the family's units."""
+PUBLISHED = ("rated_speed", "rotor_inertia", "ratio", "angle_range", "voltage", "max_voltage", "peak_current", "price",
+             "output_offset", "output_depth", "output_room")  # fmt: skip
+"""Of these the figures of an actuator that are None where they are not published."""
 OPTIONAL = ("currency", "rated_share", "kit", "order", "position")
 WORDS = ("name", "axis", "interface", "sheet", "note", "output_thread", "housing_thread")
 CIRCLES = ("output", "housing")
@@ -499,39 +482,22 @@ def made(
         box = (near, height - near, width) if "axis_from_end" in si else None
         si |= {"diameter": 2.0 * math.hypot(height - near, width / 2.0),
                "length": si[entry["axis"]] + si.get("horn", 0.0)}  # fmt: skip
-    turn = si.get("angle_range")
+    if "angle_range" in si:
+        si["angle_range"] = math.radians(si["angle_range"])
+    known: dict[str, Any] = {name: si.get(name) for name in PUBLISHED}
+    words = {name: entry.get(name, "") for name in ("interface", "sheet", "note")}
     return Actuator(
-        content["family"],
-        entry["name"],
-        rated_torque=si.get("rated_torque", peak * (share or 1.0)),
-        peak_torque=peak,
-        no_load_speed=si["no_load_speed"],
-        rated_speed=si.get("rated_speed"),
-        mass=si["mass"],
-        diameter=si["diameter"],
-        length=si["length"],
-        rotor_inertia=si.get("rotor_inertia"),
-        ratio=si.get("ratio"),
-        angle_range=None if turn is None else math.radians(turn),
-        voltage=si.get("voltage"),
-        max_voltage=si.get("max_voltage"),
-        peak_current=si.get("peak_current"),
-        price=si.get("price"),
-        interface=entry.get("interface", ""),
-        sheet=entry.get("sheet", ""),
-        note=entry.get("note", ""),
+        content["family"], entry["name"], si.get("rated_torque", peak * (share or 1.0)), peak, si["no_load_speed"],
+        mass=si["mass"], diameter=si["diameter"], length=si["length"], **known, **words,
         circles={
             end: (si[f"{end}_circle"], int(si[f"{end}_screws"]), entry[f"{end}_thread"])
             for end in CIRCLES if f"{end}_circle" in entry
         },
-        output_offset=si.get("output_offset"),
         order=dict(content.get("order", {})),
         position={name: math.radians(value) for name, value in content.get("position", {}).items()},
         maker=content["maker"],
         box=box,
         horn=si.get("horn", 0.0),
-        output_depth=si.get("output_depth"),
-        output_room=si.get("output_room"),
         back_holes={} if not back else dict(
             back, across=[size * x for x in back["across"]], beside=size * back["beside"]
         ),

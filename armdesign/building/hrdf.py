@@ -16,7 +16,6 @@ two actuators, a spacer, and without mass, where a piece turns the flange, the t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -32,18 +31,6 @@ VERSION = "1.6.0"
 PREAMBLE = """<?xml version="1.0" encoding="UTF-8"?>
 <!-- HEBI Robot Configuration, format {version}: https://github.com/HebiRobotics/hebi-hrdf -->
 """
-
-
-class Step(NamedTuple):
-    """An element of a file with its place.
-
-    Attributes:
-        element: Its name and attributes.
-        comment: What is to know about it; empty for nothing.
-    """
-
-    element: str
-    comment: str = ""
 
 
 def hrdf(arm: ArmBody, actuators: Sequence[Actuator], kit: Kit, name: str = "arm") -> str:
@@ -67,28 +54,28 @@ def hrdf(arm: ArmBody, actuators: Sequence[Actuator], kit: Kit, name: str = "arm
     heights = [each.height for each in actuators]
     made = kit_arm(table, heights, kit)
     base = table.base() @ rot_x(table.alpha[0]) @ translation(table.a[0], 0.0, made.first)
-    steps: list[Step] = []
+    steps: list[tuple[str, str]] = []  # elements, and comments above them
     for j, actuator in enumerate(actuators):
         turned = "" if made.signs[j] > 0 else ": turns the other way, its angle is minus that of the run"
         zero = made.signs[j] * float(table.theta[j])
         if zero:
-            steps.append(Step(rigid(rot_z(zero), 0.0, f"zero of joint_{j + 1}")))
-        steps.append(Step(f"actuator type={quoteattr(actuator.name)} tag={quoteattr(f'joint_{j + 1}')}",
-                          f"joint_{j + 1}{turned}"))  # fmt: skip
+            steps.append((rigid(rot_z(zero), 0.0, f"zero of joint_{j + 1}"), ""))
+        steps.append((f"actuator type={quoteattr(actuator.name)} tag={quoteattr(f'joint_{j + 1}')}",
+                      f"joint_{j + 1}{turned}"))  # fmt: skip
         if j < n - 1:
             steps += between(made.placed[j], kit)
     tool = rot_x(table.alpha[n]) @ translation(table.a[n], 0.0, 0.0) @ translation(0.0, 0.0, table.d[n])
     tool = translation(0.0, 0.0, made.last) @ tool @ rot_z(table.theta[n])
-    steps.append(Step(f"end-effector {carried(arm, made.last, tool)} {frame(tool)}", "what the last actuator carries"))
+    steps.append((f"end-effector {carried(arm, made.last, tool)} {frame(tool)}", "what the last actuator carries"))
     head = f'<robot version="{VERSION}" {frame(base, "")} description={quoteattr(name)}>'
     lines = [PREAMBLE.format(version=VERSION) + head]
-    for step in steps:
-        lines += [f"  <!-- {step.comment} -->"] if step.comment else []
-        lines.append(f"  <{step.element}/>")
+    for element, comment in steps:
+        lines += [f"  <!-- {comment} -->"] if comment else []
+        lines.append(f"  <{element}/>")
     return "\n".join([*lines, "</robot>", ""])
 
 
-def between(placed: Placed, kit: Kit) -> list[Step]:
+def between(placed: Placed, kit: Kit) -> list[tuple[str, str]]:
     """The elements from one actuator's flange to the next one's housing.
 
     Args:
@@ -98,32 +85,26 @@ def between(placed: Placed, kit: Kit) -> list[Step]:
     steps = []
     if abs(placed.spacer) > EXACT:
         mass = kit.mass_per_metre * abs(placed.spacer)
-        steps.append(Step(rigid(translation(0.0, 0.0, placed.spacer), mass), "spacer, to be made"))
+        steps.append((rigid(translation(0.0, 0.0, placed.spacer), mass), "spacer, to be made"))
     if placed.piece is None:
         pose = translation(0.0, 0.0, placed.u) @ rot_x(placed.alpha) @ translation(placed.a, 0.0, placed.w)
-        return [*steps, Step(rigid(pose, placed.mass(kit)), "part to be made")]
+        return [*steps, (rigid(pose, placed.mass(kit)), "part to be made")]
     right = placed.alpha > 0.0
     if not placed.piece.extends:
         side = "Right" if right else "Left"
-        return [*steps, Step(f'bracket type="{placed.piece.type}{side}{placed.piece.variant}"')]
+        return [*steps, (f'bracket type="{placed.piece.type}{side}{placed.piece.variant}"', "")]
     kind = f'type={quoteattr(placed.piece.type)} extension="{placed.extension!r}"'
     if placed.piece.extends == "a":
-        return [*steps, Step(f'link {kind} twist="{placed.alpha!r}"')]
+        return [*steps, (f'link {kind} twist="{placed.alpha!r}"', "")]
     twist, back = ("pi/2", "-pi/2") if right else ("-pi/2", "pi/2")
-    turn = Step(f'rigid-body mass="0.0" output_rot="Rz({back})"', "no part: turns the flange back")
+    turn = (f'rigid-body mass="0.0" output_rot="Rz({back})"', "no part: turns the flange back")
     if placed.piece.extends == "u":
-        return [*steps, Step(f'link {kind} twist="{twist}" input="{INLINE[1]}"'), turn]
-    return [*steps, turn, Step(f'link {kind} twist="{twist}" output="{INLINE[1]}"')]
+        return [*steps, (f'link {kind} twist="{twist}" input="{INLINE[1]}"', ""), turn]
+    return [*steps, turn, (f'link {kind} twist="{twist}" output="{INLINE[1]}"', "")]
 
 
 def rigid(pose: Array, mass: float, tag: str = "") -> str:
-    """A <rigid-body> by its output's pose, shape (4, 4) [m], its mass [kg] half way, and its tag.
-
-    Args:
-        pose: Of its output.
-        mass: Its mass.
-        tag: Its name; empty for none.
-    """
+    """A <rigid-body> by its output's pose, shape (4, 4) [m], its mass [kg] half way, and its tag; empty for none."""
     label = f" tag={quoteattr(tag)}" if tag else ""
     return f'rigid-body mass="{mass!r}" com_trans="{words(pose[:3, 3] / 2.0)}" {frame(pose)}{label}'
 
@@ -145,12 +126,7 @@ def carried(arm: ArmBody, last: float, tool: Array) -> str:
 
 
 def frame(pose: Array, prefix: str = "output_") -> str:
-    """A pose, shape (4, 4) [m], as attributes: the rotation row by row, then the translation.
-
-    Args:
-        pose: The pose.
-        prefix: What the attributes begin with.
-    """
+    """A pose, shape (4, 4) [m], as attributes of a prefix: the rotation row by row, then the translation."""
     return f'{prefix}rot="{words(pose[:3, :3])}" {prefix}trans="{words(pose[:3, 3])}"'
 
 

@@ -257,13 +257,7 @@ def kit_arm(table: DHTable, heights: Sequence[float], kit: Kit) -> KitArm:
 
 
 def fitting(alpha: float, a: float, kit: Kit) -> list[Piece]:
-    """The pieces of a kit that have a twist [rad] and a distance of axes [m].
-
-    Args:
-        alpha: The twist.
-        a: The distance.
-        kit: The kit.
-    """
+    """The pieces of a kit that have a twist alpha [rad] and a distance of axes a [m]."""
     square = abs(abs(alpha) - np.pi / 2.0) <= EXACT and abs(a) <= EXACT
     return [each for each in kit.pieces if (square if each.square else a >= kit.shortest - EXACT)]
 

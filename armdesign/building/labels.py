@@ -45,12 +45,7 @@ class Labels:
         self.lines = np.concatenate([self.lines, np.stack([through[:-1], through[1:]], axis=1)])
 
     def has_room(self, box: Box, lines: Array) -> bool:
-        """Whether a text covers nothing, and lines that come with it cross no text.
-
-        Args:
-            box: Of the text.
-            lines: Starts and ends of its lines, shape (k, 2, 2) [mm].
-        """
+        """Whether a text's box covers nothing, and lines that come with it, shape (k, 2, 2), cross no text [mm]."""
         if any(box.overlaps(other) for other in self.boxes):
             return False
         texts = np.reshape(self.boxes, (-1, 4))
@@ -123,26 +118,13 @@ class Labels:
         return self.leader(text, (p + q) / 2.0)
 
     def taken(self, text: str, middle: Array, box: Box, size: float) -> None:
-        """Draw a text where there is room.
-
-        Args:
-            text: The text.
-            middle: Its middle, shape (2,) [mm].
-            box: The room it takes.
-            size: Of its letters [mm].
-        """
+        """Draw a text in its box, where there is room, letters of a size about a middle, shape (2,) [mm]."""
         self.sheet.text(text, middle, size=size, cleared=True)
         self.boxes.append(box)
 
 
 def text_box(middle: Array, width: float, height: float) -> Box:
-    """The room of a text with what keeps it apart from others.
-
-    Args:
-        middle: Shape (2,) [mm].
-        width: Of the text [mm].
-        height: Of its letters [mm].
-    """
+    """The room of a text about a middle, shape (2,), with what keeps it apart from others [mm]."""
     half = np.array([width / 2.0 + MARGIN, height / 2.0 + MARGIN])
     return Box((*(middle - half).tolist(), *(middle + half).tolist()))
 

@@ -62,26 +62,6 @@ class Row(NamedTuple):
     price: float | None = None
 
 
-class BillLine(NamedTuple):
-    """A line of a bill of materials as people read it.
-
-    Attributes:
-        part: What it is called.
-        quantity: How much of it.
-        unit: Of the quantity; empty for pieces.
-        material: What it is made of, where it is made or cut.
-        mass: Of all of it [kg]; None where it is not known.
-        price: Of all of it; None where it is not known.
-    """
-
-    part: str
-    quantity: float
-    unit: str
-    material: str
-    mass: float | None
-    price: float | None
-
-
 def part_lists(build: Build) -> dict[str, str]:
     """The lists of a build by the names of their files."""
     return {BILL: bill_of_materials(build), CUTS: cut_list(build)}
@@ -116,16 +96,16 @@ def bill_rows(build: Build) -> list[Row]:
     return rows + [Row(f"not chosen: {name}", count, "piece", "not chosen") for name, count in build.supply.open_items]
 
 
-def grouped_bill(build: Build) -> dict[str, list[BillLine]]:
-    """The bill of materials as people read it: under headings, screws of one kind in one line."""
-    found: dict[str, dict[str, BillLine]] = {}
+def grouped_bill(build: Build) -> dict[str, list[Row]]:
+    """The bill as people read it: under headings, like screws in one line, no unit of pieces, mass and price of all."""
+    found: dict[str, dict[str, Row]] = {}
     for row in bill_rows(build):
         name = row.part.removeprefix("not chosen: ")
         name = name.partition(", J")[0] if row.unit == "set" else name  # which end of which joint, the steps say
         lines, unit = found.setdefault(GROUPS[row.group], {}), "" if row.unit == "piece" else row.unit
         quantity = row.quantity + (lines[name].quantity if name in lines else 0)
         mass, price = (None if each is None else quantity * each for each in (row.mass, row.price))
-        lines[name] = BillLine(name, quantity, unit, row.material, mass, price)
+        lines[name] = Row(name, quantity, unit, row.group, row.material, row.source, mass, price)
     return {title: list(lines.values()) for title, lines in found.items()}
 
 

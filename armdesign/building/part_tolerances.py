@@ -27,12 +27,7 @@ IN_A_ROW: Mapping[str, tuple[str, ...]] = {
 
 
 def deviation(name: str, value: float) -> float:
-    """What a dimension may be off either way [m; rad].
-
-    Args:
-        name: Its name.
-        value: What it is [m; rad].
-    """
+    """What a dimension of a name and a value may be off either way [m; rad]."""
     return ANGLE if name.startswith(ANGLES) else next(off for most, off in ISO_2768_M if abs(value) <= most)
 
 

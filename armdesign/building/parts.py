@@ -300,12 +300,7 @@ class Assembly:
         return tuple(link.entries for link in links)
 
     def posed(self, table: DHTable, q: Array) -> list[tuple[Placed, Array]]:
-        """Every part with its pose in the base's frame, shape (4, 4).
-
-        Args:
-            table: The arm.
-            q: Its joints, shape (n,) [rad].
-        """
+        """Every part with its pose in the base's frame, shape (4, 4), at an arm's joints q, shape (n,) [rad]."""
         frames = [np.eye(4), *table.frames(q)]
         return [(each, frames[each.link] @ each.pose) for each in self.placed]
 

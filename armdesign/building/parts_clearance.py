@@ -191,13 +191,7 @@ def counted(first: Placed, second: Placed) -> bool:
 
 
 def placed_at(table: DHTable, pieces: list[Piece], q: Array) -> Array:
-    """Poses of pieces in the base's frame, shape (K, 4, 4).
-
-    Args:
-        table: The arm.
-        pieces: The pieces, K of them.
-        q: Its pose, shape (n,) [rad].
-    """
+    """Poses of K pieces in the base's frame, where an arm's joints are at q, shape (n,) [rad]; shape (K, 4, 4)."""
     frames = np.concatenate([np.eye(4)[None], table.frames(q)])
     return np.stack([frames[piece.part.link] @ piece.pose for piece in pieces])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -43,14 +43,7 @@ class View(NamedTuple):
         return np.cross(self.right, self.up)
 
     def flat(self, points: ArrayLike) -> Array:
-        """Where points are seen.
-
-        Args:
-            points: Shape (..., 3).
-
-        Returns:
-            Shape (..., 2), in the same unit.
-        """
+        """Where points, shape (..., 3), are seen, shape (..., 2), in the same unit."""
         seen: Array = np.asarray(points, dtype=float) @ self.axes.T
         return seen
 
@@ -63,12 +56,7 @@ VIEWS = (FRONT, TOP, SIDE)
 
 
 def slanted(azimuth: float = 40.0, elevation: float = 25.0) -> View:
-    """A view from the front right and above.
-
-    Args:
-        azimuth: About z, from the front view's direction on [deg].
-        elevation: Above the horizon [deg].
-    """
+    """A view from the front right, turned about z by an azimuth, and above the horizon by an elevation [deg]."""
     s, c = np.sin(np.deg2rad([azimuth, elevation])), np.cos(np.deg2rad([azimuth, elevation]))
     right = (float(c[0]), float(s[0]), 0.0)
     up = (float(-s[0] * s[1]), float(c[0] * s[1]), float(c[1]))
@@ -203,11 +191,6 @@ def end_on(direction: Array, view: View) -> bool:
     return float(np.linalg.norm(view.flat(direction))) < 0.05
 
 
-def least_shortened(direction: Array, views: Sequence[View] = VIEWS) -> int:
-    """Which view shows a length along a direction the longest; of front, top and side at least 82 % of it.
-
-    Args:
-        direction: Shape (3,).
-        views: The views.
-    """
-    return int(np.argmax([round(float(np.linalg.norm(view.flat(direction))), 9) for view in views]))
+def least_shortened(direction: Array) -> int:
+    """Which view shows a length along a direction, shape (3,), the longest; of ``VIEWS`` at least 82 % of it."""
+    return int(np.argmax([round(float(np.linalg.norm(view.flat(direction))), 9) for view in VIEWS]))

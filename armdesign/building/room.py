@@ -57,12 +57,7 @@ def room_of_parts(body: Body) -> dict[str, float]:
 
 
 def leaves_room(searched: Body, built: Body) -> bool:
-    """Whether a search has left the room already that the parts of a build take.
-
-    Args:
-        searched: The body that the arm was searched with.
-        built: The build's.
-    """
+    """Whether the body that an arm was searched with has left the room already that the parts of a build take."""
     return all(getattr(searched, name) >= size - LITTLE for name, size in room_of_parts(built).items())
 
 

@@ -138,13 +138,7 @@ def candidates(actuators: Sequence[Actuator], options: BuildOptions) -> tuple[Ac
 
 
 def changed(result: Result, changes: dict[str, dict[str, Any]], speed: float = 1.0) -> Result:
-    """A design under other settings of body and needs, with its modules put in their places anew.
-
-    Args:
-        result: The design.
-        changes: {section: {entry: value}}.
-        speed: Share of the demonstrated speed.
-    """
+    """A design with {section: {entry: value}} and its speed's share changed, its modules put in place anew."""
     problem = slowed(result.problem.with_settings(changes), speed)
     return Result(problem, result.evaluation, name=result.name)
 
@@ -172,13 +166,7 @@ def slowed(problem: DesignProblem, share: float) -> DesignProblem:
 
 
 def sag_with(result: Result, payload: float, tube: Tube) -> float:
-    """How far the tool sags under a payload in the worst pose of the motions, with other tubes [m].
-
-    Args:
-        result: The arm.
-        payload: Point mass at the tool [kg].
-        tube: What its tubes are of.
-    """
+    """How far the tool sags under a payload [kg] in the worst pose of the motions, with other tubes [m]."""
     paths = [q for _, q in motions(result.evaluation, result.problem)]
     return worst_deflection(result.body, paths, payload * base_gravity(result.base_pose), tube)
 

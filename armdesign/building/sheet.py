@@ -133,12 +133,7 @@ class Sheet:
         return words
 
     def arrow(self, tip: ArrayLike, way: ArrayLike) -> None:
-        """A filled arrowhead of 3 mm.
-
-        Args:
-            tip: Where it points to, shape (2,) [mm].
-            way: Where it points, shape (2,).
-        """
+        """A filled arrowhead of 3 mm at a tip, shape (2,) [mm], which points along a way, shape (2,)."""
         end, along = np.asarray(tip, dtype=float), np.asarray(way, dtype=float)
         along = along / np.linalg.norm(along)
         across = np.array([-along[1], along[0]])
@@ -178,11 +173,10 @@ class Sheet:
         """
         shift = np.asarray(by, dtype=float)
         for mark in other.marks:
-            self.marks.append(
-                replace(mark, place=mark.place + shift)
-                if isinstance(mark, Words)
-                else replace(mark, points=mark.points + shift)
-            )
+            if isinstance(mark, Words):
+                self.marks.append(replace(mark, place=mark.place + shift))
+            else:
+                self.marks.append(replace(mark, points=mark.points + shift))
 
     @property
     def words(self) -> list[Words]:
@@ -199,13 +193,7 @@ class Sheet:
 
 @lru_cache(maxsize=4096)
 def text_width(text: str, size: float, *, bold: bool = False) -> float:
-    """Width of a line of text in the font that comes with Matplotlib, wider than most that may stand in for it [mm].
-
-    Args:
-        text: The line.
-        size: Of its letters [mm].
-        bold: Whether it is emphasised.
-    """
+    """Width of a line in the font that comes with Matplotlib, wider than most that may stand in for it [mm]."""
     font = FontProperties(family="DejaVu Sans", size=size, weight="bold" if bold else "normal")
     return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
 
@@ -220,17 +208,10 @@ def figure_of(sheet: Sheet) -> Figure:
     for order, mark in enumerate(sheet.marks):
         if isinstance(mark, Words):
             label = axis.text(
-                mark.place[0],
-                mark.place[1],
-                mark.text,
-                ha=mark.align,
-                va="center_baseline",
-                fontsize=mark.size * POINT,
-                fontweight="bold" if mark.bold else "normal",
-                family="DejaVu Sans",
-                parse_math=False,
-                zorder=order,
-            )
+                mark.place[0], mark.place[1], mark.text, ha=mark.align, va="center_baseline",
+                fontsize=mark.size * POINT, fontweight="bold" if mark.bold else "normal", family="DejaVu Sans",
+                parse_math=False, zorder=order,
+            )  # fmt: skip
             if mark.cleared:
                 label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 1.0})
             continue
@@ -321,12 +302,7 @@ def block_box(fields: Sequence[object]) -> Box:
 
 
 def third_angle(page: Sheet, middle: ArrayLike) -> None:
-    """The symbol of third-angle projection: of a truncated cone the view of its smaller end on the left.
-
-    Args:
-        page: Where it is drawn.
-        middle: Its middle, shape (2,) [mm].
-    """
+    """The symbol of third-angle projection about a middle [mm]: the smaller end of a cone on its view's left."""
     x, y = np.asarray(middle, dtype=float)
     for radius in (2.0, 4.0):
         page.area(circle((x - 6.0, y), radius), "thin", "none")
@@ -336,26 +312,13 @@ def third_angle(page: Sheet, middle: ArrayLike) -> None:
 
 
 def circle(middle: ArrayLike, radius: float) -> Array:
-    """Points of a circle.
-
-    Args:
-        middle: Shape (2,).
-        radius: Its radius.
-
-    Returns:
-        Shape (k, 2).
-    """
+    """Points of a circle of a radius about a middle, shape (2,); shape (``AROUND``, 2)."""
     angle = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
     points: Array = np.asarray(middle, dtype=float) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     return points
 
 
 def number(value: float, digits: int = 1) -> str:
-    """A number as drawings have it: no zeros behind, a true minus sign.
-
-    Args:
-        value: The number.
-        digits: Most digits behind the point.
-    """
+    """A number as drawings have it, to so many digits behind the point: no zeros behind, a true minus sign."""
     text = f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", "−")
     return text.rstrip("0").rstrip(".") if "." in text else text

@@ -98,14 +98,7 @@ class Shop:
         return next(fitting, BoltCircle(self.diameter + 20e-3, 6, "M8"))
 
     def part(self, kind: str, solids: Sequence[Prism | Rod], holes: Sequence[Rod], **rest: object) -> Part:
-        """A part that is made; its name is given when all are known.
-
-        Args:
-            kind: See ``Part``.
-            solids: What it consists of.
-            holes: What is taken out.
-            **rest: Its other attributes.
-        """
+        """A part of a kind that is made, with other attributes of ``Part``; its name is given when all are known."""
         material, density = self.tube if kind == "tube" else self.made
         return Part(kind, kind, tuple(solids), tuple(holes), material, density, **rest)  # type: ignore[arg-type]
 
@@ -244,12 +237,7 @@ class Seat(NamedTuple):
 
 
 def generic_circle(diameter: float, maker: str = "its maker") -> BoltCircle:
-    """The circle that room is left for on an actuator whose own is not known, half as large as its housing.
-
-    Args:
-        diameter: Of the housing [m].
-        maker: What its maker's drawing is of.
-    """
+    """The circle that room is left for where an actuator's own is not known, half as large as its housing [m]."""
     threads = ((0.03, "M2"), (0.045, "M2.5"), (0.07, "M3"), (0.11, "M4"))
     thread = next((name for most, name in threads if diameter < most), "M5")
     return BoltCircle(float(np.round(diameter / 2.0, 3)), 4 if diameter < 0.11 else 6, thread, maker)
@@ -270,12 +258,7 @@ def circle_of(actuator: Actuator, end: str) -> BoltCircle:
 
 
 def envelope(actuator: Actuator, shop: Shop) -> tuple[float, float]:
-    """Diameter and length of an actuator with its brackets and half of the shortest spacer [m].
-
-    Args:
-        actuator: The actuator.
-        shop: What its brackets are made for.
-    """
+    """Diameter and length of an actuator with its brackets and half of the shortest spacer [m]."""
     more = shop.plate + 5e-3
     return actuator.diameter + 2.0 * (GAP + more), actuator.length + 2.0 * more
 
@@ -287,15 +270,7 @@ def unit(vector: Array) -> Array:
 
 
 def drilled(places: Array, low: float, high: float, diameter: float, use: str) -> list[Rod]:
-    """Holes along z.
-
-    Args:
-        places: Their middles, shape (k, 2) [m].
-        low: Where they begin [m].
-        high: Where they end [m].
-        diameter: Theirs [m].
-        use: What they are for.
-    """
+    """Holes along z from ``low`` to ``high``, of a diameter, about places, shape (k, 2) [m]."""
     return [Rod(np.array([x, y, low]), np.array([x, y, high]), diameter / 2.0, use=use) for x, y in places]
 
 

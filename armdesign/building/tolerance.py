@@ -352,13 +352,7 @@ def clearance_sigma(result: Result, spots: Sequence[Spot], sigmas: Array) -> flo
 
 
 def clearance_band(nominal: float, found: Array, sigma: float) -> ClearanceBand:
-    """The band of clearances, shape (S,) [m], of arms.
-
-    Args:
-        nominal: Of the arm as designed [m].
-        found: Of the arms.
-        sigma: In first order [m].
-    """
+    """The band of clearances found, shape (S,), of arms, and of the nominal one, with sigma in first order [m]."""
     return ClearanceBand(nominal, float(np.median(found)), float(np.percentile(found, 5.0)), sigma, len(found))
 
 

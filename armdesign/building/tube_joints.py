@@ -90,12 +90,8 @@ def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
     placed = [Placed(tube(length, deep / 2.0, turn, shop), mark, joint.link, pose)]
     screws = []
     for letter, (part, place, seat) in zip("ab", ends, strict=True):
-        pinned, own = shop.pin, f"{mark}-{letter}"
-        screws.append(
-            Screws(
-                pinned, shop.diameter + 1.6e-3 * float(pinned[1:]), 1, (mark, own), nut=True, note=f"{BOTH}; {ONE_WAY}"
-            )
-        )
+        own, reach = f"{mark}-{letter}", shop.diameter + 1.6e-3 * float(shop.pin[1:])
+        screws.append(Screws(shop.pin, reach, 1, (mark, own), nut=True, note=f"{BOTH}; {ONE_WAY}"))
         held = Screws(shop.circle.thread, shop.flange + shop.bite, shop.circle.count, (own, seat.mark), note=IN_LINE)
         screws.append(tool_screws(own, joint.cap(shop), shop) if seat.mark == TOOL else held)
         placed.insert(2 * (letter == "b"), Placed(part, own, joint.link, place))
@@ -103,23 +99,11 @@ def tubed(joint: Joint, shop: Shop) -> tuple[list[Placed], list[Screws]]:
 
 
 def tool_screws(mark: str, deep: float, shop: Shop) -> Screws:
-    """What holds the tool.
-
-    Args:
-        mark: Of what holds it.
-        deep: Depth of its tapped holes [m].
-        shop: What it is made for.
-    """
+    """What holds the tool on what has a mark, whose tapped holes are so deep [m]."""
     circle = shop.tool_circle
     bites = min(deep, 1e-3 * float(circle.thread[1:]))
-    return Screws(
-        circle.thread,
-        TOOL_FLANGE + bites,
-        circle.count,
-        (mark, TOOL),
-        most=TOOL_FLANGE + deep,
-        note=f"for a tool whose own flange is {1e3 * TOOL_FLANGE:g} mm thick",
-    )
+    note = f"for a tool whose own flange is {1e3 * TOOL_FLANGE:g} mm thick"
+    return Screws(circle.thread, TOOL_FLANGE + bites, circle.count, (mark, TOOL), most=TOOL_FLANGE + deep, note=note)
 
 
 def tube(length: float, from_end: float, turn: float, shop: Shop) -> Part:
