@@ -164,11 +164,11 @@ class ExactScene:
         bound = apart - (thickness[first] + thickness[second])[:, None]
         return self._least(motion, 0, bound, moved) if len(self._self_pairs) else None
 
-    def obstacle_clearance(self, q: ArrayLike) -> Clearance | None:
+    def obstacle_clearance(self, q: ArrayLike | _Motion) -> Clearance | None:
         """Clearance of the arm's bodies from the obstacles.
 
         Args:
-            q: Joint angles along the motion, shape (T, n) [rad; m of prismatic joints].
+            q: Joint angles along the motion, shape (T, n) [rad; m of prismatic joints], or a motion of the same arm.
 
         Returns:
             None where there is no obstacle, or nothing of the arm that may not touch it.
@@ -178,7 +178,7 @@ class ExactScene:
         """
         if not len(self._obstacle_pairs):
             return None
-        motion = self._motion(q)
+        motion = q if isinstance(q, _Motion) else self._motion(q)
         first, second = self._obstacle_pairs.T
         frames = len(motion.q)
         own = np.stack([self._obstacle_steps(obstacle, frames) for obstacle in self._obstacles])
@@ -405,11 +405,12 @@ def free_side(arm: ArmBody, q: ArrayLike) -> str:
         One of ``SIDES``.
     """
     table, options = arm.table, arm.options
-    room = {}
+    room, bare = {}, arm_body(table, options, arm.slides, arm.limits, side=None)
+    motion = ExactScene(bare)._motion(q)
     for side in SIDES:
         base = arm_body(table, options, arm.slides, arm.limits, side=side).parts[0].solid
         plate = ExactObstacle("base plate", coal.Cylinder(base.radius, base.length), base.pose)
-        found = ExactScene(arm_body(table, options, arm.slides, arm.limits, side=None), [plate]).obstacle_clearance(q)
+        found = ExactScene(bare, [plate]).obstacle_clearance(motion)
         room[side] = np.inf if found is None else found.value
         if room[side] >= options.clearance and side == SIDES[0]:
             return side
