@@ -60,9 +60,19 @@ class PartsGap(NamedTuple):
         return f"on the motion {first} comes within {self.value * 1e3:.2f} mm of {second}{joint}"
 
     @property
+    def required(self) -> float:
+        """What they have to keep [m]."""
+        return APART
+
+    @property
+    def rule(self) -> str:
+        """What they have to keep, in a clause."""
+        return f"parts of a build have to keep {APART * 1e3:g} mm apart"
+
+    @property
     def judged(self) -> str:
         """The same with what is required, in a sentence."""
-        return f"{sentence(self.words)}; parts of a build have to keep {APART * 1e3:g} mm apart."
+        return f"{sentence(self.words)}; {self.rule}."
 
 
 class Piece(NamedTuple):

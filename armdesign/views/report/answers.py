@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign.building.build import Build
-from armdesign.building.parts_clearance import APART
 from armdesign.building.record import Origin
 from armdesign.cell.obstacles import Plane
 from armdesign.errors import counted
@@ -26,6 +25,8 @@ from armdesign.views.report.others import OTHERS, OtherArm
 
 STANDS = 2e-3
 """What is no further off carries the base [m]; and what a surface may be tilted."""
+EDGE = 5e-4
+"""A base that is no further from a bound of its region stands at its edge [m]."""
 WORDS = {"good": "Yes", "part": "Yes, with limits", "open": "Not judged", "bad": "No"}
 """Whether an arm does the job, by what a page marks it with."""
 ON = {"floor": "standing upright", "wall": "mounted on a wall, its axis level", "ceiling": "hanging, its axis down"}
@@ -270,9 +271,10 @@ def answers(run: Result, worst: Worst, nearest: Sequence[Near]) -> list[Answer]:
         nearest: What comes nearest to what, the least first.
     """
     verdict, settings = run.verdict, run.problem.settings
+    stand = place(run.base_pose, run.problem.task.base)
     return [
         job(verdict, settings, worst),
-        place(run.base_pose, run.problem.task.base)._replace(part=not run.located),
+        Answer(stand.question, stand.figure, f"{stand.words}{at_the_edge(run)}", part=not run.located),
         touching(nearest, settings),
         fast(verdict, settings),
     ]
@@ -316,6 +318,19 @@ def place(base: BasePose, point: str) -> Answer:
     return Answer(question, place_words(base).replace("-", "−"), words.replace("-", "−"))
 
 
+def at_the_edge(run: Result) -> str:
+    """Where the base stands on a bound of the region that the search was free to place it in, as a sentence or none."""
+    base, problem = run.base_pose, run.problem
+    for site in problem.space.sites if base.frame == "room" else ():
+        (low, high), at = site.box + problem.in_room.shift, base.translation
+        if site.mounted != base.mounted or (at < low - STANDS).any() or (at > high + STANDS).any():
+            continue
+        ends = [f"{'xyz'[k]} {1e3 * at[k]:.0f} of {1e3 * low[k]:.0f} to {1e3 * high[k]:.0f} mm" for k in range(3)
+                if high[k] > low[k] and min(abs(at[k] - low[k]), abs(high[k] - at[k])) < EDGE]  # fmt: skip
+        return f" It is at the edge of where it may stand: {', '.join(ends)}.".replace("-", "−") if ends else ""
+    return ""
+
+
 def touching(nearest: Sequence[Near], settings: Settings) -> Answer:
     """What the arm comes nearest to.
 
@@ -342,8 +357,8 @@ def required(body: Body, nearest: Sequence[Near]) -> str:
         body: What the arm was judged by.
         nearest: What of it is to be told.
     """
-    parts = [f"{1e3 * APART:g} mm is required between parts of a build"] if any(near.parts for near in nearest) else []
-    if all(near.parts for near in nearest):
+    parts = [near.gap.rule for near in nearest if near.gap is not None][:1]
+    if all(near.gap is not None for near in nearest):
         return parts[0]
     whose = "assumed" if body.clearance == Body().clearance else "asked for"
     of = " between housings" if parts else ""

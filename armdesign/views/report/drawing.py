@@ -159,8 +159,8 @@ def thinned(time: Array, values: Array, most: int = MOST_DRAWN) -> tuple[Array, 
 def legend_lines(names: Sequence[str]) -> tuple[int, int]:
     """Columns and lines of a legend above a figure."""
     longest = max(map(len, names), default=1)
-    columns = max(1, min(62 // (longest + 9), 4, len(names)))
-    return columns, -(-len(names) // columns)
+    lines = -(-len(names) // max(1, min(62 // (longest + 8), 4)))
+    return -(-len(names) // max(lines, 1)), lines  # as even as may be, so that none stands alone in the last line
 
 
 def legend_room(names: Sequence[str]) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.bodies.exact import TOLERANCE, ExactScene
 from armdesign.building.build import Build
-from armdesign.building.parts_clearance import APART, ROUNDING
+from armdesign.building.parts_clearance import PartsGap
 from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.feasibility.violations import figure
 from armdesign.search.result import Result
@@ -25,13 +25,13 @@ class Near(NamedTuple):
         value: How near, negative where they are inside one another [m].
         bodies: What they are called.
         when: When or where that is, in words; ``ALWAYS`` where they keep their distance.
-        parts: Whether they are parts of a build, which have to keep ``APART`` and no more.
+        gap: Of parts of a build, that which says what they have to keep; None of bodies.
     """
 
     value: float
     bodies: tuple[str, str]
     when: str
-    parts: bool = False
+    gap: PartsGap | None = None
 
     def short(self, clearance: float) -> bool:
         """Whether they come nearer than they may.
@@ -39,7 +39,7 @@ class Near(NamedTuple):
         Args:
             clearance: What bodies have to keep [m].
         """
-        return self.value < (APART - ROUNDING if self.parts else clearance)
+        return self.value < clearance if self.gap is None else self.gap.met
 
     @property
     def words(self) -> str:
@@ -104,7 +104,7 @@ def clearances(run: Result, made: Build | None = None) -> Clearances:
         named = {} if made.assembly is None else {each.mark: each.part.kind for each in made.assembly.placed}
         first, second = (f"{named.get(mark, '')} {mark}".strip() for mark in made.gap.parts)
         where = "on the motion" if made.gap.joint is None else f"at joint {made.gap.joint}"
-        found.append(Near(made.gap.value, (first, second), where, parts=True))
+        found.append(Near(made.gap.value, (first, second), where, made.gap))
     if made is not None and made.assembly is None and made.kit is None:
         found = []  # of parts that do not fit together nothing is known
     return Clearances(tuple(sorted(found, key=lambda near: near.value)), time, series)

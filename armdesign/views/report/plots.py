@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from armdesign._types import Array
 from armdesign.feasibility.needs import joint_needs
+from armdesign.feasibility.violations import figure as rounded
 from armdesign.feasibility.words import pace, sentence
 from armdesign.search.result import Result, done
 from armdesign.settings import Body
@@ -30,10 +32,14 @@ from armdesign.views.report.drawing import (
     thinned,
 )
 from armdesign.views.report.facts import FitnessParts, JointLoads
-from armdesign.views.report.gaps import ALWAYS, Clearances
+from armdesign.views.report.gaps import ALWAYS, Clearances, Near
 
 LETTER = 0.078
 """Room of a letter [inch]."""
+EXACT = 0.05
+"""An orientation that is never further off is followed exactly: it is said, not drawn [deg]."""
+STEEP = 3.0
+"""A search whose best fitness falls by more than this factor is drawn to a logarithmic scale."""
 
 
 def fitness_picture(run: Result, parts: FitnessParts) -> Picture:
@@ -72,10 +78,12 @@ def error_picture(run: Result, worst: Worst) -> Picture:
     followed, needs = done(run.table, shown, scored), run.problem.settings.needs
     time, miss = followed.time, 1e3 * followed.miss
     allowed = None if needs.hand_tolerance is None else 1e3 * needs.hand_tolerance
+    angle = None if followed.angle is None else np.rad2deg(followed.angle)
+    exact = angle is not None and float(angle.max()) < EXACT
 
     def build() -> Figure:
-        figure = new_figure(2.5 + (0.0 if followed.angle is None else 1.1))
-        oriented = followed.angle is not None
+        oriented = angle is not None and not exact
+        figure = new_figure(2.5 + (1.1 if oriented else 0.0))
         axes = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1]) if oriented else [figure.subplots()]
         axes[0].plot(*thinned(time, miss), color=ARM)
         axes[0].plot(worst.time, 1e3 * worst.error, "o", color=HUMAN, markersize=6, zorder=4)
@@ -87,8 +95,7 @@ def error_picture(run: Result, worst: Worst) -> Picture:
         )  # fmt: skip
         if allowed is not None:
             bound(axes[0], time, miss, allowed, "allowed: ")
-        if followed.angle is not None:
-            angle = np.rad2deg(followed.angle)
+        if angle is not None and oriented:
             axes[1].plot(*thinned(time, angle), color=ARM)
             axes[1].set(
                 ylabel="turn [deg]", ylim=(0.0, max(1.15 * float(angle.max()), needs.tolerance_angle or 0.0, 0.1))
@@ -102,6 +109,7 @@ def error_picture(run: Result, worst: Worst) -> Picture:
     said = f"at most {1e3 * worst.error:.1f} mm, {worst.at}, on average {miss.mean():.1f} mm"
     said += "" if allowed is None else f"; allowed are {allowed:g} mm"
     words = f"How far the tool is from the hand over time{of}: {said}."
+    words += f" Its orientation is followed exactly, to {EXACT:g} deg." if exact else ""
     return picture("errors", build, words, words)
 
 
@@ -119,7 +127,9 @@ def bound(axis: Axes, time: Array, values: Array, value: float, label: str) -> N
     third = max(1, len(values) // 3)
     left, right = (float(np.abs(part - value).min()) for part in (values[:third], values[-third:]))
     end, side = (time[0], "left") if left >= right else (time[-1], "right")
-    axis.text(end, value, f" {label}{value:g} ", ha=side, va="bottom", fontsize=8)
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4}  # over what else is drawn there
+    axis.annotate(f" {label}{value:g} ", (end, value), (0, 2), textcoords="offset points", ha=side, va="bottom",
+                  fontsize=8, bbox=box, zorder=5)  # fmt: skip
 
 
 def clearance_picture(run: Result, found: Clearances) -> Picture | None:
@@ -134,15 +144,20 @@ def clearance_picture(run: Result, found: Clearances) -> Picture | None:
         return None
     required = 1e3 * run.problem.settings.body.clearance
     whose = "assumed" if run.problem.settings.body.clearance == Body().clearance else "asked for"
-    level = {"unchanging" if near.when == ALWAYS else "the least of the parts": 1e3 * near.value
-             for near in reversed(found.least) if near.when == ALWAYS or near.parts}  # fmt: skip
+    still = [1e3 * near.value for near in found.least if near.when == ALWAYS and near.gap is None][:1]
+    part = next((near for near in found.least if near.gap is not None), None)
 
     def build() -> Figure:
-        names = [*(f"from {name}" for name in shown), *level]
-        figure = new_figure(2.4 + legend_room(names), top=legend_room(names))
-        axis = figure.subplots()
-        for (name, value), dashes in zip(level.items(), ("--", "-."), strict=False):
-            axis.axhline(value, color=GREY, linewidth=1.0, linestyle=dashes, label=name)
+        names = [*(f"from {name}" for name in shown), *(["unchanging"] if still else [])]
+        figure = new_figure(2.4 + legend_room(names), top=legend_room(names) + (0.1 if part else 0.0))
+        if part is None:
+            axis = figure.subplots()
+        else:
+            axis, beside = figure.subplots(1, 2, width_ratios=[3.2, 0.9])
+            figure.subplots_adjust(wspace=0.42)
+            show_parts(beside, part)
+        for value in still:
+            axis.axhline(value, color=GREY, linewidth=1.0, linestyle="--", label="unchanging")
         for k, (name, each) in enumerate(shown.items()):
             style = line_style(1 + k)
             axis.plot(time, 1e3 * each, label=f"from {name}", **style)
@@ -150,22 +165,41 @@ def clearance_picture(run: Result, found: Clearances) -> Picture | None:
             axis.plot(time[at], 1e3 * each[at], "o", color=style["color"], markersize=5, zorder=4)
         nearest = np.min(list(shown.values()), axis=0)
         bound(axis, time, np.asarray(1e3 * nearest, dtype=float), required, f"{whose}: ")
-        top = 1.05 * max(1.2 * required, *(float(1e3 * each.max()) for each in shown.values()))
-        top = max(top, *(1.2 * value for value in level.values())) if level else top
-        low = min(0.0, *level.values(), *(float(1e3 * each.min()) for each in shown.values()))
+        top = max(
+            1.25 * required, *(1.2 * value for value in still), *(1050.0 * float(each.max()) for each in shown.values())
+        )
+        low = min(0.0, *still, *(float(1e3 * each.min()) for each in shown.values()))
         axis.set(xlabel="time [s]", ylabel="clearance [mm]", xlim=(time[0], time[-1]), ylim=(1.1 * low, top))
         legend_above(figure, axis)
         return figure
 
     alt = f"Clearance over time: {'; '.join(near.words for near in found.least)}."
     words = "How far bodies stay from one another and from obstacles, of those whose distance changes; dots: where it "
-    words += (
-        "is least; grey: the least of what keeps one distance on this motion, or of a build's parts. "
-        if level
-        else "is least. "
-    )
+    words += "is least" + ("; grey: the least of what keeps one distance on this motion" if still else "")
+    words += f"; dotted: what is {whose} of bodies"
+    words += "; right: the least between parts of the build, which have a rule of their own. " if part else ". "
     words += f"{'. '.join(sentence(near.words) for near in found.least)}."
     return picture("clearance", build, alt, words)
+
+
+def show_parts(axis: Axes, part: Near) -> None:
+    """How near parts of a build come, as a bar, and a dotted line at what they have to keep; to a scale of their own.
+
+    Args:
+        axis: Where.
+        part: Where they come nearest.
+    """
+    value, required = 1e3 * part.value, 0.0 if part.gap is None else 1e3 * part.gap.required
+    axis.bar(0.0, value, 0.5, color=GREY, edgecolor="black", linewidth=0.5)
+    axis.axhline(required, color="black", linewidth=0.9, linestyle=":", zorder=4)
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4}
+    axis.annotate(f"required: {required:g}", (0.0, required), (0, 2), textcoords="offset points", ha="center",
+                  va="bottom", fontsize=7, bbox=box, zorder=5)  # fmt: skip
+    high = max(value, required + 0.1 * value)
+    axis.text(0.0, high, rounded(value), ha="center", va="bottom", fontsize=8)
+    axis.set(title="parts [mm]", xticks=[], xlim=(-0.6, 0.6), ylim=(0.0, 1.25 * max(high, 1.5 * required)))
+    axis.title.set_fontsize(8.5)
+    axis.tick_params(labelsize=8)
 
 
 def limits_picture(run: Result, loads: JointLoads) -> Picture:
@@ -286,18 +320,25 @@ def convergence_picture(history: History) -> Picture:
     """The best fitness over the candidates tried: when the search found its arm."""
     good = np.isfinite(history.best)
     tried, best = history.evaluations[good].astype(float), history.best[good]
+    steep = len(best) > 1 and 0.0 < STEEP * best[-1] < best.max()
 
     def build() -> Figure:
         figure = new_figure(2.4)
         axis = figure.subplots()
         axis.plot(*thinned(tried, best), drawstyle="steps-post", color=ARM, marker="o" if len(best) == 1 else "")
         axis.set(xlabel="candidates tried", ylabel="best r so far [m]", xlim=(0.0, max(1.0, history.evaluations[-1])))
-        axis.set_ylim(0.0, 1.1 * float(best.max(initial=1e-3)))
+        if steep:
+            axis.set(yscale="log", ylim=(0.9 * float(best[-1]), 1.1 * float(best.max())))
+            axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.yaxis.set_major_formatter("{x:g}")
+            axis.yaxis.set_minor_formatter(NullFormatter())
+        else:
+            axis.set_ylim(0.0, 1.1 * float(best.max(initial=1e-3)))
         return figure
 
     if not len(best):
         return picture("convergence", build, "No valid arm was found.")
     near = int(tried[np.flatnonzero(best <= 1.01 * best[-1])[0]])
     words = f"Best r over the candidates: from {best[0]:.3g} to {best[-1]:.3g} m; after {near:,} it was within 1 % of "
-    words += "the end."
+    words += "the end." + (" The scale is logarithmic." if steep else "")
     return picture("convergence", build, words, words)

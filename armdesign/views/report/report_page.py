@@ -105,7 +105,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "winners": winners(others),
         "orientation": orientation_row(run),
         "mount": np.rad2deg(rpy(run.evaluation.path.mount)),
-        "assumptions": words.assumptions(chosen, words.unused(run, built=made is not None)),
+        "assumptions": words.assumptions(chosen, run.base_pose, words.unused(run, built=made is not None)),
         "bill": grouped_bill(made) if made else {},
         "marks": bracket_marks(made.assembly) if made and made.assembly else {},
         "currency": made.currency if made else "",

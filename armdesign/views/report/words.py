@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from armdesign._types import Array
-from armdesign.bodies.loads import GRAVITY
+from armdesign.bodies.loads import base_gravity
 from armdesign.export.formats import FORMATS
 from armdesign.export.options import RobotOptions
 from armdesign.export.options import assumptions as assumed
@@ -20,6 +20,7 @@ from armdesign.export.trajectory.exporting import FILES
 from armdesign.export.trajectory.ros2_bag import TRAJECTORY_TOPIC
 from armdesign.fitness.constraints import joint_limits
 from armdesign.fitness.problem import start_effort
+from armdesign.kinematics.base_pose import BasePose
 from armdesign.search.result import Result, SearchFacts
 from armdesign.settings.kinds import toml_value
 from armdesign.settings.sections import SECTIONS, Body, Design, Settings, Solver
@@ -186,11 +187,12 @@ def unused(run: Result, *, built: bool) -> set[str]:
     return {*body, *(name for name, unused in left_out.items() if unused)}
 
 
-def assumptions(options: RobotOptions, unused: Collection[str] = ()) -> list[Assumption]:
+def assumptions(options: RobotOptions, base: BasePose, unused: Collection[str] = ()) -> list[Assumption]:
     """Every number behind masses, speeds, torques and robot files that was assumed, not searched or measured.
 
     Args:
         options: What is assumed.
+        base: How the arm is mounted, so where gravity pulls.
         unused: Names of what this arm does not rest on; what is not set is left out, too.
     """
     rows = []
@@ -202,10 +204,12 @@ def assumptions(options: RobotOptions, unused: Collection[str] = ()) -> list[Ass
         value = ("yes" if option.value else "no") if isinstance(option.value, bool) else value
         text = " ".join(UNIT.sub("", option.doc).split()).rstrip(".")
         rows.append(Assumption(text, value.strip(), *ELSEWHERE_SET.get(option.name, (option.flag, ""))))
-    gravity = f"{GRAVITY[2]:g} m/s^2"
+    pull = base_gravity(base)
+    along = [(axis, f"{g:.4g}") for axis, g in zip("xyz", pull, strict=True) if abs(g) > 1e-3 * np.linalg.norm(pull)]
+    axes, gravity = (", ".join(each) for each in zip(*along, strict=True))
     return [
         *rows,
-        Assumption("Gravity, along the base's z", gravity.replace("-", "−")),
+        Assumption(f"Gravity, along the base's {axes}", f"{gravity} m/s^2".replace("-", "−")),
         Assumption("Friction and rotor inertia in the torques; a margin has to cover them", "none"),
     ]
 
@@ -274,6 +278,10 @@ def limit_sentences(run: Result, loads: JointLoads) -> list[str]:
         said = f"{factor * end:.1f} {unit} against a limit of {factor * limit:g} {unit}".replace("-", "−")
         if spare < -BEYOND / factor:
             found.append(f"Joint {i + 1} goes to {said}.")
+        elif spare <= BEYOND / factor:
+            ends = [(float(b), np.abs(q[:, i] - b) <= BEYOND / factor) for b in limits.position[i]]
+            said = " and ".join(f"{factor * b:g} {unit}, {spells(loads.time, at)}" for b, at in ends if at.any())
+            found.append(f"Joint {i + 1} is at its limit of {said}.".replace("-", "−"))
         elif spare < NEAR_LIMIT * np.ptp(limits.position[i]):
             found.append(f"Joint {i + 1} comes near its limit: {said}.")
     if not found:
@@ -286,6 +294,19 @@ def limit_sentences(run: Result, loads: JointLoads) -> list[str]:
         if over:
             found.append(f"At the demonstrated pace more {what} is needed than the limit: {', '.join(over)}.")
     return found
+
+
+def spells(time: Array, inside: Array) -> str:
+    """When something holds, in words: from when to when, at most three times; "at" where it is one frame.
+
+    Args:
+        time: Times of the frames, shape (T,) [s].
+        inside: In which it holds, shape (T,), in one at least.
+    """
+    edges = np.flatnonzero(np.diff(np.r_[False, inside, False].astype(int))).reshape(-1, 2) - [0, 1]
+    said = [f"at {time[a]:.2f} s" if a == b else f"from {time[a]:.2f} to {time[b]:.2f} s" for a, b in edges]
+    more = f" and {len(said) - 3} times more" if len(said) > 3 else ""
+    return ", ".join(said[:3]) + more
 
 
 def whose_limits(run: Result, options: RobotOptions, *, built: bool) -> str:

@@ -10,7 +10,7 @@ from armdesign.building.parts_clearance import PartsGap
 from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Plane
 from armdesign.feasibility.verdict import Spread
 from armdesign.kinematics.base_pose import BasePose, placed_base
-from armdesign.views.report.answers import answers, place, plain_verdict, story, touching, worst_frame
+from armdesign.views.report.answers import answers, at_the_edge, place, plain_verdict, story, touching, worst_frame
 from armdesign.views.report.cell_pictures import (
     CellScene,
     Outline,
@@ -79,12 +79,12 @@ def test_the_least_of_all_is_told_first_that_of_a_build_s_parts_too(invented, nu
     assert (numbers(answer.figure), answer.good) == ([4.0], False)  # 5 mm are asked for
     assert "racket A and bracket B" in answer.words
     assert "too near (assumed: 5 mm)" in story(run, worst_frame(run), (some,), 0.01)
-    part = some._replace(parts=True)  # parts of a build have to keep 1 mm, not what housings keep
+    part = some._replace(gap=gap._replace(value=0.004))  # parts of a build have to keep 1 mm, not what housings keep
     answer = touching((part, bodies[0]), run.problem.settings)
     assert answer.good
     assert numbers(answer.words)[-2:] == [1.0, 5.0]
     assert "too near" not in story(run, worst_frame(run), (part,), 0.01)
-    assert touching((part._replace(value=0.0005),), run.problem.settings).good is False
+    assert touching((part._replace(value=0.0005, gap=gap._replace(value=0.0005)),), run.problem.settings).good is False
     asked = run.problem.settings.replace({"body": {"clearance": 0.003}})
     assert "Asked for: 3 mm" in touching((some,), asked).words
 
@@ -124,6 +124,24 @@ def test_what_keeps_its_distance_is_told_so_and_not_drawn(invented):
     drawn = clearance_picture(run, level)
     assert "unchanging" in drawn.svg
     assert "grey" in drawn.caption
+    gap = PartsGap(0.00333, ("J4-L3", "J4-L4"), np.zeros(4), 4)
+    part = clearance_picture(run, level._replace(least=(Near(gap.value, gap.parts, "at joint 4", gap), *level.least)))
+    assert "required: 1" in part.svg  # the rule of parts beside theirs, that of bodies with the curves of bodies
+    assert "assumed: 5" in part.svg
+    assert "required" not in drawn.svg
+
+
+def test_a_base_on_a_bound_of_its_region_is_said_to_be_there(invented):
+    run = invented()
+    cell = {"place": ["x=0.4..1.4 y=-0.2..0.2 z=0.9"]}
+    settings = run.problem.settings.replace({"cell": cell})
+    first = dataclasses.replace(run.problem.first, base=placed_base((0.4, 0.0, 0.9), 0.0))
+    problem = dataclasses.replace(run.problem, settings=settings, demonstrations=(first,))
+    run = dataclasses.replace(run, problem=problem)
+    assert run.base_pose.frame == "room"
+    assert "edge of where it may stand: x" in at_the_edge(run)
+    assert " y " not in at_the_edge(run)
+    assert " z " not in at_the_edge(run)  # it had no choice
 
 
 def test_the_cell_is_drawn_in_the_room(invented):

@@ -2,16 +2,20 @@
 
 import dataclasses
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from armdesign.export.options import RobotOptions
+from armdesign.kinematics.base_pose import MOUNTINGS, placed_base
 from armdesign.kinematics.dh import DHTable
+from armdesign.views.report.answers import worst_frame
 from armdesign.views.report.drawing import inlined, legend_above, legend_lines, line_style, new_figure, short, thinned
 from armdesign.views.report.facts import fitness_parts, joint_loads
-from armdesign.views.report.plots import joint_pictures
+from armdesign.views.report.plots import convergence_picture, error_picture, joint_pictures
 from armdesign.views.report.report_scene import box, framed, view
+from armdesign.views.report.words import assumptions, limit_sentences
 
 
 def some_table(rng, dof):
@@ -92,7 +96,8 @@ def test_names_are_shortened_and_legends_fit():
     assert short("x" * 100) == "x" * 12 + "..." + "x" * 12
     assert short("_hidden").startswith(" ")
     assert short("a\nb") == "a b"
-    assert legend_lines(["joint 1"] * 5) == (3, 2)
+    assert legend_lines(["joint 1"] * 4) == (4, 1)
+    assert legend_lines(["joint 1"] * 5) == (3, 2)  # none alone in the last line
     assert legend_lines(["y" * 60]) == (1, 1)
 
 
@@ -104,6 +109,52 @@ def test_a_legend_is_read_line_by_line():
     legend_above(figure, axis)
     columns = [text.get_text()[-1] for text in figure.legends[0].get_texts()]
     assert columns == ["1", "4", "2", "5", "3"]  # Matplotlib fills three columns of 2, 2 and 1 from above
+
+
+def test_a_joint_on_its_limit_is_said_to_be_there_and_when(invented):
+    run = invented()
+    loads = joint_loads(run, RobotOptions())
+    q, time = loads.motion.q.copy(), loads.time
+    bounds = loads.limits.position.copy()
+    bounds[0] = -0.5, 0.5
+    q[:, 0] = 0.0
+    q[3:6, 0], q[8, 0] = 0.5, -0.5
+    moved = dataclasses.replace(
+        loads,
+        motion=dataclasses.replace(loads.motion, q=q),
+        limits=dataclasses.replace(loads.limits, position=bounds),
+    )
+    said = limit_sentences(run, moved)[0]
+    assert f"at its limit of −28.6479 deg, at {time[8]:.2f} s and 28.6479 deg, from {time[3]:.2f} to" in said
+    assert f"to {time[5]:.2f} s" in said
+
+
+def test_gravity_is_told_as_the_base_is_mounted():
+    told = {m: assumptions(RobotOptions(), placed_base((0.0, 0.0, 0.0), 0.7, m))[-2] for m in MOUNTINGS}
+    assert (told["floor"].name[-1], told["floor"].value) == ("z", "−9.81 m/s^2")
+    assert (told["wall"].name[-1], told["wall"].value) == ("x", "9.81 m/s^2")
+    assert (told["ceiling"].name[-1], told["ceiling"].value) == ("z", "9.81 m/s^2")
+
+
+def test_an_orientation_that_is_followed_exactly_is_said_and_not_drawn(invented):
+    run = invented()
+    settings = run.problem.settings.replace({"fitness": {"orientation_weight": 0.1}})
+    for angle, drawn in ((1e-5, False), (0.1, True)):
+        path = dataclasses.replace(run.evaluation.path, orientation_error=np.full(len(run.problem.task.time), angle))
+        scored = dataclasses.replace(run.evaluation.demonstrations[0], path=path)
+        evaluation = dataclasses.replace(run.evaluation, demonstrations=(scored,))
+        first = dataclasses.replace(run.problem.first, settings=settings)
+        problem = dataclasses.replace(run.problem, settings=settings, demonstrations=(first,))
+        oriented = dataclasses.replace(run, problem=problem, evaluation=evaluation)
+        shown = error_picture(oriented, worst_frame(oriented))
+        assert ("turn [deg]" in shown.svg, "followed exactly" in shown.caption) == (drawn, not drawn)
+
+
+def test_a_steep_search_is_drawn_to_a_logarithmic_scale():
+    best, tried = np.array([0.5, 0.1, 0.02, 0.019]), np.array([10, 100, 500, 1000])
+    for factor, said in ((1.0, True), (0.0, False)):
+        history = SimpleNamespace(best=best * factor + (1.0 - factor), evaluations=tried)
+        assert ("logarithmic" in convergence_picture(history).caption) == said
 
 
 def test_torques_are_held_against_stated_limits_only(invented):
