@@ -34,7 +34,7 @@ from armdesign.building.supply import Supply, supply_of
 from armdesign.building.tubes import Tube, find_stock
 from armdesign.errors import CatalogueError
 from armdesign.feasibility.verdict import Verdict
-from armdesign.feasibility.words import headline
+from armdesign.feasibility.words import Judged, headline
 from armdesign.search.result import Result
 from armdesign.settings.sections import Body
 
@@ -104,14 +104,26 @@ class Build:
         if self.kit is None and self.assembly is None:
             wrong = f"Its parts do not fit together: {self.misfit}."
         elif self.gap is not None and self.gap.met:
-            wrong = self.gap.judged
+            wrong = self.told(self.gap).judged
         return replace(verdict, feasible=False, reasons=(wrong, *verdict.reasons)) if wrong else verdict
+
+    @property
+    def judged(self) -> Judged:
+        """What its verdict is put into words by."""
+        return self.result.judged._replace(speed=self.speed)
+
+    def told(self, gap: PartsGap) -> PartsGap:
+        """A gap whose parts are called by what they are and their mark: ``tube flange L2-T1``."""
+        placed = () if self.assembly is None else self.assembly.placed
+        kinds = {each.mark: f"{each.part.kind} {each.mark}" for each in placed}
+        first, second = (kinds.get(mark, mark) for mark in gap.parts)
+        return gap._replace(parts=(first, second))
 
     @property
     def fault(self) -> str:
         """Why it cannot be put together and do its task as it is, worst first; empty where it can."""
         verdict = self.verdict
-        wrong = (*verdict.reasons, headline(verdict, self.result.problem.settings))
+        wrong = (*verdict.reasons, headline(verdict, self.judged))
         return "" if verdict.passed else wrong[0].rstrip(".")
 
     def remedy(self, run: str | Path) -> str:

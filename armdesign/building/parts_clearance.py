@@ -14,6 +14,7 @@ from armdesign.bodies.cylinder import along
 from armdesign.bodies.exact import carries_base
 from armdesign.building.parts import Assembly, Placed, Prism, Rod
 from armdesign.feasibility.verdict import exact_obstacles
+from armdesign.feasibility.violations import figure
 from armdesign.feasibility.words import sentence
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.result import Result
@@ -57,7 +58,8 @@ class PartsGap(NamedTuple):
         joint = "" if self.joint is None else f", at joint {self.joint}"
         if self.value == 0.0:
             return f"on the motion {first} meets {second}{joint}"
-        return f"on the motion {first} comes within {self.value * 1e3:.2f} mm of {second}{joint}"
+        near = figure(1e3 * self.value, 1e3 * APART if self.met else None)
+        return f"on the motion {first} comes within {near} mm of {second}{joint}"
 
     @property
     def required(self) -> float:

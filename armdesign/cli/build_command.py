@@ -115,12 +115,12 @@ def show_build(made: Build) -> None:
     if made.speed < 1.0:
         say(f"The motion is slowed down to {made.speed * 100:.0f} % of the demonstrated speed.")
     if made.gap is not None and not made.gap.met:
-        show_text(f"{sentence(made.gap.words)}, no parts come nearer.")
+        show_text(f"{sentence(made.told(made.gap).words)}, no parts come nearer.")
     if made.kit is None and made.assembly is None:
         say("There are no solids of its parts, and masses leave brackets out.")
     show_text(f"What moves weighs {made.result.body.moving_mass:.2f} kg.")
     result = made.result
-    show_text("\n".join(summary(result.verdict, result.problem.settings, result.base_pose)))
+    show_text("\n".join(summary(result.verdict, made.judged, result.base_pose)))
 
 
 def show_snapping(before: Result, after: Result) -> None:

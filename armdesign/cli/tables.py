@@ -41,7 +41,7 @@ def show_arm(result: Result) -> None:
         if len(problem.demonstrations) > 1
         else ""
     )
-    show_text("\n".join(summary(result.verdict, problem.settings, result.base_pose)))
+    show_text("\n".join(summary(result.verdict, result.judged, result.base_pose)))
     typer.echo(f"\n{counted(evaluation.table.dof, 'joint')}, modified DH (Craig): T = Rx(alpha) Tx(a) Tz(d) Rz(q)\n")
     show_design(evaluation.table)
     typer.echo(f"\nlength L {evaluation.table.length:.4f} m")

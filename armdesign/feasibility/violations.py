@@ -122,7 +122,7 @@ def missed(
     at = f"at {each.time[int(np.argmax(errors[worst]))]:.2f} s"
     when = at if percent == 100.0 else f"or more in {100.0 - percent:g} % of the frames"
     where = f" of {each.name}" if each.name else ""
-    sentence = f"{what} misses by {figure(value)} {unit} {when}{where}; {tolerance:g} {unit} are allowed."
+    sentence = f"{what} misses by {figure(value, tolerance)} {unit} {when}{where}; {tolerance:g} {unit} are allowed."
     return [Violation(sentence, value / tolerance - 1.0)]
 
 
@@ -146,12 +146,9 @@ def demand_violations(demand: JointDemand, limits: JointNeeds) -> list[Violation
         factor = 1.0 if slides or name == "max_torque" else np.rad2deg(1.0)
         peak, allowed, unit = factor * peaks[joint], factor * stated[joint], units[slides]
         more = f" (beyond it, too: {counted(beyond - 1, 'other joint')})" if beyond > 1 else ""
-        found.append(
-            Violation(
-                f"Joint {joint + 1} {VERBS[name]} {figure(peak)} {unit}; {allowed:.6g} {unit} are allowed{more}.",
-                float(peaks[joint] / stated[joint]) - 1.0,
-            )
-        )
+        moves = f"Joint {joint + 1} {VERBS[name]} {figure(peak, allowed)} {unit}"
+        words = f"{moves}; {allowed:.6g} {unit} are allowed{more}."
+        found.append(Violation(words, float(peaks[joint] / stated[joint]) - 1.0))
     return found
 
 
@@ -202,9 +199,8 @@ def gap_violations(gaps: Sequence[Gap | None], followed: Sequence[Followed], cle
             name = followed[gap.demonstration].name
             where = f"{gap.time:.2f} s{f' of {name}' if name else ''}"
             asked = f"{1e3 * clearance:g} mm are asked for"
-            found.append(
-                Violation(f"{gap_words(gap)} at {where}; {asked}.", 1.0 - gap.value / clearance, gap.value < 0.0)
-            )
+            words = f"{gap_words(gap, clearance)} at {where}; {asked}."
+            found.append(Violation(words, 1.0 - gap.value / clearance, gap.value < 0.0))
     return found
 
 
@@ -217,21 +213,33 @@ def envelope_violations(excess: float | None, allowed: float | None) -> list[Vio
     """
     if excess is None or allowed is None or excess <= allowed:
         return []
-    words = f"The arm leaves what the demonstrator's arm has swept by {figure(1e3 * excess)} mm"
+    words = f"The arm leaves what the demonstrator's arm has swept by {figure(1e3 * excess, 1e3 * allowed)} mm"
     return [Violation(f"{words}; {1e3 * allowed:g} mm are allowed.", excess / allowed - 1.0)]
 
 
-def gap_words(gap: Gap) -> str:
-    """Where two bodies come nearest: ``link_2 and table come within 1.20 mm of each other``."""
+def gap_words(gap: Gap, clearance: float | None = None) -> str:
+    """Where two bodies come nearest: ``link_2 and table come within 1.20 mm of each other``.
+
+    Args:
+        gap: Where.
+        clearance: What their distance is held against [m].
+    """
     first, second = gap.bodies
     if gap.value < 0.0:
         return f"{first} and {second} are inside one another by {figure(-1e3 * gap.value)} mm"
-    return f"{first} and {second} come within {figure(1e3 * gap.value)} mm of each other"
+    return f"{first} and {second} come within {figure(1e3 * gap.value, clearance and 1e3 * clearance)} mm of each other"
 
 
-def figure(value: float) -> str:
-    """A number with about three digits: 0.042, 5.04, 33.0, 910; 0 below half of the fourth decimal."""
-    if abs(value) < 5e-5:
-        return "0"
-    decimals = 2 - int(np.floor(np.log10(abs(value))))
-    return f"{value:.{min(max(decimals, 0), 4)}f}"
+def figure(value: float, limit: float | None = None) -> str:
+    """A number with about three digits: 0.042, 5.04, 33.0, 910; 0 below half of the fourth decimal.
+
+    Args:
+        value: The number.
+        limit: What it is held against, with as many more digits as show on which side of that it is.
+    """
+    decimals = 4 if abs(value) < 5e-5 else min(max(2 - int(np.floor(np.log10(abs(value)))), 0), 4)
+    short = "0" if abs(value) < 5e-5 else f"{value:.{decimals}f}"
+    longer = (f"{value:.{digits}f}" for digits in range(decimals, 8))
+    if limit is None or np.sign(float(short) - limit) == np.sign(value - limit):
+        return short
+    return next((text for text in longer if np.sign(float(text) - limit) == np.sign(value - limit)), short)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
@@ -19,23 +21,42 @@ MEANINGS = {
 """What the figures of the paper say, in words."""
 
 
-def summary(verdict: Verdict, settings: Settings, base: BasePose) -> tuple[str, ...]:
+class Judged(NamedTuple):
+    """What the verdict's line is made of beside the verdict.
+
+    Attributes:
+        settings: What it was judged by.
+        located: Whether the arm's place has been checked, in the room or among obstacles.
+        speed: Share of the demonstrated speed to which the motion itself is slowed down, as that of a build.
+    """
+
+    settings: Settings
+    located: bool
+    speed: float = 1.0
+
+
+def summary(
+    verdict: Verdict, judged: Judged, base: BasePose, parts: tuple[float, str] | None = None
+) -> tuple[str, ...]:
     """What an arm's summary begins with: the hand's error, the verdict with its reasons, place, gaps and speeds.
 
     Args:
         verdict: The verdict.
-        settings: What it was judged by.
+        judged: What it was judged by.
         base: Where the arm stands.
+        parts: How near the parts of a build come [m], and the sentence that says so; None of other arms.
     """
-    lines = [f"{hand_words(verdict)}.", f"verdict: {headline(verdict, settings)}."]
+    lines = [f"{hand_words(verdict)}.", f"verdict: {headline(verdict, judged)}."]
     lines += [f"  {reason}" for reason in verdict.reasons]
     lines += [base_words(base)] if base.frame == "room" else []
-    lines += [
-        f"on the demonstrated motion {gap_words(gap)}, at {gap.time:.2f} s."
+    gaps = [
+        (gap.value, f"on the demonstrated motion {gap_words(gap)}, at {gap.time:.2f} s.")
         for gap in (verdict.self_clearance, verdict.obstacle_clearance)
-        if gap is not None and gap.value >= settings.body.clearance  # else it is among the reasons
+        if gap is not None and gap.value >= judged.settings.body.clearance  # else it is among the reasons
     ]
-    return tuple(map(sentence, (*lines, speed_words(verdict, settings))))
+    gaps += [] if parts is None else [parts]
+    lines += [words for _, words in sorted(gaps)]
+    return tuple(map(sentence, (*lines, speed_words(verdict, judged.settings))))
 
 
 def hand_words(verdict: Verdict) -> str:
@@ -57,20 +78,45 @@ def spread_words(error: Spread, unit: str = "mm", factor: float = 1e3) -> str:
     return f"{mean} mean, {p95} (95 %), {largest} largest"
 
 
-def headline(verdict: Verdict, settings: Settings) -> str:
-    """The verdict in a clause.
+def conclusion(verdict: Verdict, judged: Judged) -> str:
+    """What a verdict comes to: ``good``, ``part`` for a job done with limits, ``open`` without a tolerance, ``bad``.
 
     Args:
         verdict: The verdict.
-        settings: What it was judged by.
+        judged: What it was judged by.
     """
-    fit, kept = verdict.feasible, verdict.tolerance_met
+    share = possible_speed(verdict, judged)
+    if not verdict.passed:
+        return "bad"
+    if verdict.tolerance_met is None:
+        return "open"
+    return "bad" if share == 0.0 else "part" if share < 1.0 or not judged.located else "good"
+
+
+def possible_speed(verdict: Verdict, judged: Judged) -> float:
+    """The share of the demonstrated speed at which the joints can do the task, at most 1."""
+    return min(1.0, verdict.speed_fraction) * judged.speed
+
+
+def headline(verdict: Verdict, judged: Judged) -> str:
+    """The verdict in a clause, with what limits a job that is done: its speed, and a place that is not checked.
+
+    Args:
+        verdict: The verdict.
+        judged: What it was judged by.
+    """
+    fit, kept, settings = verdict.feasible, verdict.tolerance_met, judged.settings
     thin = " as a thin arm, without bodies" if settings.body.kind == "thin" else ""
     what = f"feasible{thin}" if fit else "not feasible"
-    if kept is None:
-        return f"{what}; no tolerance is stated"
-    joined = {(True, True): ", and", (True, False): ", but not", (False, True): ", though", (False, False): ", nor"}
-    return f"{what}{joined[fit, kept]} within the tolerance of {tolerance_words(settings.needs)}"
+    if kept is not None:
+        joined = {(True, True): ",", (True, False): ", but not", (False, True): ", though", (False, False): ", nor"}
+        what += f"{joined[fit, kept]} within the tolerance of {tolerance_words(settings.needs)}"
+    if verdict.passed:
+        share = possible_speed(verdict, judged)
+        slow = f", at {pace(share)} of the demonstrated speed" if share < 1.0 else ""
+        what += slow if share > 0.0 else ", but its joints cannot at any speed"
+        what += "" if judged.located else "; where it stands is not checked"
+    return f"{what}; no tolerance is stated" if kept is None else what
 
 
 def tolerance_words(needs: Needs) -> str:

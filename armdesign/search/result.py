@@ -19,7 +19,7 @@ from armdesign.errors import counted
 from armdesign.feasibility.penalty import choose_slides
 from armdesign.feasibility.verdict import Verdict, judge, spread
 from armdesign.feasibility.violations import Followed
-from armdesign.feasibility.words import MEANINGS, hand_words, headline, spread_words
+from armdesign.feasibility.words import MEANINGS, Judged, hand_words, headline, spread_words
 from armdesign.fitness.constraints import joint_limits
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
@@ -116,9 +116,9 @@ class Result:
     known_slides: tuple[float, ...] | None = None
 
     def __repr__(self) -> str:
-        found, settings = self.evaluation, self.problem.settings
+        found = self.evaluation
         lines = [f"arm of {counted(self.table.dof, 'joint')}, {hand_words(self.verdict)}"]
-        lines.append(f"  {headline(self.verdict, settings)}")
+        lines.append(f"  {headline(self.verdict, self.judged)}")
         if found.holdouts:
             lines.append(f"  held out: {self.held_out}")
         lines.append(
@@ -183,6 +183,11 @@ class Result:
     def located(self) -> bool:
         """Whether its place has been checked: in the room, or among obstacles; not at a point of a recording alone."""
         return self.base_pose.frame == "room" or bool(self.problem.first.obstacles.each)
+
+    @property
+    def judged(self) -> Judged:
+        """What its verdict is put into words by."""
+        return Judged(self.problem.settings, self.located)
 
     @property
     def held_out(self) -> str:

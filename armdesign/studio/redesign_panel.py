@@ -156,7 +156,7 @@ class RedesignPanel:
         """
         if "redesign" in self.page.work.wishes:
             return
-        lines = summary(result.verdict, result.problem.settings, result.base_pose)[1:-1]
+        lines = summary(result.verdict, result.judged, result.base_pose)[1:-1]
         items = "".join(f"<li>{escape(line)}</li>" for line in lines)
         self.page.set_html(self.state, f"<h4>{words}</h4><ul>{items}</ul>")
 

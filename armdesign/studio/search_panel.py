@@ -274,7 +274,7 @@ class SearchPanel:
         ended = state != "running"
         lines = [f"<h4>{STATES.get(state, state)}</h4>"]
         if ended:
-            words = summary(result.verdict, result.problem.settings, result.base_pose)
+            words = summary(result.verdict, result.judged, result.base_pose)
             mark = "" if result.verdict.passed else ' class="bad"'  # good only once its parts fit
             items = "".join(f"<li{mark if k == 1 else ''}>{escape(line)}</li>" for k, line in enumerate(words))
             lines.append(

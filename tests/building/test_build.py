@@ -38,6 +38,7 @@ from armdesign.cli.tolerance_command import part_deviations
 from armdesign.errors import CatalogueError, SettingsError
 from armdesign.export.mjcf import robot_mjcf
 from armdesign.export.robot_file import finished_robot
+from armdesign.feasibility.violations import figure
 from armdesign.kinematics.motion import SmoothMotion
 from armdesign.runs.reading import read_result
 from armdesign.runs.writing import write_result
@@ -207,7 +208,12 @@ def test_check_measures_the_parts_of_a_build(made, tmp_path, monkeypatch):
         monkeypatch.setattr("armdesign.building.build.parts_gap", lambda *_, gap=gap: gap)
         outcome = CliRunner().invoke(app, ["check", str(place)])
         assert outcome.exit_code == code
-        assert f"{1e3 * value:.2f} mm" in outcome.output
+        lines = outcome.output.splitlines()
+        assert f"{figure(1e3 * value)} mm" in outcome.output
+        assert "bracket J2-L1" in " ".join(outcome.output.split())
+        if code == 0:  # nothing comes nearer, so it is told before what does not
+            told = [k for k, line in enumerate(lines) if line.startswith("On the ")]
+            assert lines[told[0]].startswith("On the motion bracket J2-L1")
         assert ("NOT TO BE MADE" in outcome.output) == (code == 3)
         said = json.loads(CliRunner().invoke(app, ["check", str(place), "--json"]).stdout)
         assert (said["parts"]["gap"], bool(said["parts"]["fault"]), said["feasible"]) == (value, code == 3, code == 0)

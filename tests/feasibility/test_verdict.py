@@ -1,5 +1,7 @@
 """The verdict against closed forms: errors, limits, and the speed at which they are kept."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,8 +13,8 @@ from armdesign.feasibility.demand import joint_demand, speed_fraction
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
 from armdesign.feasibility.penalty import Requirements, Shown
 from armdesign.feasibility.verdict import judge, spread
-from armdesign.feasibility.violations import Followed, figure
-from armdesign.feasibility.words import base_words, headline, summary
+from armdesign.feasibility.violations import Followed, Gap, figure
+from armdesign.feasibility.words import Judged, base_words, conclusion, headline, summary
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.motion import smooth_motion
@@ -136,7 +138,7 @@ def test_an_arm_too_weak_to_stand_still_has_no_speed():
     verdict = judged([followed((0.1, 0.1, 0.1))], max_torque=(weak,))
     assert not verdict.feasible
     assert "N m" in verdict.reasons[0]
-    assert "any speed" in summary(verdict, wanted(max_torque=(weak,)), BasePose())[-1]
+    assert "any speed" in summary(verdict, Judged(wanted(max_torque=(weak,)), located=True), BasePose())[-1]
 
 
 def test_a_payload_adds_its_weight_times_its_lever():
@@ -183,11 +185,54 @@ def test_the_summary_leads_with_the_hand_and_suffices_is_never_said_without_a_to
         ({"hand_tolerance": 0.002}, "but not within the tolerance of 2 mm"),
         ({"hand_tolerance": 0.002, "max_speed": (1.0,)}, "nor within the tolerance of 2 mm"),
     ):
-        verdict, settings = judged(**needs), wanted(**needs)
-        lines = summary(verdict, settings, BasePose())
+        verdict, by = judged(**needs), Judged(wanted(**needs), located=True)
+        lines = summary(verdict, by, BasePose())
         assert lines[0].startswith("Hand error 5.00 mm mean")
-        assert words in headline(verdict, settings)
+        assert words in headline(verdict, by)
         assert words in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "fraction", "located", "speed", "words", "comes_to"),
+    [
+        (0.02, 1.0, True, 1.0, "feasible, within the tolerance of 20 mm", "good"),
+        (0.02, 0.733, True, 1.0, "feasible, within the tolerance of 20 mm, at 73 % of the demonstrated speed", "part"),
+        (0.02, 1.0, True, 0.5, "feasible, within the tolerance of 20 mm, at 50 % of the demonstrated speed", "part"),
+        (0.02, 1.0, False, 1.0, "within the tolerance of 20 mm; where it stands is not checked", "part"),
+        (0.02, 0.0, True, 1.0, "within the tolerance of 20 mm, but its joints cannot at any speed", "bad"),
+        (None, 0.733, True, 1.0, "feasible, at 73 % of the demonstrated speed; no tolerance is stated", "open"),
+        (0.002, 0.733, False, 1.0, "feasible, but not within the tolerance of 2 mm", "bad"),
+    ],
+)
+def test_the_line_of_the_verdict_says_what_limits_it(tolerance, fraction, located, speed, words, comes_to):
+    needs = {} if tolerance is None else {"hand_tolerance": tolerance}
+    verdict = replace(judged(**needs), speed_fraction=fraction)
+    by = Judged(wanted(**needs).replace({"body": {"kind": "tube"}}), located=located, speed=speed)
+    assert headline(verdict, by).endswith(words)
+    assert conclusion(verdict, by) == comes_to
+
+
+def test_the_least_gap_is_told_first_that_of_parts_too():
+    verdict = replace(judged(), self_clearance=Gap(0.03, 0, ("a", "b"), 0.0),
+                      obstacle_clearance=Gap(0.02, 0, ("c", "d"), 0.0))  # fmt: skip
+    by = Judged(wanted(), located=True)
+    for value, order in ((0.01, "pdb"), (0.025, "dpb"), (0.04, "dbp")):
+        lines = summary(verdict, by, BasePose(), (value, "p comes near"))
+        told = {
+            "P comes near": "p",
+            "On the demonstrated motion a and b": "b",
+            "On the demonstrated motion c and d": "d",
+        }
+        found = [mark for line in lines for begins, mark in told.items() if line.startswith(begins)]
+        assert "".join(found) == order
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "text"),
+    [(18.41, 18.4, "18.41"), (18.44, 18.42, "18.44"), (4.9996, 5.0, "4.9996"), (20.0, 5.0, "20.0"), (5.0, 5.0, "5.00")],
+)
+def test_a_figure_shows_on_which_side_of_its_limit_it_is(value, limit, text):
+    assert figure(value, limit) == text
 
 
 @pytest.mark.parametrize(

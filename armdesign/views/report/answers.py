@@ -8,14 +8,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from armdesign._types import Array
 from armdesign.building.build import Build
 from armdesign.building.record import Origin
 from armdesign.cell.obstacles import Plane
 from armdesign.errors import counted
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
 from armdesign.feasibility.verdict import Verdict
-from armdesign.feasibility.violations import figure
-from armdesign.feasibility.words import pace, place_words, sentence, speed_words, spread_words, tolerance_words
+from armdesign.feasibility.violations import figure, share
+from armdesign.feasibility.words import (
+    conclusion,
+    pace,
+    place_words,
+    possible_speed,
+    sentence,
+    speed_words,
+    spread_words,
+    tolerance_words,
+)
 from armdesign.kinematics.base_pose import BasePose
 from armdesign.runs.folder import ALTERNATIVES
 from armdesign.search.result import Result, done
@@ -97,7 +107,7 @@ def worst_frame(run: Result) -> Worst:
     return max(found, key=lambda one: one.error)
 
 
-def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> tuple[str, str]:
+def plain_verdict(run: Result, worst: Worst, smooth: Array, made: Build | None = None) -> tuple[str, str]:
     """Whether the arm does the job, in a sentence that needs no other, and what is not known or kept all the same.
 
     The sentence is the second; the first, what it comes to, is one of ``WORDS``.
@@ -105,12 +115,16 @@ def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> tuple
     Args:
         run: The run.
         worst: Where the error is largest.
+        smooth: How far the tool is off on the smooth motion that is exported, in every frame, shape (T,) [m].
         made: Its parts, where it is a build.
     """
     if made is not None and made.fault:
         return "bad", f"{made.warning}."
-    verdict = run.verdict
-    off, allowed = f"{figure(1e3 * worst.error)} mm", tolerance_words(run.problem.settings.needs)
+    verdict, needs, judged = run.verdict, run.problem.settings.needs, (run if made is None else made).judged
+    tolerance, allowed = needs.hand_tolerance, tolerance_words(needs)
+    off = f"{figure(1e3 * worst.error, None if tolerance is None else 1e3 * tolerance)} mm"
+    exported = "" if kept_when_smooth(worst, float(smooth.max())) else figure(1e3 * float(smooth.max()))
+    off += f" as solved, {exported} mm as its motion is exported" if exported else ""
     if not verdict.feasible:
         also = f" It follows the hand to {off}." if verdict.tolerance_met is not False else ""
         return "bad", f"This arm cannot do the job as it is.{also}"
@@ -118,13 +132,19 @@ def plain_verdict(run: Result, worst: Worst, made: Build | None = None) -> tuple
     if verdict.tolerance_met is None:
         return "open", f"This arm follows the hand to {off}. Nobody has said how much is allowed.{also}"
     if verdict.tolerance_met:
-        fraction = min(1.0, verdict.speed_fraction) * (made.speed if made is not None else 1.0)
+        kind, fraction = conclusion(verdict, judged), possible_speed(verdict, judged)
         slow = "" if fraction >= 1.0 else f", at {pace(fraction)} of the speed shown"
         slow = slow if fraction > 0.0 else ", but its joints cannot at any speed"
-        words = f"This arm does the job{slow}: it follows the hand to {off}, {allowed} are allowed.{also}"
-        return "bad" if fraction == 0.0 else "part" if slow or also else "good", words
+        if tolerance is not None and share(smooth, needs.tolerance_percentile) > tolerance:
+            kind, also = "part" if kind == "good" else kind, f" As exported it is beyond that.{also}"
+        return kind, f"This arm does the job{slow}: it follows the hand to {off}; {allowed} are allowed.{also}"
     words = f"This arm misses the hand by up to {off}; {allowed} are allowed. All else that was asked for is kept."
     return "bad", words
+
+
+def kept_when_smooth(worst: Worst, smooth: float) -> bool:
+    """Whether the smooth motion that is exported is off by no more than the solved one, in the figures shown."""
+    return smooth <= worst.error or figure(1e3 * smooth) == figure(1e3 * worst.error)
 
 
 def story(run: Result, worst: Worst, nearest: Sequence[Near], smooth: float, origin: Origin | None = None) -> str:
@@ -138,10 +158,9 @@ def story(run: Result, worst: Worst, nearest: Sequence[Near], smooth: float, ori
         origin: The design that it is built after, where that is known.
     """
     verdict = run.verdict
-    parts = [
-        f"It is furthest off {worst.at}, on average {figure(1e3 * verdict.hand_error.mean)} mm; its exported motion, "
-        f"which is smooth, is off by up to {figure(1e3 * smooth)} mm."
-    ]
+    parts = [f"It is furthest off {worst.at}, on average {figure(1e3 * verdict.hand_error.mean)} mm."]
+    if kept_when_smooth(worst, smooth):  # else it is in the headline
+        parts.append(f"Its exported motion, which is smooth, is off by up to {figure(1e3 * smooth)} mm.")
     if origin is not None:
         parts.append(
             f"As designed it follows the hand to {figure(1e3 * origin.error)} mm, as built to "

@@ -72,8 +72,8 @@ class JointLoads:
         prismatic: Which joints slide, n of them.
         free: Share of random poses within the joint limits that are free of self-collision.
         lag: How far the servos of the exported arm stay behind the motion, in words.
+        miss: How far the tool is off on the smooth motion, shape (T,) [m].
         payload: What it carries [kg].
-        error: How far the tool is off on the smooth motion, at worst [m].
     """
 
     time: Array
@@ -84,8 +84,13 @@ class JointLoads:
     prismatic: tuple[bool, ...]
     free: float
     lag: str
+    miss: Array
     payload: float = 0.0
-    error: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """How far the tool is off on the smooth motion, at worst [m]."""
+        return float(self.miss.max())
 
 
 def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
@@ -111,5 +116,5 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
         free=sampled_contacts(arm, run.limits, samples=FEW).free,
         lag=lag_note(replace(make_robot(arm, exported, chosen, start), pace=pace)),
         payload=limits.payload or 0.0,
-        error=float(np.linalg.norm(run.table.skeleton(motion.q)[:, -1] - run.problem.task.P[:, -1], axis=1).max()),
+        miss=np.linalg.norm(run.table.skeleton(motion.q)[:, -1] - run.problem.task.P[:, -1], axis=1),
     )

@@ -79,7 +79,7 @@ def report_html(run: Result, *, options: RobotOptions | None = None, tracking: T
         "built": built_words(made, origin) if made else "",
         "fault": made.fault if made else "",
         "verdict_words": WORDS,
-        "headline": plain_verdict(run, worst, made),
+        "headline": plain_verdict(run, worst, loads.miss, made),
         "story": story(run, worst, near.least, loads.error, origin),
         "reasons": run.verdict.reasons if len(run.verdict.reasons) > 1 or not run.verdict.feasible else (),
         "answers": answers(run, worst, near.least),

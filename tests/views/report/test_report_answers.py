@@ -9,6 +9,7 @@ import pytest
 from armdesign.building.parts_clearance import PartsGap
 from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Plane
 from armdesign.feasibility.verdict import Spread
+from armdesign.feasibility.words import conclusion
 from armdesign.kinematics.base_pose import BasePose, placed_base
 from armdesign.views.report.answers import answers, at_the_edge, place, plain_verdict, story, touching, worst_frame
 from armdesign.views.report.cell_pictures import (
@@ -94,7 +95,7 @@ def test_the_headline_says_how_fast_and_what_was_not_checked(invented):
     settings = run.problem.settings.replace({"needs": {"hand_tolerance": 0.5}})
     verdict = dataclasses.replace(run.verdict, tolerance=0.5, tolerance_met=True, speed_fraction=0.567)
     run = dataclasses.replace(run, problem=dataclasses.replace(run.problem, settings=settings), known_verdict=verdict)
-    kind, said = plain_verdict(run, worst_frame(run))
+    kind, said = plain_verdict(run, worst_frame(run), np.zeros(1))
     assert kind == "part"
     assert "does the job, at 56 % of the speed shown:" in said
     assert said.endswith("Where it stands has not been checked.")
@@ -110,8 +111,27 @@ def test_green_is_only_what_is_done_as_shown_where_it_stands(invented):
         problem = dataclasses.replace(run.problem, settings=settings, demonstrations=(shown,))
         verdict = dataclasses.replace(run.verdict, feasible=True, tolerance_met=met, speed_fraction=fraction)
         judged = dataclasses.replace(run, problem=problem, known_verdict=verdict)
-        found.append(plain_verdict(judged, worst_frame(judged))[0])
+        found.append(plain_verdict(judged, worst_frame(judged), np.zeros(1))[0])
     assert found == ["good", "part", "part", "bad", "open", "bad"]
+
+
+def test_the_headline_says_both_errors_where_the_exported_motion_s_is_the_larger(invented, numbers):
+    run = invented()
+    worst = worst_frame(run)
+    tolerance = 1.1 * worst.error
+    settings = run.problem.settings.replace({"needs": {"hand_tolerance": tolerance}})
+    shown = dataclasses.replace(run.problem.first, obstacles=Obstacles((Obstacle("floor", Plane(), np.eye(4)),)))
+    problem = dataclasses.replace(run.problem, settings=settings, demonstrations=(shown,))
+    verdict = dataclasses.replace(run.verdict, feasible=True, tolerance_met=True, speed_fraction=1.0)
+    run = dataclasses.replace(run, problem=problem, known_verdict=verdict)
+    for factor, wanted, named in ((1.0, "good", False), (1.05, "good", True), (1.2, "part", True)):
+        kind, said = plain_verdict(run, worst, np.array([0.0, factor * worst.error]))
+        assert (kind, "as exported it is beyond that" in said.lower()) == (wanted, wanted == "part")
+        assert ("as its motion is exported" in said) is named
+        assert ("exported motion" in story(run, worst, (), factor * worst.error)) is not named
+        errors = numbers(said)[: 1 + named]
+        assert errors == pytest.approx([1e3 * worst.error, 1e3 * factor * worst.error][: 1 + named], rel=6e-3)
+        assert conclusion(verdict, run.judged) == "good"
 
 
 def test_what_keeps_its_distance_is_told_so_and_not_drawn(invented):

@@ -201,11 +201,11 @@ def test_a_long_recording_makes_a_small_page(invented, longer):
 def test_the_first_screen_says_the_verdict_in_words_and_what_to_do_next(both, take_apart):
     run, text = both
     head = "".join(take_apart(text[text.index("<header>") : text.index("</header>") + 9]).text)
-    worst = worst_frame(run)
+    worst, loads = worst_frame(run), joint_loads(run, RobotOptions())
     for part in (
-        plain_verdict(run, worst)[1],
+        plain_verdict(run, worst, loads.miss)[1],
         f"{figure(1e3 * worst.error)} mm",
-        f"is off by up to {figure(1e3 * joint_loads(run, RobotOptions()).error)} mm",
+        f"{figure(1e3 * loads.error)} mm",
         f"at {worst.time:.2f} s",
         "What to do next",
     ):
@@ -253,9 +253,9 @@ def test_the_fault_of_a_build_is_its_headline_and_a_missed_tolerance_does_not_so
     run = invented()
     missed = dataclasses.replace(run.verdict, feasible=True, tolerance_met=False)
     run = dataclasses.replace(run, known_verdict=missed)
-    assert "built" not in plain_verdict(run, worst_frame(run))[1]
+    assert "built" not in plain_verdict(run, worst_frame(run), np.zeros(1))[1]
     made = SimpleNamespace(fault="parts meet", warning="NOT TO BE MADE: parts meet")
-    assert plain_verdict(run, worst_frame(run), made) == ("bad", "NOT TO BE MADE: parts meet.")
+    assert plain_verdict(run, worst_frame(run), np.zeros(1), made) == ("bad", "NOT TO BE MADE: parts meet.")
 
 
 def test_the_lag_of_the_drives_and_every_word_is_said(both, take_apart):
