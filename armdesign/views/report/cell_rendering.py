@@ -9,9 +9,11 @@ from scipy.spatial import ConvexHull, QhullError
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
+from armdesign.bodies.exact import carries_base
 from armdesign.building.build import Build
 from armdesign.building.parts import Rod
 from armdesign.cell.obstacles import Mesh, Plane
+from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.search.result import Result
 from armdesign.settings import Body
 from armdesign.views.report.answers import Worst
@@ -37,6 +39,10 @@ ARM, AROUND, PERSON, FLOOR = 1, 2, 3, 4
 OBSTACLE, GROUND, LINES, PLATE = "#eadfcb", "#f6f6f3", "#e6e6e1", "#9aa0a6"
 TUBE, MODULE, BRACKET = "#c3ced6", "#3c93d2", "#e6eaed"
 BETWEEN, TIP = "#b00020", "#56b4e9"
+THROUGH_ARM, THROUGH_PERSON = 0.7, 0.35
+"""How much is seen through the arm at the start and through the person's: so that they differ in grey, too."""
+PATCH, THICK = 300.0, 16.0
+"""Half the side of the piece of a wall that is drawn behind a base, and how thick it is [mm]."""
 LIMB = (46.0, 28.0)
 """How thick a person's arm is drawn, at the shoulder and at the hand: its radius [mm]."""
 WIDTH, LOOK = 900, 60
@@ -66,15 +72,20 @@ def cell_rendering(run: Result, made: Build | None = None) -> Picture:
     focus = together([arm, first, path]).corners.reshape(-1, 3)
     every = together([faces, first, body])
     shot = shot_of(every, best_view(every, arm, focus), WIDTH, focus)
-    picture = see_through(faces, [first, body], shot, ARM)
+    picture = see_through(faces, [(first, THROUGH_ARM), (body, THROUGH_PERSON)], shot, ARM)
     start, end = (f"{problem.task.time[k] - problem.task.time[0]:.2f}" for k in (0, last))
     names = ", ".join(dict.fromkeys(one.name for one in run.problem.first.obstacles.each))
     alt = f"The arm of {run.table.dof} joints in its cell at the end of its motion; around it: {names or 'nothing'}."
     caption = (
-        f"The arm at the end, {end} s, and faintly at the start, {start} s. Orange: the person's arm at the end, and "
-        "the hand's path."
+        f"The arm at the end, {end} s, and faintly at the start, {start} s. Orange, darker in grey: the person's "
+        "arm at the end, and the hand's path."
     )
-    caption += "" if names else " The square under its plate stands for what it is bolted to."
+    on = {
+        "floor": "The square under its plate stands for what it is bolted to",
+        "wall": "The square behind its plate is a piece of the wall",
+        "ceiling": "The square over its plate is a piece of the ceiling",
+    }
+    caption += f" {on[run.base_pose.mounted]}." if mount_faces(run, 0, last) else ""
     caption += " Its parts are as they are built." if made and made.assembly else ""
     return Picture("rendering", image_svg(picture), alt, caption)
 
@@ -118,7 +129,10 @@ def worst_rendering(run: Result, worst: Worst, made: Build | None = None) -> Pic
     shot = shot_of(together([faces, body]), turn, WIDTH - INSET, focus)
     half = max(CLOSE, 2.5 * float(np.linalg.norm(hand - tip)))
     close = Shot(turn, turn @ (hand + tip) / 2.0, INSET / (2.0 * half), INSET, INSET)
-    whole, near = see_through(faces, [body], shot, ARM), (1.0 + rendered(arm, close)[0]) / 2.0  # pale, under its marks
+    whole, near = (
+        see_through(faces, [(body, THROUGH_PERSON)], shot, ARM),
+        (1.0 + rendered(arm, close)[0]) / 2.0,
+    )  # pale, under its marks
     picture = np.ones((max(shot.height, INSET), WIDTH, 3))
     picture[: shot.height, : shot.width], picture[:INSET, shot.width :] = whole, near
     marks = gap_marks(shot, close, hand, tip, f"{1e3 * worst.error:.1f} mm")
@@ -187,18 +201,40 @@ def around_faces(run: Result, parts: list[Faces], demonstration: int, frame: int
         frame: Its frame.
     """
     around, ground = obstacle_faces(run, demonstration, frame)
-    plate = next((part.solid for part in run.body.parts if part.solid.material == "base"), None)
-    if not run.problem.demonstrations[demonstration].obstacles.each and plate is not None:
-        base = run.base_pose.matrix
-        ends = sorted(plate.ends, key=lambda end: float(np.linalg.norm(end)), reverse=not run.placed)
-        face, inner = (
-            1e3 * (base[:3, :3] @ end + base[:3, 3]) for end in ends
-        )  # an arm that hangs is within its plate
-        outwards = (face - inner) / np.linalg.norm(face - inner)
-        slab = cylinder_faces(face, face + 16.0 * outwards, 2.6e3 * plate.radius, sides=4)
-        around.append(painted(slab, LINES, FLOOR))
+    around += mount_faces(run, demonstration, frame)
     solids = together([*parts, *around]).corners.reshape(-1, 3)
     return [*around, *(floor_faces(solids, level) for level in ground)]
+
+
+def mount_faces(run: Result, demonstration: int, frame: int) -> list[Faces]:
+    """A piece of what the base is mounted on, where nothing else that is drawn is that face; none otherwise.
+
+    Args:
+        run: The run.
+        demonstration: Which demonstration, from 0.
+        frame: Its frame.
+    """
+    base, obstacles = run.base_pose, run.problem.demonstrations[demonstration].obstacles
+    plate = next((part.solid for part in run.body.parts if part.solid.material == "base"), None)
+    if not run.placed and (obstacles.each or plate is None):
+        return []
+    if run.placed:
+        into_base = np.linalg.inv(base.matrix)
+        level = base.mounted == "floor"  # of planes only a floor is drawn
+        if any(
+            carries_base(one, into_base @ one.pose_at(frame))
+            for one, drawn in zip(exact_obstacles(obstacles), obstacles.each, strict=True)
+            if level or not isinstance(drawn.shape, Plane)
+        ):
+            return []
+    ends = [np.zeros(3), np.array([0.0, 0.0, 1.0])] if plate is None else list(plate.ends)
+    ends = sorted(ends, key=lambda end: float(np.linalg.norm(end)), reverse=not run.placed)
+    face, inner = (1e3 * (base.rotation @ end + base.translation) for end in ends)  # an arm that hangs is in its plate
+    outwards = (face - inner) / np.linalg.norm(face - inner)
+    half = PATCH if base.mounted == "wall" and run.placed else 1.84e3 * (0.05 if plate is None else plate.radius)
+    x, y = half * base.rotation[:, 0], half * base.rotation[:, 1]
+    square = face + np.array([x + y, y - x, -x - y, x - y])
+    return [painted(prism_faces(np.stack([square, square + THICK * outwards])), LINES, FLOOR)]
 
 
 def arm_faces(run: Result, q: Array, made: Build | None = None) -> list[Faces]:

@@ -25,8 +25,6 @@ ROOM = 0.4
 """What is shown beside the points that matter, by their extent."""
 FINER = 2
 """Samples a pixel in either direction, for smooth edges."""
-THROUGH = 0.65
-"""How much is seen through a faint body."""
 AMBIENT = 0.6
 """Share of the light that does not depend on where a face looks."""
 EDGE, INK = 12.0, 0.5
@@ -196,21 +194,21 @@ def rendered(faces: Faces, shot: Shot) -> tuple[Array, NDArray[np.int64]]:
     return picture[::-1], marks[::-1]
 
 
-def see_through(solid: Faces, faint: Sequence[Faces], shot: Shot, before: int) -> Array:
-    """A picture, shape (H, W, 3), of triangles and of others that let ``THROUGH`` of what is behind them be seen.
+def see_through(solid: Faces, faint: Sequence[tuple[Faces, float]], shot: Shot, before: int) -> Array:
+    """A picture, shape (H, W, 3), of triangles and of others that let some of what is behind them be seen.
 
     Args:
         solid: The triangles.
-        faint: The others, each body for itself.
+        faint: The others, each body for itself, and how much is seen through it, from 0 to 1.
         shot: What is seen of them, from where.
         before: Mark of what no faint body is drawn over, even where it is in front.
     """
     plain, marks = rendered(solid, shot)
     free = (marks != before).reshape(shot.height, FINER, shot.width, FINER).mean(axis=(1, 3))[..., None]
     picture = plain
-    for body in faint:
+    for body, through in faint:
         seen = rendered(together([solid, body]), shot)[0]
-        opaque = free * (1.0 - THROUGH) * (seen != plain).any(axis=2, keepdims=True)
+        opaque = free * (1.0 - through) * (seen != plain).any(axis=2, keepdims=True)
         picture = picture + opaque * (seen - picture)
     return np.clip(picture, 0.0, 1.0)
 

@@ -1,6 +1,7 @@
 """The shaded picture: what is in front hides what is behind, faces are lit by where they look, the arm is seen."""
 
 import base64
+import dataclasses
 import io
 import re
 
@@ -8,12 +9,13 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from armdesign.views.report.cell_rendering import ARM, arm_faces, cell_rendering
+from armdesign.cell.obstacles import Box, Obstacle, Obstacles, Plane
+from armdesign.kinematics.base_pose import placed_base
+from armdesign.views.report.cell_rendering import ARM, arm_faces, cell_rendering, mount_faces
 from armdesign.views.report.rendering import (
     AMBIENT,
     FINER,
     LIGHT,
-    THROUGH,
     cylinder_faces,
     image_svg,
     painted,
@@ -100,9 +102,11 @@ def test_a_point_is_where_a_shot_says_and_faint_bodies_let_through():
     assert shot.at(np.zeros(3)) == pytest.approx([shot.width / 2.0, shot.height / 2.0])
     assert shot.at(np.array([1.0, 0.0, 0.0]))[0] > shot.width / 2.0
     assert shot.at(np.array([0.0, 1.0, 0.0]))[1] < shot.height / 2.0
-    middle = see_through(red, [blue, blue], shot, 1)[shot.height // 2, shot.width // 2]
-    assert middle[0] == pytest.approx(THROUGH**2 * AMBIENT + THROUGH**2 * (1.0 - AMBIENT) * LIGHT[2])
-    assert see_through(red, [blue], shot, 0) == pytest.approx(rendered(red, shot)[0])  # not over what has the mark 0
+    middle = see_through(red, [(blue, 0.6), (blue, 0.5)], shot, 1)[shot.height // 2, shot.width // 2]
+    assert middle[0] == pytest.approx(0.6 * 0.5 * AMBIENT + 0.6 * 0.5 * (1.0 - AMBIENT) * LIGHT[2])
+    assert see_through(red, [(blue, 0.65)], shot, 0) == pytest.approx(
+        rendered(red, shot)[0]
+    )  # not over what has the mark 0
 
 
 def test_a_line_is_about_what_is_in_front_and_not_on_a_floor_at_a_flat_angle():
@@ -115,3 +119,23 @@ def test_a_line_is_about_what_is_in_front_and_not_on_a_floor_at_a_flat_angle():
     shot = shot_of(painted(square(0.0, 1000.0), "#ff0000"), turn, 40)
     inside = rendered(painted(square(0.0, 1000.0), "#ff0000"), shot)[0][1:-1, 3:-3]
     assert inside == pytest.approx(np.broadcast_to(inside[0, 0], inside.shape))
+
+
+@pytest.mark.parametrize("mounted", ["wall", "ceiling", "floor"])
+def test_what_a_base_is_mounted_on_is_drawn_where_nothing_else_shows_it(invented, mounted):
+    run = invented()
+    base = placed_base((0.4, 0.1, 0.9), 0.3, mounted)
+    plane = np.eye(4)  # a half space that is the very face
+    plane[:3, :3], plane[:3, 3] = base.rotation, base.translation
+    far = np.eye(4)
+    far[:3, 3] = 9.0, 9.0, 0.5
+    box = Obstacle("far", Box(np.array([0.1, 0.1, 0.1])), far)
+    for obstacles, drawn in (((box,), True), ((box, Obstacle("face", Plane(), plane)), mounted != "floor")):
+        first = dataclasses.replace(run.problem.first, base=base, obstacles=Obstacles(obstacles))
+        placed = dataclasses.replace(run, problem=dataclasses.replace(run.problem, demonstrations=(first,)))
+        found = mount_faces(placed, 0, 0)
+        assert bool(found) == drawn
+        if drawn:  # flat on the face, behind it
+            depth = (found[0].corners.reshape(-1, 3) - 1e3 * base.translation) @ base.rotation[:, 2]
+            assert depth.max() == pytest.approx(0.0, abs=1e-6)
+            assert depth.min() < -1.0

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from armdesign.cli import app
 from armdesign.export.options import LimitOptions, RobotOptions
 from armdesign.feasibility.violations import figure
+from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.reading import read_result
 from armdesign.settings import Body, Settings
@@ -170,11 +171,11 @@ def test_assumptions_are_those_that_were_made(invented):
     run = invented()
     heavier = RobotOptions(Body(joint_mass=1.25), LimitOptions(payload=2.0, margin=2.0))
     for options, values in ((RobotOptions(), ("0.6 kg", None, None)), (heavier, ("1.25 kg", "2 kg", "2"))):
-        said = {each.flag: each.value for each in words.assumptions(options)}
+        said = {each.flag: each.value for each in words.assumptions(options, run.base_pose)}
         assert tuple(said.get(flag) for flag in ("--joint-mass", "--payload", "--margin")) == values
     motors = run.problem.settings.replace({"needs": {"max_torque": [9.0], "max_speed": [500.0]}})
     built = dataclasses.replace(run, problem=dataclasses.replace(run.problem, settings=motors))
-    used = {each.flag for each in words.assumptions(heavier, words.unused(built, built=True))}
+    used = {each.flag for each in words.assumptions(heavier, run.base_pose, words.unused(built, built=True))}
     assert "--payload" in used
     assert not used & {"--joint-mass", "--base-mass", "--actuator-speed", "--actuator-torque", "--slide-speed"}
     light, heavy = (joint_loads(run, options) for options in (RobotOptions(), heavier))
@@ -300,7 +301,7 @@ def test_settings_are_shown_without_folders_and_what_rounding_leaves():
 
 
 def test_assumptions_name_a_command_that_has_the_option():
-    rows = {each.flag: each.command for each in words.assumptions(RobotOptions())}
+    rows = {each.flag: each.command for each in words.assumptions(RobotOptions(), BasePose())}
     assert rows["--module-slide"] == "armdesign search"
     assert "--post" not in rows
     assert rows["--tube-wall"] == ""
