@@ -45,7 +45,7 @@ AUTO = "auto"
 STOPPED = {
     "iterations": "",
     "budget": "",
-    "agreement": ", stopped since independent beginnings agree",
+    "agreement": ", stopped since independent starts agree",
     "patience": ", stopped for want of gain",
     "target": ", stopped at the target",
     "time_limit": ", stopped at the time limit",

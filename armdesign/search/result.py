@@ -65,10 +65,10 @@ class SearchFacts:
         if self.agreement is None or not self.agreement.beginnings:
             return ""
         agreeing, beginnings, chance, *_ = self.agreement
-        words = f"Found from {agreeing} of {counted(beginnings, 'beginning')}"
+        words = f"{agreeing} of {counted(beginnings, 'independent start')} of the search ended in this arm"
         if agreeing < 2:
-            return f"{words}: a better arm is likely, and a larger budget may find it."
-        return f"{words}; another arm better by 1 % is {likely(chance)} (p < {rounded_up(chance):g})."
+            return f"{words}: a better one is likely, and a larger budget may find it."
+        return f"{words}; another one better by 1 % is {likely(chance)} (p < {rounded_up(chance):g})."
 
     @property
     def interrupted(self) -> bool:

@@ -20,7 +20,7 @@ from armdesign.export.robot_file import resolved_options
 from armdesign.export.templates import templates_in
 from armdesign.export.trajectory.simulation import Tracking
 from armdesign.export.xml_text import rpy
-from armdesign.feasibility.violations import figure
+from armdesign.feasibility.violations import figure, share
 from armdesign.kinematics.dh import DHTable
 from armdesign.search.result import Result, SearchFacts
 from armdesign.views.report import plots, words
@@ -230,7 +230,7 @@ def point_rows(run: Result, parts: FitnessParts) -> list[dict[str, Any]]:
             "weight": weight,
             "mean": float(errors.mean()),
             "median": float(np.median(errors)),
-            "p95": float(np.percentile(errors, 95)),
+            "p95": share(errors, 95.0),
             "max": float(errors.max()),
             "part": factor * float(part),
         }
@@ -243,7 +243,7 @@ def orientation_row(run: Result) -> list[float]:
     error = run.evaluation.path.orientation_error
     if not run.problem.settings.fitness.orientation_weight:
         return []
-    return [float(x) for x in (error.mean(), np.median(error), np.percentile(error, 95), error.max())]
+    return [float(x) for x in (error.mean(), np.median(error), share(error, 95.0), error.max())]
 
 
 def bound_marks(run: Result, facts: SearchFacts | None) -> np.ndarray[Any, Any]:

@@ -39,7 +39,7 @@ ELSEWHERE_SET = {"module_slide": ("--module-slide", "armdesign search"), "post":
 STOPPED = {
     "iterations": "all iterations were done",
     "budget": "the budget of candidates was spent",
-    "agreement": "as many independent beginnings as were asked for have ended in the same best fitness",
+    "agreement": "as many independent starts as were asked for have ended in the same best fitness",
     "patience": "there was no gain of 0.1 % for as many iterations as were to be waited",
     "target": "the target was reached",
     "time_limit": "the time limit was reached",
@@ -49,7 +49,7 @@ REMOVED = {
     "constraints": "outside the bounds, of a length that is not allowed, or with two joints on one axis",
     "reach": "too short for the hand's first point",
     "start": "without a pose that brings the end-effector to the hand's first point",
-    "pruned": "given up on the way, when they could no longer become better",
+    "pruned": "dropped before the end of the motion, as their error up to there was larger than that of a better arm",
     "path": "losing the hand in a later frame, where every frame has to reach it",
 }
 
@@ -71,9 +71,10 @@ TERMS = (
      "along the axis, and q, by which the joint turns. In Craig's modified form, and in the classic one."),
     ("joint module", "Motor, gear and bearing of a joint, one cylinder about its axis."),
     ("clearance", "The least gap between solids over the whole motion, between the frames, too."),
-    ("beginning", "A start of the search from nothing: it starts over again and again, knowing nothing of before. "
+    ("independent start", "The search starts over again and again, each time knowing nothing of what it has found. "
      "Where several end in one arm, a better one is unlikely; p is how often that is wrong."),
-    ("feasible", "It touches nothing, stands where it may, and keeps all stated limits."),
+    ("feasible", "It touches nothing, stands where it may, and keeps all stated limits. An assumed speed is "
+     "none of these: where joints cannot follow with it, the verdict says at which share of the speed they can."),
 )  # fmt: skip
 """The words of the page that not everybody knows, each explained once."""
 
@@ -241,10 +242,10 @@ def trust(facts: SearchFacts) -> str:
         return f"The algorithm {facts.algorithm} cannot tell whether there is a better arm; multibasin can."
     if not known.beginnings:
         return (
-            "The search ended before its first beginning, a start from nothing, was through: nothing is "
-            "known of how good this arm is beside the best possible. A larger budget may find a better one."
+            "The search ended too early to say how good this arm is beside the best possible. A larger budget may "
+            "find a better one."
         )
-    return f"{facts.found} A beginning is a start of the search from nothing."
+    return facts.found
 
 
 def search_sentences(facts: SearchFacts, run: Result) -> list[str]:
