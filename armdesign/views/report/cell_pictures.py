@@ -27,14 +27,20 @@ ASIDE = 0.4
 """So much of what is drawn is left beside it for a place where the base might stand, which may be the whole floor."""
 VIEWS = (("plan", "Plan", 0, 1), ("elevation", "Elevation", 0, 2))
 FACE, EDGE = "#e6e6e6", "#555555"
-LETTER = 0.075
+SMALL = 9.0
+"""Size of names and dimensions, which are printed at three quarters of it [points]."""
+LETTER = 0.082
 """Width of a small letter [inch]."""
-LINE = 0.16
+LINE = 0.17
 """Height of a line of small letters [inch]."""
-ROW = 0.07
+LEFT, RIGHT = 0.72, 0.2
+"""Room beside the axes [inch]."""
+ROW = 0.09
 """From one row of dimensions to the next, by the extent of what is drawn."""
 ALIKE = 3
 """So many obstacles whose names begin with one word have that word written once."""
+FLAT = 0.9
+"""A face is as long, by its obstacle, in both directions at least: a ball has none, a post but its ends."""
 SHORTEST, NEXT_TO = 1.0, 2.0
 """Shorter distances are not written; what an obstacle may be off and still be beside the base [mm]."""
 
@@ -132,7 +138,7 @@ def cell_pictures(run: Result) -> list[Picture]:
         sized = dimensions(scene, [across, up])
         caption = f"{title}, millimetres {where}. Square: the base"
         caption += ", with its distances from the origin (cross)" if sized else ""
-        caption += " and from the nearest edge beside it. " if any("edge" in text for *_, text in sized) else ". "
+        caption += " and from an edge of what is beside it. " if any("edge" in text for *_, text in sized) else ". "
         caption += "Blue: the arm, light to dark; dashed: the person's arm; dotted: the hand's path"
         caption += "; dashed box: where the base might stand, perhaps seen in part." if scene.sites else "."
         pictures.append(picture(key, build, alt, caption))
@@ -151,9 +157,11 @@ def cell_figure(scene: CellScene, across: int, up: int) -> Figure:
     low, high = box(scene.projected(axes))
     sized, extent = dimensions(scene, axes), float((high - low).max())
     rows = [sum(np.argmax(np.abs(end - start)) == k for start, end, _ in sized) for k in range(2)]
-    room = ROW * extent * np.array(rows)  # for the dimensions: those across below, those upwards to the right
+    room = (
+        ROW * extent * (np.array(rows) + 0.3 * (np.array(rows) > 0))
+    )  # for the dimensions: those across below, those upwards to the right
     room_x, room_y = np.array([room[1], 0.0]), np.array([0.0, room[0]])
-    figure = framed(low - room_y, high + room_x, left=0.72, right=0.1, bottom=0.45, top=0.08)
+    figure = framed(low - room_y, high + room_x, left=LEFT, right=RIGHT, bottom=0.45, top=0.08)
     axis = figure.axes[0]
     dimension_lines(axis, sized, (np.array([high[0], low[1]]), ROW * extent))
     for outline in scene.obstacles:
@@ -211,10 +219,10 @@ def dimension_lines(axis: Axes, sized: Sequence[tuple[Array, Array, str]], place
         place: The lower right corner of what is drawn, shape (2,) [mm], and from row to row [mm].
     """
     (corner, row), rows = place, [0, 0]
-    per_inch = np.ptp(axis.get_xlim()) / (WIDTH - 0.82)
+    per_inch = np.ptp(axis.get_xlim()) / (WIDTH - LEFT - RIGHT)
     for start, end, text in sized:
         k = int(np.argmax(np.abs(end - start)))
-        level = corner[1 - k] + (row if k else -row) * (rows[k] + 0.6)
+        level = corner[1 - k] + (row if k else -row) * (rows[k] + 0.4)
         rows[k] += 1
         ends = np.array([start, end])
         ends[:, 1 - k] = level
@@ -222,12 +230,14 @@ def dimension_lines(axis: Axes, sized: Sequence[tuple[Array, Array, str]], place
             axis.plot(*np.array([point, foot]).T, color=GREY, linewidth=0.5, zorder=2.5)
         axis.annotate("", ends[1], ends[0], arrowprops={"arrowstyle": "<->", "color": GREY, "lw": 0.9, "shrinkA": 0,
                                                         "shrinkB": 0}, zorder=5)  # fmt: skip
-        spot, across, up = ends.mean(axis=0), "center", "center"
-        if float(np.ptp(ends[:, k])) < len(text) * LETTER * per_inch:  # too short to be written on
-            spot = ends[np.argmax(ends[:, k])] + 0.06 * per_inch * np.eye(2)[k]
-            across, up = ("center", "bottom") if k else ("left", "center")
-        style: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}
-        axis.text(spot[0], spot[1], text, ha=across, va=up, rotation=90 * k, fontsize=8, zorder=7, bbox=style)
+        spot, long = ends.mean(axis=0), (len(text) + 1) * LETTER * per_inch
+        if float(np.ptp(ends[:, k])) < long:  # too short to be written on, so beside it, and within the picture
+            low, high = axis.get_ylim() if k else axis.get_xlim()
+            spot[k] = np.clip(spot[k], low + long / 2.0, high - long / 2.0)
+            spot[1 - k] += (0.8 if k else -0.8) * LINE * per_inch
+        style: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.4}
+        axis.text(spot[0], spot[1], text, ha="center", va="center", rotation=90 * k, fontsize=SMALL, zorder=7,
+                  bbox=style)  # fmt: skip
 
 
 def labels(axis: Axes, scene: CellScene, axes: list[int]) -> None:
@@ -238,28 +248,65 @@ def labels(axis: Axes, scene: CellScene, axes: list[int]) -> None:
         scene: What is drawn.
         axes: The two coordinates of the picture.
     """
-    per_inch = np.ptp(axis.get_xlim()) / (WIDTH - 0.82)
-    solid = grouped(
-        {each.name: each.points for each in scene.obstacles if each.normal is None}
-    )  # moving: the last place
-    wanted = [(short(name, 20).strip(), points[:, axes].mean(axis=0)) for name, points in solid.items()]
+    per_inch = np.ptp(axis.get_xlim()) / (WIDTH - LEFT - RIGHT)
+    view = np.array([axis.get_xlim(), axis.get_ylim()]).T
+    solid = grouped({each.name: each.points[:, axes] for each in scene.obstacles if each.normal is None})
+    boxes = {name: np.stack([points.min(axis=0), points.max(axis=0)]) for name, points in solid.items()}
     half = 0.09 * per_inch
     taken: list[Array] = [np.stack([scene.base[axes] - half, scene.base[axes] + half])]
-    for text, at in wanted:
-        spot = free_spot(at, per_inch * np.array([LETTER * len(text) + 0.06, LINE]), taken)
+    for name in sorted(
+        boxes, key=lambda each: float(np.prod(np.ptp(boxes[each], axis=0)))
+    ):  # the small have least room
+        text, inside = short(name, 24).strip(), boxes[name]
+        size = per_inch * np.array([LETTER * len(text) + 0.06, LINE])
+        at, spot = inside.mean(axis=0), label_spot(name, boxes, size, taken, view)
         style: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
         middle = spot.mean(axis=0)
-        if abs(middle[1] - at[1]) > spot[1, 1] - spot[0, 1]:  # moved off, so a line says where it belongs
+        if ((middle < inside[0]) | (middle > inside[1])).any():  # moved off, so a line says where it belongs
             axis.plot([at[0], middle[0]], [at[1], middle[1]], color=GREY, linewidth=0.5, zorder=6)
-        axis.text(middle[0], middle[1], text, ha="center", va="center", fontsize=8, zorder=7, bbox=style)
+        axis.text(middle[0], middle[1], text, ha="center", va="center", fontsize=SMALL, zorder=7, bbox=style)
         taken.append(spot)
+
+
+def label_spot(name: str, boxes: dict[str, Array], size: Array, taken: Sequence[Array], view: Array) -> Array:
+    """A box for the name of an obstacle: on it, if may be where no other is and near its middle; else near it.
+
+    Args:
+        name: Its name.
+        boxes: Lower and upper corners of all obstacles in the picture, by name, shape (2, 2) each [mm].
+        size: Width and height of the label, shape (2,) [mm].
+        taken: Boxes of what must not be covered.
+        view: Lower and upper corner of the picture, shape (2, 2) [mm].
+
+    Returns:
+        Lower and upper corner, shape (2, 2) [mm].
+    """
+    low, high = boxes[name]
+    middle, best = (low + high) / 2.0, None
+    for share in np.ndindex(9, 9):
+        at = low + (high - low) * (np.array(share) + 0.5) / 9.0
+        spot = np.stack([at - size / 2.0, at + size / 2.0])
+        if (spot[0] < view[0]).any() or (spot[1] > view[1]).any() or any(meet(spot, other) for other in taken):
+            continue
+        on = sum(meet(spot, other) for key, other in boxes.items() if key != name)
+        rank = on, float(np.linalg.norm((at - middle) / (high - low + 1e-9)))
+        if best is None or rank < best[0]:
+            best = rank, spot
+    return free_spot(middle, size, taken) if best is None else best[1]
+
+
+def meet(first: Array, second: Array) -> bool:
+    """Whether two boxes, lower and upper corner of shape (2, 2) each, have more than an edge in common."""
+    return bool((first[1] > second[0]).all() and (first[0] < second[1]).all())
 
 
 def grouped(solids: dict[str, Array]) -> dict[str, Array]:
     """Obstacles by the name that is written on them: of three or more whose names begin alike, that beginning once.
 
+    What hides one another in the picture has its names side by side.
+
     Args:
-        solids: Points by name, shape (K, 3) each.
+        solids: Points in the picture by name, shape (K, 2) each [mm]; of what moves those of the last place.
     """
     first = {name: name.split()[0] if name.split() else name for name in solids}
     counts = Counter(first.values())
@@ -267,11 +314,19 @@ def grouped(solids: dict[str, Array]) -> dict[str, Array]:
     for name, points in solids.items():
         label = first[name] if counts[first[name]] >= ALIKE else name
         found[label] = np.concatenate([found[label], points]) if label in found else points
-    return found
+    same: dict[tuple[float, ...], list[str]] = {}
+    for label, points in found.items():
+        same.setdefault(tuple(np.round([*points.min(axis=0), *points.max(axis=0)], 0)), []).append(label)
+    return {
+        ", ".join([labels[0], *(each.removeprefix(f"{first.get(labels[0], '')} ") for each in labels[1:])]): found[
+            labels[0]
+        ]
+        for labels in same.values()
+    }
 
 
 def dimensions(scene: CellScene, axes: list[int]) -> list[tuple[Array, Array, str]]:
-    """Distances of the base from the origin, and from the nearest edge of an obstacle beside it.
+    """Distances of the base from the origin, and from an edge beside it: of what it stands on, else of the largest.
 
     Args:
         scene: What is drawn.
@@ -281,27 +336,52 @@ def dimensions(scene: CellScene, axes: list[int]) -> list[tuple[Array, Array, st
         Both ends of each, shape (2,) [mm], along one of the coordinates, and what is written on it.
     """
     base, found = scene.base[axes], []
+    solid = [each for each in scene.obstacles if each.normal is None]
     for k in range(2):
         ends = [(0.0, f"{abs(base[k]):.0f}")]
-        solid = [(short(one.name, 14).strip(), one.points[:, axes]) for one in scene.obstacles if one.normal is None]
-        edges = [
-            (float(edge), name)
-            for name, points in solid
-            for edge in (points[:, k].min(), points[:, k].max())
-            if points[:, 1 - k].min() - NEXT_TO <= base[1 - k] <= points[:, 1 - k].max() + NEXT_TO
+        beside = [
+            (carries(one, scene.base), float(np.ptp(one.points, axis=0).prod()), -abs(edge - base[k]), edge, one.name)
+            for one in solid
+            if one.points[:, axes[1 - k]].min() - NEXT_TO <= base[1 - k] <= one.points[:, axes[1 - k]].max() + NEXT_TO
+            for edge in flat_ends(one.points, axes[k])
+            if min(abs(edge - base[k]), abs(edge)) > SHORTEST
         ]
-        edges = [each for each in edges if min(abs(each[0] - base[k]), abs(each[0])) > SHORTEST]
-        standing = axes[k] == 2 and any(
-            abs(points[:, k].max() - base[k]) <= 2.0 * SHORTEST for _, points in solid
-        )  # then how thick what it stands on is says nothing
-        if edges and not standing:
-            edge, name = min(edges, key=lambda each: abs(each[0] - base[k]))
-            ends.append((edge, f"{abs(edge - base[k]):.0f} from the edge of {name}"))
+        standing = axes[k] == 2 and any(carries(one, scene.base) for one in solid)  # its thickness says nothing
+        against = any(
+            each.normal is not None
+            and abs(each.normal[axes[k]]) > 1.0 - 1e-6
+            and abs(each.points[0, axes[k]] - base[k]) <= SHORTEST
+            for each in scene.obstacles
+        )  # it is on that wall, from which it is measured
+        if beside and not standing and not against:
+            *_, edge, name = max(beside)
+            ends.append((edge, f"{abs(edge - base[k]):.0f} from the edge of {short(name, 14).strip()}"))
         for at, text in ends:
             if abs(at - base[k]) > SHORTEST:
                 start = base.copy()
                 start[k] = at
                 found.append((start, base, text))
+    return found
+
+
+def carries(outline: Outline, base: Array) -> bool:
+    """Whether a base, shape (3,) [mm], is on top of an obstacle."""
+    low, high = outline.points.min(axis=0), outline.points.max(axis=0)
+    return abs(high[2] - base[2]) <= NEXT_TO and bool(((low <= base) & (base <= high + NEXT_TO))[:2].all())
+
+
+def flat_ends(points: Array, k: int) -> list[float]:
+    """Where an obstacle has a flat face across a coordinate, at its lower and its upper end [mm].
+
+    Args:
+        points: Points whose convex hull it is, shape (K, 3) [mm].
+        k: The coordinate.
+    """
+    other, found = [j for j in range(3) if j != k], []
+    for edge in (float(points[:, k].min()), float(points[:, k].max())):
+        face = points[np.abs(points[:, k] - edge) < SHORTEST]
+        if (np.ptp(face[:, other], axis=0) >= FLAT * np.ptp(points[:, other], axis=0)).all():
+            found.append(edge)
     return found
 
 
@@ -317,7 +397,7 @@ def free_spot(at: Array, size: Array, taken: Sequence[Array]) -> Array:
         for side in (1.0, -1.0):
             middle = at + np.array([0.0, side * step * size[1] * 0.6])
             spot = np.stack([middle - size / 2.0, middle + size / 2.0])
-            if all((spot[1] <= other[0]).any() or (spot[0] >= other[1]).any() for other in taken):
+            if not any(meet(spot, other) for other in taken):
                 return spot
     return spot
 

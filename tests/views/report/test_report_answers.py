@@ -18,6 +18,7 @@ from armdesign.views.report.cell_pictures import (
     cell_figure,
     cell_scene,
     dimensions,
+    flat_ends,
     free_spot,
     hull,
 )
@@ -213,6 +214,38 @@ def test_dimensions_are_distances_from_the_origin_and_the_nearest_edge(numbers):
     said = [text for _, _, text in dimensions(scene, [0, 1])]
     assert said == ["620", "120 from the edge of table", "150", "250 from the edge of table"]
     assert [text for _, _, text in dimensions(scene, [0, 2])] == ["620", "120 from the edge of table", "800"]
+    wall = Outline("wall", np.array([[620.0, 0.0, 0.0]]), np.array([1.0, 0.0, 0.0]))
+    ball = Box(np.array([9e3, 9e3, 9e3])).outline  # larger than all, and beside the base
+    scene = dataclasses.replace(scene, obstacles=(table, Outline("large", ball + np.array([0.0, 0.0, 5300.0])), wall))
+    assert [text for _, _, text in dimensions(scene, [0, 1])] == ["620", "150", "250 from the edge of table"]
+
+
+def test_round_things_have_no_edges_to_measure_from():
+    turn = np.linspace(0.0, 2.0 * np.pi, 33)
+    ring = np.stack([20.0 * np.cos(turn), 20.0 * np.sin(turn), np.zeros(33)], axis=1)
+    post = np.concatenate([ring, ring + np.array([0.0, 0.0, 700.0])])
+    assert (flat_ends(post, 0), flat_ends(post, 2)) == ([], [0.0, 700.0])
+    ball = np.random.default_rng(0).normal(size=(300, 3))
+    ball *= 500.0 / np.linalg.norm(ball, axis=1, keepdims=True)
+    assert [flat_ends(ball, k) for k in range(3)] == [[], [], []]
+
+
+def test_what_is_written_in_the_cell_is_within_the_picture_and_apart():
+    corners = Box(np.array([400.0, 300.0, 100.0])).outline
+    names = ("bench with a long name", "fixture left", "fixture right", "post", "shelf")
+    shifts = np.array([[300, 0, 700], [300, 0, 800], [300, 50, 800], [350, 20, 820], [280, 30, 720]], dtype=float)
+    obstacles = tuple(Outline(name, corners + shift) for name, shift in zip(names, shifts, strict=True))
+    arm = np.array([[[490.0, 140.0, 760.0], [0.0, 0.0, 900.0]]])
+    scene = CellScene(arm[0, 0], arm, arm, arm[0], (), obstacles, "room")
+    for axes in ([0, 1], [0, 2]):
+        figure = cell_figure(scene, *axes)
+        figure.canvas.draw()
+        boxes = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text()]
+        assert all(each.x0 >= 0.0 and each.x1 <= figure.bbox.x1 and each.y0 >= 0.0 for each in boxes)
+        named = [text for text in figure.axes[0].texts if text.get_text() and not text.get_text()[0].isdigit()]
+        shown = [text.get_window_extent() for text in named]
+        assert not any(a.overlaps(b) for k, a in enumerate(shown) for b in shown[:k])
+    assert any(text.get_text() == "fixture left, right" for text in named)  # one hides the other from the front
 
 
 def test_how_fast_it_is_names_the_largest_load(invented, numbers):
