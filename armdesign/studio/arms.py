@@ -22,6 +22,8 @@ Place = Callable[[int], Array]
 """Where an arm's links are in a frame of the task: frame number to poses, shape (L, 4, 4), base first."""
 BUILT = ", as built"
 """What the name of an arm as it is built ends with."""
+CHANGED_RUN = "-changed"
+"""What the folder of an arm that was changed by hand ends with, behind the name of its search."""
 SORTS = ("largest error", "mean error", "joints", "length", "mass")
 
 

@@ -19,7 +19,7 @@ from armdesign.runs.listing import numbered_results
 from armdesign.runs.reading import read_problem, read_result
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.result import Result
-from armdesign.studio.arms import SORTS, Arm, arms_table, design_arm, ordered, ready_made_arm
+from armdesign.studio.arms import CHANGED_RUN, SORTS, Arm, arms_table, design_arm, ordered, ready_made_arm
 from armdesign.studio.commands import shown
 from armdesign.studio.page import Page, command_html
 from armdesign.studio.scene import COLOURS
@@ -145,7 +145,10 @@ class ArmsPanel:
         page = self.page
         if self.which.value != ALL and seen[0].result is not None and seen[0] is not self.chosen:
             self.chosen = seen[0]
-            page.panels["Parts"].begin(self.chosen, self.run)
+            given = self.chosen.design or self.chosen.result
+            own = None if given is None else given.folder
+            changed = own is not None and own.name.endswith(CHANGED_RUN)
+            page.panels["Parts"].begin(self.chosen, own if changed else self.run)
             page.panels["Redesign"].begin(self.chosen)
         seen = sorted(seen, key=lambda arm: arm is not self.chosen)  # the headline is about the first
         page.set_html(self.note, f"<h4>First by {self.sort.value}: {escape(arms[0].name)}</h4>{ABOUT}")

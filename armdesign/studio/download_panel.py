@@ -33,7 +33,7 @@ from armdesign.studio.arms import BUILT, Arm, built_arm, design_arm, millimetres
 from armdesign.studio.arms_panel import CancelledError
 from armdesign.studio.commands import shown
 from armdesign.studio.motors import arms_at_hand, buildable, families, family_of
-from armdesign.studio.page import Page, command_html, link
+from armdesign.studio.page import Page, bad, command_html, link
 from armdesign.views.report import report_html
 
 WAITING = "Search an arm first; here its parts are chosen, and there are lists, report and files."
@@ -159,6 +159,7 @@ class DownloadPanel:
         self.kept: Build | None = None  # what lies in the build's folder
         self.cancelled = False
         self.note = page.html(WAITING)
+        self.doubt = page.html("", visible=False)
         with gui.add_folder("What it is built of", visible=False) as parts:
             self.family = gui.add_dropdown("Motors", families())
             self.parts = gui.add_button("", color="green")
@@ -183,13 +184,13 @@ class DownloadPanel:
             (self.parts, "parts.zip", self.part_files),
         ]
         for button, name, job in jobs:
-            button.on_click(lambda event, name=name, job=job: page.slow("out", lambda: self.send(event, name, job)))
+            button.on_click(lambda event, name=name, job=job: page.work("ask", lambda: self.ask(event, name, job)))
         for handle in (self.format, self.motion, self.family):
             handle.on_update(lambda _: page.work("out", self.show_choice))
 
     def forget(self) -> None:
         """There is no arm any more."""
-        self.arm, self.run, self.ways = None, None, []
+        self.arm, self.run, self.ways, self.doubt.visible = None, None, [], False
         for folder in self.folders:
             folder.visible = False
         self.page.set_html(self.note, WAITING)
@@ -248,8 +249,22 @@ class DownloadPanel:
 
     def show_choice(self) -> None:
         """Show what the button for parts does, and the downloads as one would type them."""
+        redesign, doubt = self.page.panels["Redesign"], ""
+        changed = self.arm is not None and self.page.arm is not None and self.page.arm is redesign.changed
+        if changed:
+            doubt = "The arm shown is changed by hand, and its parts are not chosen yet. What you ask for here is made "
+            doubt += f"for it: {link('Redesign', 'or go back')}."
+        elif self.arm is not None and self.page.arm is not self.arm:
+            doubt = f"This is of {escape(self.arm.name)}, not of the arm shown: {link('Arms', 'choose another')}."
+        self.page.set_html(self.doubt, f'<b class="bad">{doubt}</b>')
+        self.doubt.visible = bool(doubt)
+        for handle in (self.note, self.built, self.command):
+            handle.visible = not changed
+        self.parts.color = "gray" if doubt and not changed else "green"
         if self.parts.disabled:  # at work
             pass
+        elif changed:
+            self.parts.label = "Choose the parts of the arm as changed (a minute), then download all files"
         elif self.fitting() is None:
             self.parts.label = "Choose the parts (a minute), then download all files"
         else:
@@ -264,6 +279,12 @@ class DownloadPanel:
             shown(["export", place, "--trajectory", self.motion.value, "--out", "robot"]),
         ]
         self.page.set_html(self.command, command_html(*lines))
+
+    def ask(self, event: Any, name: str, job: Callable[[Result], dict[str, bytes]]) -> None:  # noqa: ANN401 (viser's)
+        """Have files made, of the arm as it is changed where that is shown; arguments as of ``send``."""
+        if self.page.arm is self.page.panels["Redesign"].changed:
+            self.page.panels["Redesign"].keep()
+        self.page.slow("out", lambda: self.send(event, name, job))
 
     def send(self, event: Any, name: str, job: Callable[[Result], dict[str, bytes]]) -> None:  # noqa: ANN401 (viser's)
         """Make files of the arm, as it is built once that is known, and send them to who asked.
@@ -334,7 +355,7 @@ class DownloadPanel:
         try:
             rank, made, why = buildable(arms, BuildOptions(family_of(self.family.value), speed="auto"), told)
         except ArmDesignError as error:
-            self.page.set_html(self.built, f'<b class="bad">{escape(str(error))}</b>')
+            self.page.set_html(self.built, bad(error))
             if isinstance(error, CatalogueError):
                 self.page.work("built", lambda: self.offer(arm, ways_on(arm, refused=True)))
             raise

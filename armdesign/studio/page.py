@@ -15,6 +15,7 @@ import numpy as np
 
 from armdesign.demonstration import Recording
 from armdesign.errors import ArmDesignError
+from armdesign.feasibility.words import sentence
 from armdesign.search.design_problem import DesignProblem
 from armdesign.settings import Settings
 from armdesign.studio.arms import Arm, job_words
@@ -35,6 +36,7 @@ STYLE = """<style>
 .mantine-ScrollArea-content>div[style*="20em"]{width:100%!important}}
 .mantine-Button-root{height:auto!important;min-height:2em;padding-block:3px!important}
 .mantine-Button-label{white-space:normal!important;line-height:1.25}
+.ad .head{min-height:88px}
 .ad i{display:inline-block;width:10px;height:10px;border-radius:5px;margin-right:5px}
 .ad summary{color:#5c6670;cursor:pointer}.ad details{margin:6px 0}
 .ad code{display:block;background:#f1f3f5;padding:5px 7px;overflow-wrap:anywhere;font-size:11.5px}
@@ -54,6 +56,11 @@ RESHAPED = 0.2
 def link(panel: str, words: str) -> str:
     """A link to a panel."""
     return f'<a data-panel="{panel}" href="#">{words}</a>'
+
+
+def bad(error: Exception) -> str:
+    """What is wrong, as a page shows it."""
+    return f'<b class="bad">{escape(sentence(str(error)))}</b>'
 
 
 def command_html(*lines: str) -> str:
@@ -194,14 +201,14 @@ class Page:
         for handle in handles:
             handle.on_update(changed)
 
-    def html(self, content: str) -> Any:  # noqa: ANN401 (viser's handle)
+    def html(self, content: str, *, visible: bool = True) -> Any:  # noqa: ANN401 (viser's handle)
         """A piece of page."""
-        return self.gui.add_html(f'<div class="ad">{content}</div>')
+        return self.gui.add_html(f'<div class="ad">{content}</div>', visible=visible)
 
     def complain(self, error: Exception, title: str = "That did not work") -> None:
         """Say what went wrong: the sentence of the command line, never a traceback."""
         if isinstance(error, ArmDesignError):
-            self.notify(title, str(error), "red")
+            self.notify(title, sentence(str(error)), "red")
         else:
             traceback.print_exception(error, file=sys.stderr)
             self.notify(title, f"A fault of the studio itself ({type(error).__name__}); the terminal says more.", "red")
@@ -215,6 +222,7 @@ class Page:
         """The headline: what the arm does, or what to do next."""
         if self.arm is not None:
             chosen = self.panels["Parts"].arm
+            self.panels["Parts"].show_choice()
             words, mark = job_words(self.arm)
             mark = mark if chosen is not None else ""  # no verdict on a search that goes on
             text = f'<h4 class="{mark}">{escape(words)}</h4>{escape(self.arm.name)}, furthest off at '
@@ -223,7 +231,8 @@ class Page:
             if self.arm is chosen:
                 text += f". {link('Parts', 'Parts and files' if chosen.built else 'Next: choose its parts')}"
             elif chosen is not None and result is not None:
-                text += f". {link('Redesign', 'Search from it, or go back')}"
+                text += f". {link('Parts', 'Choose its parts')}, or "
+                text += link("Redesign", "search from it, or go back")
             within = None if result is None else result.problem.settings.needs.hand_tolerance
             curves = [Curve(arm.time, 1e3 * arm.error, colour, arm.name) for arm, colour in self.shown]
             level = None if within is None else 1e3 * within
@@ -232,7 +241,8 @@ class Page:
         elif self.recording is None:
             text = "<h4>Drop a recording of a person's arm anywhere on this page</h4>Or choose its file below."
         elif self.trouble:
-            text = f'<h4 class="bad">The recording is read, but something is missing</h4>{escape(self.trouble)}'
+            text = '<h4 class="bad">The recording is read, but something is missing</h4>'
+            text += escape(sentence(self.trouble))
         elif self.panels["Search"].run is not None:
             text = "<h4>An arm is searched for</h4>The best so far is shown here, as soon as there is one."
         else:
@@ -241,7 +251,7 @@ class Page:
         ways = self.panels["Parts"].ways if self.arm is not None and self.arm is self.panels["Parts"].arm else []
         self.way.visible = bool(ways)
         self.way.label = ways[0] if ways else ""
-        self.set_html(self.headline, STYLE + text)
+        self.set_html(self.headline, f'{STYLE}<div class="head">{text}</div>')
 
     @staticmethod
     def set_html(handle: Any, content: str) -> None:  # noqa: ANN401 (viser's handle)

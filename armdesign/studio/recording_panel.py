@@ -13,7 +13,7 @@ from armdesign.search.design_arm import recording_of
 from armdesign.search.prepare import prepare
 from armdesign.settings import Settings
 from armdesign.studio.commands import shown
-from armdesign.studio.page import Page, command_html, link
+from armdesign.studio.page import Page, bad, command_html, link
 from armdesign.studio.plots import gap_picture
 from armdesign.studio.takes import ROLES, Shot, chosen_points, keep_upload, roles_of
 
@@ -180,7 +180,7 @@ class RecordingPanel:
             notes += link("Room", "Next: where the arm may stand")
         except ArmDesignError as error:
             page.problem, page.trouble = None, str(error)
-            notes = f'<b class="bad">This cannot be used yet</b><br>{escape(str(error))}'
+            notes = f"<b>This cannot be used yet</b><br>{bad(error)}"
         shot = Shot(recording, selection)
         page.scene.show_take(shot)
         names, seen = shot.gaps()

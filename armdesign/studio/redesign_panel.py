@@ -10,18 +10,21 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.errors import ArmDesignError, SettingsError
-from armdesign.feasibility.words import summary
+from armdesign.feasibility.words import sentence, summary
 from armdesign.fitness.objective import Objective
+from armdesign.runs.writing import write_result
 from armdesign.search.design_problem import DesignProblem
 from armdesign.search.evaluation import evaluate_candidate
 from armdesign.search.result import Result
 from armdesign.studio import commands
-from armdesign.studio.arms import Arm, design_arm, millimetres
+from armdesign.studio.arms import CHANGED_RUN, Arm, design_arm, millimetres
 from armdesign.studio.page import Page
 from armdesign.studio.room_panel import longest_link
 from armdesign.studio.scene import COLOURS
 
 WAITING = "Search an arm first; here it is changed by hand."
+CHANGED = "changed by hand"
+BACK, AGAIN = "Back to the arm before the change", "Make the change again"
 STEP_LENGTH, STEP_ANGLE = 0.01, np.deg2rad(5.0)
 """What the gradient is said for: 1 cm, 5 degrees."""
 
@@ -62,14 +65,16 @@ class RedesignPanel:
         self.page, gui = page, page.gui
         self.problem: DesignProblem | None = None  # its task, before a base was chosen
         self.found: Arm | None = None  # what is changed, as it is built where that is known
+        self.changed: Arm | None = None  # what the sliders have made of it; None while they are at it
+        self.left: list[float] = []  # where the sliders were before somebody went back
         self.objective: Objective | None = None  # its task, for gradients
         self.Phi = np.zeros(0)
         self.sliders: list[Any] = []
         self.filling = False
-        self.state = page.html(WAITING)
-        self.back = gui.add_button("Back to the arm that was found", visible=False)
+        self.back = gui.add_button(BACK, visible=False, disabled=True)
         self.take = gui.add_button("Search from this arm on", visible=False)
         self.folder = gui.add_folder("Dimensions", visible=False)
+        self.state = page.html(WAITING)  # below what is moved and pressed, which keeps its place so
         self.gradient = page.html("")
         self.back.on_click(lambda _: page.work("redesign", self.go_back))
         self.take.on_click(lambda _: page.work("start", self.search_from_here))
@@ -87,7 +92,8 @@ class RedesignPanel:
         most = longest_link(design.length[1])
         links = {name: (low, max(high, most)) for name, (low, high) in (("a", design.a), ("d", design.d))}
         self.problem = result.problem.in_room.with_settings({"design": links})
-        self.found = arm
+        self.found, self.changed, self.left = arm, None, []
+        self.back.label, self.back.disabled = BACK, True
         self.objective = self.problem.objective(1)
         space = self.problem.space
         base = result.problem.first.base
@@ -108,21 +114,54 @@ class RedesignPanel:
                 self.sliders.append(slider)
         self.filling = False
         self.back.visible = self.take.visible = self.folder.visible = True
-        self.page.set_html(self.state, "Move a slider: the motion is solved again at once.")
+        words = "Move a slider: the motion is solved again at once. In Parts its parts are chosen."
+        self.page.set_html(self.state, words)
         self.page.set_html(self.gradient, "")
 
     def forget(self) -> None:
         """There is no arm any more."""
-        self.found = self.problem = None
+        self.found = self.changed = self.problem = None
         self.back.visible = self.take.visible = self.folder.visible = False
         self.page.set_html(self.state, WAITING)
         self.page.set_html(self.gradient, "")
 
     def go_back(self) -> None:
-        """Take back all changes."""
-        if self.found is not None:
-            self.page.panels["Arms"].show()
-            self.begin(self.found)
+        """Take back all changes, or make those again that were taken back."""
+        if self.found is None:
+            return
+        if self.left:
+            self.filling = True
+            for slider, value in zip(self.sliders, self.left, strict=True):
+                slider.value = value
+            self.filling = False
+            self.solve()
+            return
+        left = [slider.value for slider in self.sliders]
+        self.begin(self.found)
+        self.page.panels["Arms"].show()
+        self.left, self.back.label, self.back.disabled = left, AGAIN, False
+
+    def keep(self) -> None:
+        """Make the changed arm one of the arms, in a run folder of its own, so that all is made for it.
+
+        One that was changed as it is built is a design again: at the demonstrated speed, its parts still to be chosen.
+
+        Raises:
+            SearchError: It does not do the task at that speed.
+        """
+        run = self.page.panels["Arms"].run
+        result = None if self.changed is None else self.changed.result
+        if result is None or self.problem is None or self.found is None or run is None:
+            return
+        folder = self.page.folder / "runs" / f"{run.name.removesuffix(CHANGED_RUN)}{CHANGED_RUN}"
+        if self.found.design is not None:
+            links = self.problem.settings.design
+            asked = self.found.design.problem.in_room.with_settings({"design": {"a": links.a, "d": links.d}})
+            result = Result(*evaluate_candidate(self.Phi, asked), known_slides=None)
+        result = dataclasses.replace(result, name=folder.name, folder=folder)
+        write_result(folder, result)
+        arm = design_arm(result, CHANGED)
+        self.page.panels["Arms"].put([arm], arm)
 
     def solve(self) -> None:
         """Follow the task with the arm as the sliders have it."""
@@ -132,18 +171,20 @@ class RedesignPanel:
         scale = np.array([scale_of(name) for name in self.problem.space.free_names])
         moved = np.array([slider.value for slider in self.sliders]) / scale
         self.Phi = Phi = np.clip(moved, *self.problem.space.bounds)
+        self.left, self.back.label, self.back.disabled = [], BACK, False
         try:
             seen, found = evaluate_candidate(Phi, self.problem)
         except ArmDesignError as error:
-            page.set_html(self.state, f'<b class="bad">{escape(str(error))}</b>')
+            words = f'<b class="bad">{escape(sentence(error.what))}.</b> The picture still shows the arm before: '
+            page.set_html(self.state, f"{words}move the slider back, or press '{BACK}'.")
             return
-        result = Result(seen, found, name="changed by hand", known_slides=None)
-        arm = design_arm(result)
+        result = Result(seen, found, name=CHANGED, known_slides=None)
+        self.changed = arm = design_arm(result)
         page.show_arms((arm, COLOURS[0]))
         change = float(arm.error.max() - self.found.error.max())
         words = f"Largest error of the hand: {millimetres(float(arm.error.max()))}"
-        words += f" ({'+' if change >= 0.0 else '-'}{millimetres(abs(change))} against the arm that was found)"
-        page.set_html(self.state, f"<h4>{words}</h4>Clearance follows when you pause.")
+        words += f" ({'+' if change >= 0.0 else '-'}{millimetres(abs(change))} against the {self.found.name})"
+        page.set_html(self.state, f"<h4>{escape(words)}</h4>Clearance follows when you pause.")
         self.show_gradient(Phi)
         page.work("clearance", lambda: self.judge(result, words))
 
@@ -158,7 +199,7 @@ class RedesignPanel:
             return
         lines = summary(result.verdict, result.judged, result.base_pose)[1:-1]
         items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-        self.page.set_html(self.state, f"<h4>{words}</h4><ul>{items}</ul>")
+        self.page.set_html(self.state, f"<h4>{escape(words)}</h4><ul>{items}</ul>")
 
     def show_gradient(self, Phi: Array) -> None:
         """Which way every dimension has to go, and where the base wants to."""

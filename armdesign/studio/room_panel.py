@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from armdesign.files import write_whole
 from armdesign.settings import Settings
 from armdesign.settings.place import sites
 from armdesign.studio.motors import families, family_of
-from armdesign.studio.page import Page, link
+from armdesign.studio.page import Page, bad, link
 from armdesign.studio.takes import keep_upload
 
 FLOOR, BOX, SHOULDER = "on the floor, best place", "in a box that I drag", "at the shoulder, which moves"
@@ -250,7 +249,7 @@ class RoomPanel:
                 read = read_obstacles(cell.obstacles, cell.obstacle_units).each if cell.obstacles else ()
                 page.scene.show_room(read, ())
         except ArmDesignError as error:
-            page.set_html(self.note, f'<b class="bad">{escape(str(error))}</b>')
+            page.set_html(self.note, bad(error))
             return
         told = {
             FLOOR: "The search finds the best place on the floor, in the blue area.",

@@ -13,7 +13,7 @@ import numpy as np
 
 from armdesign.errors import ArmDesignError, RunFolderError, SettingsError, counted, resume_command
 from armdesign.experiments.auto_dof.dof_records import holds_auto, read_auto
-from armdesign.feasibility.words import summary
+from armdesign.feasibility.words import sentence, summary
 from armdesign.runs.folder import settings_file
 from armdesign.runs.listing import RunStatus
 from armdesign.search.result import Result, likely
@@ -21,7 +21,7 @@ from armdesign.settings.sections import read_settings
 from armdesign.studio import commands
 from armdesign.studio.arms import design_arm
 from armdesign.studio.download_panel import MOST_JOINTS
-from armdesign.studio.page import Page, command_html, link
+from armdesign.studio.page import Page, bad, command_html, link
 from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import COLOURS
 
@@ -116,7 +116,7 @@ class SearchPanel:
         try:
             text = command_html(str(self.settled()))
         except ArmDesignError as error:
-            text = f'<span class="bad">{escape(str(error))}</span>'
+            text = bad(error)
         self.page.set_html(self.command, text)
 
     def begin(self) -> None:
@@ -215,7 +215,7 @@ class SearchPanel:
             self.process = None
             words = commands.last_words(self.run) or "The search has ended without a word; see its studio.log."
             if not self.stopping:
-                self.page.set_html(self.state, f'<b class="bad">The search has failed</b><br>{escape(words)}')
+                self.page.set_html(self.state, f'<b class="bad">The search has failed</b><br>{escape(sentence(words))}')
                 self.page.notify("The search has failed", words, "red", None)
                 self.seen = (run.state, run.best)
         state = "running" if alive and run.state in ("broken", "stopped", "interrupted") else run.state

@@ -16,24 +16,25 @@ from armdesign.building.room import room_for_motors
 from armdesign.cell.obstacle_file import read_obstacles
 from armdesign.demonstration import Recording, resolve
 from armdesign.demonstration.recording import About
-from armdesign.errors import CatalogueError, RecordingError, SettingsError
+from armdesign.errors import CatalogueError, RecordingError, SearchError, SettingsError
 from armdesign.experiments.compare.base_pose import BaseSearch
 from armdesign.experiments.compare.comparison import compare
 from armdesign.kinematics.dh import DHTable
 from armdesign.runs.listing import RunStatus
+from armdesign.runs.reading import read_result
 from armdesign.search.evaluation import evaluate_design
 from armdesign.search.prepare import prepare
 from armdesign.search.result import Result
 from armdesign.settings.place import sites
 from armdesign.settings.sections import Cell, Settings
-from armdesign.studio import download_panel, motors, server
+from armdesign.studio import download_panel, motors, redesign_panel, server
 from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm
 from armdesign.studio.arms_panel import ALL, ArmsPanel, CancelledError, by_reach, needed_reach
 from armdesign.studio.download_panel import MOST_JOINTS, ROOM, SEED, DownloadPanel, built_html, packed, ways_on
 from armdesign.studio.motors import buildable, families, family_of
 from armdesign.studio.page import Page
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
-from armdesign.studio.redesign_panel import RedesignPanel, gradient_words, plain_name, scale_of
+from armdesign.studio.redesign_panel import AGAIN, CHANGED, RedesignPanel, gradient_words, plain_name, scale_of
 from armdesign.studio.room_panel import Solid, cell_text, hand_first, longest_link, pedestal, reach_from_floor, region
 from armdesign.studio.search_panel import progress_words
 from armdesign.studio.takes import Shot, bridged, chosen_points, keep_upload, nearest, roles_of
@@ -57,7 +58,9 @@ def reach(frames=60):
 
 @pytest.fixture(scope="module")
 def result():
-    settings = Settings().replace({"design": {"dof": 3}, "needs": {"hand_tolerance": 0.01}})
+    settings = Settings().replace(
+        {"design": {"dof": 3, "bounds": {"a_tool": (0.0, 0.5)}}, "needs": {"hand_tolerance": 0.01}}
+    )
     problem = prepare(reach(), settings)
     rows = [(0.0, 0.0, 0.0), (1.5, 0.0, 0.0), (0.2, 0.3, 0.0), (-0.2, 0.25, 0.1)]
     return Result(problem, evaluate_design(DHTable.from_rows(rows), problem), name="three")
@@ -441,3 +444,63 @@ def test_the_sliders_are_those_of_the_arm_as_it_is_built(result):
     RedesignPanel.begin(panel, replace(design_arm(result), result=built, design=result))
     shown = [each.value / scale_of(name) for each, name in zip(panel.sliders, space.free_names, strict=True)]
     np.testing.assert_allclose(shown, Phi, atol=1e-3)
+
+
+@pytest.fixture
+def studio_page(result, tmp_path):
+    """Arms, Redesign and Parts of a real page over stand-ins for viser's handles, with one arm that was found."""
+
+    def handle(label, options=("",), **more):
+        kept = {"label": label, "options": options, "value": options[0], "visible": True, "disabled": False}
+        return MagicMock(**kept | more)
+
+    gui = MagicMock()
+    for name in ("add_html", "add_button", "add_dropdown", "add_progress_bar"):
+        getattr(gui, name).side_effect = handle
+    gui.add_slider.side_effect = lambda name, low, high, step, value: MagicMock(value=value, min=low, max=high)
+    viser = SimpleNamespace(gui=gui, scene=MagicMock(), on_client_connect=lambda _: None, get_clients=dict)
+    page = Page(viser, tmp_path)
+    page.work = page.slow = lambda _, wish: None
+    page.work.wishes = {}
+    room, search = MagicMock(), SimpleNamespace(run=None)
+    room.motors.value = families()[0]
+    page.panels = {"Room": room, "Search": search}
+    page.panels |= {"Arms": ArmsPanel(page), "Redesign": RedesignPanel(page), "Parts": DownloadPanel(page)}
+    run = tmp_path / "runs" / "reach-n3-seed0"
+    page.panels["Arms"].begin(replace(result, name=run.name), run)
+    return page
+
+
+def test_an_arm_that_is_changed_by_hand_is_not_sold_as_the_one_before(studio_page):
+    page = studio_page
+    arms, redesign, parts = (page.panels[name] for name in ("Arms", "Redesign", "Parts"))
+    found = page.arm
+    assert (parts.doubt.visible, parts.parts.color) == (False, "green")
+    slider = redesign.sliders[3]
+    slider.value = before = slider.value + 0.02 * (slider.max - slider.min)
+    redesign.solve()
+    assert page.arm is redesign.changed is not found
+    assert "changed by hand" in parts.doubt.content
+    assert (parts.doubt.visible, parts.built.visible) == (True, False)
+    assert "as changed" in parts.parts.label
+    redesign.go_back()  # a wrong click
+    assert (page.arm, parts.doubt.visible, redesign.back.label) == (found, False, AGAIN)
+    redesign.go_back()
+    assert (redesign.sliders[3].value, page.arm is redesign.changed) == (before, True)
+    redesign.keep()
+    kept = page.folder / "runs" / "reach-n3-seed0-changed"
+    assert (parts.arm.name, parts.run, parts.doubt.visible) == (CHANGED, kept, False)
+    np.testing.assert_allclose(read_result(kept).table.d, parts.arm.result.table.d, atol=1e-9)
+    assert found.name in [arm.name for arm in arms.arms]
+
+
+def test_an_arm_that_reaches_nothing_says_what_to_press(studio_page, monkeypatch):
+    def miss(*_):
+        raise SearchError("the arm does not reach the first frame", fix="Raise fitness.reach_tolerance")
+
+    monkeypatch.setattr(redesign_panel, "evaluate_candidate", miss)
+    redesign, before = studio_page.panels["Redesign"], studio_page.arm
+    redesign.solve()
+    assert "The arm does not reach" in redesign.state.content
+    assert "reach_tolerance" not in redesign.state.content
+    assert (studio_page.arm, redesign.back.disabled) == (before, False)
