@@ -28,7 +28,7 @@ from armdesign.cli.command_options import (
     settings_from_flags,
 )
 from armdesign.cli.input_recordings import Demonstrations, Split, from_run_folder, open_demonstrations
-from armdesign.cli.screen import SearchBar, clock, compile_for, say, say_in_handler, written_text
+from armdesign.cli.screen import SearchBar, clock, compile_for, say, say_in_handler, show_text, written_text
 from armdesign.cli.setting_flags import Given, takes_settings
 from armdesign.cli.tables import show_arm
 from armdesign.cli.worker_options import ClusterOption, RunOptions, WorkersOption, check_workers, open_backend
@@ -319,6 +319,6 @@ def show_result(result: Result, files: Sequence[Path]) -> None:
         count = counted(facts.evaluations, "candidate")
         typer.echo(f"Best of {count} in {clock(facts.wall_time)}{STOPPED[facts.stopped_by]}:")
         if facts.found:
-            typer.echo(facts.found)
+            show_text(facts.found)
     show_arm(result)
     typer.echo(written_text(files))

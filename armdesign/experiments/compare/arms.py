@@ -11,6 +11,7 @@ from armdesign._types import Array
 from armdesign.errors import DesignError, RunFolderError, SettingsError
 from armdesign.experiments.compare.ready_made import open_ready_made, plain_name, ready_made_arms
 from armdesign.experiments.compare.serial_arm import SerialArm, read_arm
+from armdesign.feasibility.needs import joint_needs
 from armdesign.files import read_json
 from armdesign.fitness.constraints import joint_limits
 from armdesign.kinematics.base_pose import BasePose
@@ -37,6 +38,8 @@ class DesignArm:
     # where its joint modules sit on their axes, n of them [m]; None where nothing says it
     slides: tuple[float, ...] | None = None
     body: Body | None = None  # what its links and joints are made of; None where nothing says it
+    # stated limits of its joints' speeds, shape (n,) [rad/s; m/s]; None where nothing says it
+    speeds: Array | None = None
 
     @property
     def dof(self) -> int:
@@ -77,8 +80,9 @@ def open_arms(
     for arm in given:
         if isinstance(arm, Result):
             place = str(arm.folder or arm.name)
-            body = arm.problem.settings.body
-            arms.append(DesignArm(arm.name, place, arm.table, arm.limits, arm.base_pose, arm.known_slides, body))
+            own = arm.problem.settings
+            rest = arm.base_pose, arm.known_slides, own.body, joint_needs(own).speed
+            arms.append(DesignArm(arm.name, place, arm.table, arm.limits, *rest))
         elif isinstance(arm, str | Path):
             arms.append(open_arm(str(arm), settings, links.get(str(arm))))
         else:
@@ -159,11 +163,12 @@ def open_design(path: Path, settings: Settings) -> DesignArm:
     """
     table = read_design(path)
     check_design(table)
-    own = carried_settings(path, ("design", "body")) or settings
+    carried = carried_settings(path, ("design", "body", "needs"))
+    own, speeds = carried or settings, None if carried is None else joint_needs(carried).speed
     limits = joint_limits(replace(own.design, dof=table.dof, joints=table.joints))
     name = path.resolve().name if path.name != "result.json" else path.resolve().parent.name
     slides = read_slides(content_of(path), path, table.dof)
-    return DesignArm(name, str(path), table, limits, read_base_pose(path), slides, own.body)
+    return DesignArm(name, str(path), table, limits, read_base_pose(path), slides, own.body, speeds)
 
 
 def content_of(path: Path) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -16,6 +17,7 @@ from armdesign.bodies.loads import base_gravity, dynamic_model
 from armdesign.experiments.compare.arms import Arm, DesignArm, open_arms
 from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch, mount_arm
 from armdesign.experiments.compare.serial_arm import SerialArm
+from armdesign.feasibility.needs import TURNING
 from armdesign.feasibility.verdict import clearances, exact_obstacles
 from armdesign.fitness.block import BlockEvaluator, PathResult, Scores
 from armdesign.fitness.problem import Problem, make_problem, start_effort
@@ -27,6 +29,22 @@ from armdesign.search.result import Result, done
 from armdesign.settings.sections import Settings, Solver
 
 DESIGN, READY_MADE = "design", "ready-made"
+
+
+class TooFast(NamedTuple):
+    """A joint that turns faster than it can.
+
+    Attributes:
+        joint: Its number, from 1.
+        speed: How fast it turns on the smoothed path [rad/s].
+        limit: How fast it can [rad/s].
+        stated: Whether that is stated, not assumed.
+    """
+
+    joint: int
+    speed: float
+    limit: float
+    stated: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +59,7 @@ class ArmScore:
         moving_mass: Mass of all that moves [kg]; None where it is not known.
         torque: Peak torque of each joint, shape (n,) [N m]; None where it is not known.
         speed: Largest speed of each joint that turns, on the smoothed path [rad/s]; None where nothing is reached.
+        too_fast: The joint that is furthest beyond its own speed; None where none is.
         clearance: How near its bodies come to one another and to obstacles over the whole motion [m], negative where
             they are inside one another; None where its bodies are not known.
         base: Base pose (x, y, z, yaw) that was found for a ready-made arm, shape (4,) [m, rad].
@@ -55,6 +74,7 @@ class ArmScore:
     moving_mass: float | None = None
     torque: Array | None = None
     speed: Array | None = None
+    too_fast: TooFast | None = None
     clearance: float | None = None
     base: Array | None = None
     mounted: str = "floor"
@@ -243,8 +263,13 @@ def with_effort(row: ArmScore, problem: DesignProblem, model: pin.Model) -> ArmS
         data, states = model.createData(), zip(motion.q, motion.v, motion.a, strict=True)
         torque = np.abs([pin.rnea(model, data, *state) for state in states]).max(axis=0)
     turns = ~np.array(row.arm.table.prismatic) if isinstance(row.arm, DesignArm) else np.ones(row.arm.dof, dtype=bool)
-    speed = np.abs(motion.v).max(axis=0)[turns]
-    return replace(row, worst_point=int(np.argmax(worst)), torque=torque, speed=speed)
+    speed = np.abs(motion.v).max(axis=0)
+    stated = np.full(len(speed), np.nan) if row.arm.speeds is None else row.arm.speeds
+    limit = np.where(np.isnan(stated), TURNING, stated)
+    share = np.where(turns, speed / limit, 0.0)
+    j = int(np.argmax(share))
+    beyond = TooFast(j + 1, float(speed[j]), float(limit[j]), not np.isnan(stated[j])) if share[j] > 1.0 else None
+    return replace(row, worst_point=int(np.argmax(worst)), torque=torque, speed=speed[turns], too_fast=beyond)
 
 
 def some_problem(problem: DesignProblem) -> Problem:

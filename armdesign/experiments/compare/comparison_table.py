@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from armdesign._version import __version__
+from armdesign.building import RECORD
 from armdesign.demonstration.provenance import as_json
 from armdesign.experiments.compare.arms import DesignArm
-from armdesign.experiments.compare.comparison import READY_MADE, ArmScore, Comparison
+from armdesign.experiments.compare.comparison import DESIGN, READY_MADE, ArmScore, Comparison
+from armdesign.feasibility.words import MEANINGS
 from armdesign.files import csv_table
 from armdesign.views.report.others import OtherArm, winners
 
@@ -39,7 +43,7 @@ def effort_cells(row: ArmScore) -> tuple[str, ...]:
         shown(arm.length, 3),
         shown(arm.mass, 2),
         shown(arm.torque, 1),
-        shown(speed and float(np.rad2deg(speed)), 0),
+        shown(speed and float(np.rad2deg(speed)), 0) + ("!" if row.too_fast else ""),
         shown(row.clearance and 1e3 * row.clearance, 0),
     )
 
@@ -81,7 +85,8 @@ def shown(value: float | None, digits: int) -> str:
 def comparison_notes(comparison: Comparison) -> list[str]:
     """What a reader of the tables has to know, a sentence each."""
     rows, sites = comparison.rows, comparison.problem.space.sites
-    notes = [f"{what}: {', '.join(names)}, {value}." for what, value, names in winners([as_other(row) for row in rows])]
+    won = winners([as_other(row) for row in rows])
+    notes = [minimised(comparison), *(f"{what}: {', '.join(names)}, {value}." for what, value, names in won)]
     if any(row.kind == READY_MADE for row in rows):
         if sites:
             places = "; ".join(map(str, sites))
@@ -103,16 +108,44 @@ def comparison_notes(comparison: Comparison) -> list[str]:
         if row.kind == READY_MADE and row.moving_mass is None:
             notes.append(f"{name}: its file has no masses.")
     loaded = f"a payload of {comparison.payload:g} kg" if comparison.payload else "no payload"
+    notes.append(f"Torques: inverse dynamics with gravity along the path, {loaded}.")
+    notes.append(f"Masses: {mass_words(rows)}.")
+    fast = [
+        f"{row.arm.name}, joint {one.joint}, {np.rad2deg(one.speed):.0f} of {np.rad2deg(one.limit):.0f} deg/s "
+        f"({'assumed' if not one.stated else 'stated' if row.kind == DESIGN else 'its file'})"
+        for row in rows
+        if (one := row.too_fast) is not None
+    ]
+    notes += [f"!: faster than its own joints turn: {'; '.join(fast)}."] if fast else []
     notes.append(
-        f"Torques: inverse dynamics with gravity along the path, {loaded}; designs with the masses of their run "
-        "(of a build those of its parts), ready-made arms with the masses of their files."
+        "Clear: how near a design's bodies come to one another and to obstacles, as 'armdesign check' has it; "
+        "those of ready-made arms are not looked at. Start: from the tool to the hand's first point. -: not known."
     )
-    if any(row.clearance is not None for row in rows):
-        notes.append(
-            "Clear: how near a design's bodies come to one another and to obstacles, as 'armdesign check' has it; "
-            "those of ready-made arms are not looked at."
-        )
     return notes
+
+
+def minimised(comparison: Comparison) -> str:
+    """What was made as small as it can be, and by what, in sentences."""
+    fitness, points = comparison.problem.settings.fitness, comparison.problem.task.points
+    weights = ", ".join(f"{name} {weight:.3g}" for name, weight in zip(points, fitness.weights, strict=True))
+    words = (
+        f"Minimised is r = {fitness.lambda_f:g} f + {fitness.lambda_E:g} E, not the error. f: {MEANINGS['f']}, by the "
+        f"weights {weights}. E: {MEANINGS['E']}."
+    )
+    if not any(row.kind == READY_MADE for row in comparison.rows):
+        return words
+    return f"{words} Of a ready-made arm only its base is sought, with {comparison.base_search.evaluations} poses."
+
+
+def mass_words(rows: Sequence[ArmScore]) -> str:
+    """Whose the masses of the arms are, in a clause."""
+    whose: dict[str, list[str]] = {}
+    for row in rows:
+        built = (Path(row.arm.source) / RECORD).is_file()
+        kind = "as their makers' URDFs have them" if row.kind == READY_MADE else "of a build's parts"
+        kind = kind if built or row.kind == READY_MADE else "of assumed joint modules and tubes"
+        whose.setdefault(kind, []).append(row.arm.name)
+    return "; ".join(f"{', '.join(names)} {kind}" for kind, names in whose.items())
 
 
 def comparison_json(comparison: Comparison, source: str) -> str:

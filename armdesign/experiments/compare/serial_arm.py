@@ -39,6 +39,7 @@ class SerialArm:
     placements: Array
     axes: Array  # joint axes in the joints' frames, shape (n, 3)
     limits: Array  # joint limits, shape (n, 2) [rad]; infinite for continuous joints
+    speeds: Array  # limits of their speeds, shape (n,) [rad/s]; not a number where the file has none
     bodies: tuple[pin.Inertia, ...]  # what moves with each joint, in the joint's frame, n entries
     held: tuple[str, ...]  # names of other joints that move, held at 0
 
@@ -121,6 +122,7 @@ def serial_arm(tree: UrdfTree, tool: str, name: str | None = None) -> SerialArm:
         placements=np.array([placement.homogeneous for placement in placements]),
         axes=np.array([joint.axis for joint in moving]),
         limits=np.array(limits),
+        speeds=np.array([joint.speed for joint in moving], dtype=float),
         bodies=tuple(_body(tree, link, moving) for link in links[1:]),
         held=tuple(j.name for j in tree.joints.values() if j.moves and j not in moving),
     )

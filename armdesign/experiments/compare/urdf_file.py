@@ -29,6 +29,7 @@ class UrdfJoint:
     axis: Array  # unit vector in its frame, shape (3,)
     # lowest and highest angle [rad]; infinite for a continuous joint, None where a revolute one has none
     limits: tuple[float, float] | None
+    speed: float | None  # its limit [rad/s]; None where the file has none, or 0
     mimics: str | None  # name of the joint it copies, or None
 
     @property
@@ -157,6 +158,7 @@ def _joint(element: ET.Element, source: str) -> UrdfJoint:
         pose=_pose(element.find("origin"), where),
         axis=direction / length if length > 0.0 else direction,
         limits=_limits(element.find("limit"), kind, where),
+        speed=_speed(element.find("limit"), where),
         mimics=None if mimic is None else mimic.get("joint"),
     )
 
@@ -169,6 +171,13 @@ def _limits(limit: ET.Element | None, kind: str, where: str) -> tuple[float, flo
         return None
     lower, upper = (_numbers(limit.get(end, "0"), 1, f"{where}: limit {end}")[0] for end in ("lower", "upper"))
     return float(lower), float(upper)
+
+
+def _speed(limit: ET.Element | None, where: str) -> float | None:
+    """The limit of a joint's speed."""
+    text = None if limit is None else limit.get("velocity")
+    value = 0.0 if text is None else float(_numbers(text, 1, f"{where}: limit velocity")[0])
+    return value if value > 0.0 else None
 
 
 def _body(link: ET.Element, source: str) -> pin.Inertia:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +84,11 @@ def test_the_table_holds_designs_and_ready_made_arms(place):
     assert max(map(len, outcome.output.splitlines())) <= 80
     assert "Fewest joints: arm.csv, 3 joints." in " ".join(outcome.output.split())
     assert "Smallest r" not in outcome.output
+    said = " ".join(outcome.output.split())
+    assert "Minimised is r = 15 f + 5 E, not the error" in said
+    assert "only its base is sought, with 20 poses" in said
+    assert "arm.csv of assumed joint modules and tubes; ur3 as their makers' URDFs have them" in said
+    assert "-: not known" in said
     content = json.loads(Path("a.json").read_text())
     rows = list(csv.DictReader(io.StringIO(Path("a.csv").read_text())))
     assert [row["name"] for row in rows] == [arm["name"] for arm in content["arms"]] == ["arm.csv", "ur3"]
@@ -97,6 +104,20 @@ def test_the_table_holds_designs_and_ready_made_arms(place):
     assert ur3["evaluations"] == 20
     assert ur3["clearance"] is None is not content["arms"][0]["clearance"]
     assert content["task"] | {"frames": 100, "points": ["upper_arm", "forearm", "hand"]} == content["task"]
+
+
+def test_a_speed_beyond_an_arm_s_own_is_marked(scored, tmp_path):
+    for limit, fast in ((1.0, True), (1e4, False)):
+        arm = tmp_path / f"limit{limit:g}"
+        shutil.copytree(scored / "n3", arm)
+        content = json.loads((arm / "result.json").read_text())
+        content["settings"]["needs"]["max_speed"] = [limit]
+        (arm / "result.json").write_text(json.dumps(content))
+        outcome = run(arm, "--task", scored / "n3")
+        said = " ".join(outcome.output.split())
+        assert outcome.exit_code == 0, outcome.output
+        assert bool(re.search(r"limit1 .* \d+! ", said)) is fast
+        assert bool(re.search(r"!: faster .* limit1, joint \d, \d+ of 1 deg/s \(stated\)", said)) is fast
 
 
 def test_a_payload_raises_torques_and_nothing_else(place):

@@ -95,3 +95,9 @@ def test_the_length_is_that_of_the_polyline_through_the_joint_origins():
     arm = open_ready_made("ur5")
     corners = np.vstack([np.zeros(3), frames_at(arm, np.random.default_rng(0).uniform(-2, 2, 6))[:, :3, 3]])
     assert arm.length == pytest.approx(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum(), abs=1e-12)
+
+
+def test_speeds_are_those_of_the_file_and_unknown_where_it_has_none(tmp_path):
+    inner = [f'<limit lower="-2" upper="2" effort="1" {text}/>' for text in ('velocity="1.5"', "", 'velocity="0"')]
+    arm = read(tmp_path, *((*joint, text) for joint, text in zip(chain("a", "b", "c"), inner, strict=True)))
+    np.testing.assert_array_equal(arm.speeds, [1.5, np.nan, np.nan])
