@@ -22,6 +22,8 @@ Place = Callable[[int], Array]
 """Where an arm's links are in a frame of the task: frame number to poses, shape (L, 4, 4), base first."""
 BUILT = ", as built"
 """What the name of an arm as it is built ends with."""
+ASSUMED_LOAD = 0.5
+"""What an arm carries where nobody has said it, gripper included [kg]."""
 CHANGED_RUN = "-changed"
 """What the folder of an arm that was changed by hand ends with, behind the name of its search."""
 SORTS = ("largest error", "mean error", "joints", "length", "mass")
@@ -130,6 +132,15 @@ def millimetres(length: float) -> str:
         return "not reached"
     value = 1e3 * length
     return f"{value:.0f} mm" if value >= 9.95 else f"{value:.1f} mm"
+
+
+def load_words(load: float) -> str:
+    """What an arm carries, gripper included, and whether that is only assumed.
+
+    Args:
+        load: The load [kg].
+    """
+    return f"carries {load:g} kg{' (assumed)' if load == ASSUMED_LOAD else ''}"
 
 
 def ordered(arms: Sequence[Arm], by: str) -> list[Arm]:

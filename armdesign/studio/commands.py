@@ -10,12 +10,13 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from armdesign.errors import RunFolderError
+from armdesign.errors import RunFolderError, counted
 from armdesign.experiments.auto_dof.dof_records import holds_auto, run_name
-from armdesign.files import write_whole
+from armdesign.files import read_json, write_whole
 from armdesign.runs import checkpoint
 from armdesign.runs.folder import RESULT
 from armdesign.runs.listing import RunStatus, read_run, read_runs
@@ -26,6 +27,7 @@ from armdesign.search.backends.backend import InProcess
 from armdesign.search.result import Result
 from armdesign.search.search import NothingFoundError, Search
 from armdesign.settings.sections import Settings
+from armdesign.studio.arms import millimetres
 
 COMPILES = "Compiling the kernels"
 """What a command says that compiles them."""
@@ -139,6 +141,16 @@ def known_runs(runs: Path) -> list[RunStatus]:
         if "alternatives" not in (whole.name, each.folder.parent.name):
             found[whole] = status(whole)
     return sorted(found.values(), key=lambda run: run.age)
+
+
+def facts(run: RunStatus) -> str:
+    """Joints, load and largest error of a run's arm, as far as they are known."""
+    said = [counted(run.dof, "joint")] if run.dof else []
+    with suppress(RunFolderError, ValueError, KeyError, TypeError):  # it has not ended, or is damaged
+        result = read_json(run.folder / RESULT)
+        load, error = result["settings"]["needs"]["payload"], result["verdict"]["hand_error"]["max"]
+        said += [f"{load:g} kg", millimetres(error)]
+    return ", ".join(said)
 
 
 def status(folder: Path) -> RunStatus:

@@ -48,23 +48,25 @@ NAMES = {
 }  # fmt: skip
 
 
-def packed(files: dict[str, bytes], archive_name: str) -> tuple[str, bytes]:
+def packed(files: dict[str, bytes], archive_name: str, stem: str) -> tuple[str, bytes]:
     """A download of files: one as it is, several as a ZIP archive.
 
     Args:
         files: Content by name.
         archive_name: What an archive is called.
+        stem: What either name begins with: which arm it is of.
 
     Returns:
         Name and content.
     """
     if len(files) == 1:
-        return next(iter(files.items()))
+        ((name, content),) = files.items()
+        return f"{stem}-{name}", content
     buffer = BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
             archive.writestr(name, content)
-    return archive_name, buffer.getvalue()
+    return f"{stem}-{archive_name}", buffer.getvalue()
 
 
 def robot_downloads(result: Result, kind: str) -> dict[str, bytes]:
@@ -99,17 +101,25 @@ def built_html(made: Build) -> str:
     said = "".join(f"<li>{escape(line)}</li>" for line in lines)
     if made.fault:
         said = f"<li class=bad><b>{escape(made.warning)}.</b></li>{said}"
-    cells = ""
+    cells = '<tr><th colspan="2">Motors by joint</th></tr>'
+    for k, motor in enumerate(made.choice.actuators, start=1):
+        cells += f"<tr><td>Joint {k}</td><td>{escape(motor.name)}</td></tr>"
+    known, unknown = 0.0, 0
     for title, group in grouped_bill(made).items():
-        rows = (f"<tr><td>{escape(line.part)}</td><td>{line.quantity:g} {line.unit}</td></tr>" for line in group)
-        cells += f'<tr><th colspan="2">{title}</th></tr>{"".join(rows)}'
+        cells += f'<tr><th colspan="2">{title}</th></tr>'
+        for line in group:
+            price = "" if line.price is None else f", {line.price:,.0f} {escape(made.currency)}"
+            known, unknown = known + (line.price or 0.0), unknown + (line.price is None)
+            cells += f"<tr><td>{escape(line.part)}</td><td>{line.quantity:g} {line.unit}{price}</td></tr>"
+    price = f"{known:,.0f} {made.currency} in all for the lines with a price; {unknown} have none" if known else ""
+    said += f"<li>{escape(price or 'No prices are known')}.</li>"
     table = f'<table class="parts">{cells}</table>'
     if made.fault:
         table = f"<details><summary>Its parts, not to be ordered</summary>{table}</details>"
     return f"<b>As it is built</b><ul>{said}</ul>{table}"
 
 
-def all_files(made: Build, run: Path) -> dict[str, bytes]:
+def all_files(made: Build, run: Path, told: Callable[[str], None]) -> dict[str, bytes]:
     """All that an arm is made by: lists, assembly steps, drawings, and solids where Open CASCADE is there.
 
     Of one that is not to be made there are no drawings and solids, but what is wrong with it.
@@ -117,16 +127,22 @@ def all_files(made: Build, run: Path) -> dict[str, bytes]:
     Args:
         made: The arm.
         run: The folder of its search.
+        told: Called with what is made next.
     """
+    told("lists and steps, 1 of 4")
     files: dict[str, str | bytes] = dict(part_lists(made))
     if made.assembly is not None:
         files[ASSEMBLY] = assembly_page(made)
     if made.fault:
         files[FAULT] = f"{made.warning}.\n{made.remedy(run)}\n"
     elif made.assembly is not None:
+        told("drawings, 2 of 4")
         files |= {name: sheets for name, sheets in drawings(made).items() if name.endswith(".pdf")}
         with suppress(MissingExtraError):
-            files |= stl_files(made) | step_files(made)
+            told("STL, 3 of 4")
+            files |= stl_files(made)
+            told("STEP, 4 of 4")
+            files |= step_files(made)
     return {name: text if isinstance(text, bytes) else text.encode() for name, text in files.items()}
 
 
@@ -256,6 +272,8 @@ class DownloadPanel:
             doubt += f"for it: {link('Redesign', 'or go back')}."
         elif self.arm is not None and self.page.arm is not self.arm:
             doubt = f"This is of {escape(self.arm.name)}, not of the arm shown: {link('Arms', 'choose another')}."
+        elif self.arm is not None and (doubt := self.page.panels["Search"].changed()):
+            doubt += f". What is here is for what was asked before: {link('Search', 'search again')}."
         self.page.set_html(self.doubt, f'<b class="bad">{doubt}</b>')
         self.doubt.visible = bool(doubt)
         for handle in (self.note, self.built, self.command):
@@ -306,7 +324,9 @@ class DownloadPanel:
         finally:
             button.label, button.disabled = label, False
             self.page.work("out", self.show_choice)
-        file, content = packed(files, NOT_TO_BE_MADE if FAULT in files else name)
+        arm, run = self.arm.result, "arm" if self.run is None else self.run.name
+        stem = f"{run}-{self.arm.joints}-joints-{arm.problem.settings.needs.payload:g}-kg"
+        file, content = packed(files, NOT_TO_BE_MADE if FAULT in files else name, stem)
         event.client.send_file_download(file, content, save_immediately=True)
 
     def keep(self, made: Build, design: Result | None) -> None:
@@ -329,6 +349,10 @@ class DownloadPanel:
         built = self.arm is not None and self.arm.built is not None
         return {"report.html": report_html(read_result(self.place) if built else result).encode()}
 
+    def say(self, what: str) -> None:
+        """Say which of the files are made."""
+        self.parts.label = f"Working: {what} ..."
+
     def part_files(self, result: Result) -> dict[str, bytes]:
         """All that the arm is made by; its parts are chosen where they are not yet, and shown and kept.
 
@@ -342,7 +366,7 @@ class DownloadPanel:
         if arm is None or run is None:
             raise SettingsError("there is no arm any more", fix="Search one first")
         if made is not None:
-            return all_files(made, run)
+            return all_files(made, run, self.say)
         arms = arms_at_hand(arm.design or result)
         self.cancelled, self.halt.visible = False, True
 
@@ -364,7 +388,7 @@ class DownloadPanel:
         self.keep(made, arms[rank - 1])
         design = design_arm(arms[rank - 1], arm.name.removesuffix(BUILT) if rank == 1 else f"alternative {rank}")
         self.page.work("built", lambda: self.show_built(arm, design, made, why))
-        return all_files(made, run)  # drawings take some seconds, so it is shown before
+        return all_files(made, run, self.say)  # drawings take some seconds, so it is shown before
 
     def show_built(self, before: Arm, design: Arm, made: Build, why: str) -> None:
         """Show the arm as it is built, in the scene and in the headline, unless another is chosen by now.

@@ -45,5 +45,6 @@
     const tab = [...document.querySelectorAll("[role=tab]")].find((each) => each.textContent.trim() === panel);
     tab?.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true })); // deaf to click()
     tab?.focus();
+    setTimeout(() => document.querySelector("[role=tablist]")?.nextElementSibling.scrollTo(0, 0), 100);
   });
 })();

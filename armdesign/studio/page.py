@@ -18,7 +18,7 @@ from armdesign.errors import ArmDesignError
 from armdesign.feasibility.words import sentence
 from armdesign.search.design_problem import DesignProblem
 from armdesign.settings import Settings
-from armdesign.studio.arms import Arm, job_words
+from armdesign.studio.arms import Arm, job_words, load_words
 from armdesign.studio.plots import Curve, plot
 from armdesign.studio.scene import Scene
 
@@ -225,9 +225,13 @@ class Page:
             self.panels["Parts"].show_choice()
             words, mark = job_words(self.arm)
             mark = mark if chosen is not None else ""  # no verdict on a search that goes on
-            text = f'<h4 class="{mark}">{escape(words)}</h4>{escape(self.arm.name)}, furthest off at '
-            text += f"{self.arm.worst:.2f} s"
-            result = self.arm.result
+            result, changed = self.arm.result, self.panels["Search"].changed()
+            text = f'<h4 class="{mark}">{escape(words)}</h4>'
+            if changed:
+                text = f'<h4 class="bad">{changed}: {link("Search", "search again")}</h4>{escape(words)}<br>'
+            text += escape(self.arm.name)
+            text += "" if result is None else f", {load_words(result.problem.settings.needs.payload)}"
+            text += f", furthest off at {self.arm.worst:.2f} s"
             if self.arm is chosen:
                 text += f". {link('Parts', 'Parts and files' if chosen.built else 'Next: choose its parts')}"
             elif chosen is not None and result is not None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from armdesign._types import Array
 
-WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 400.0, 126.0, 44.0, 386.0, 20.0, 104.0
+WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM = 400.0, 132.0, 44.0, 386.0, 20.0, 104.0
 MOST = 400
 """Points of a curve at most; of those left out the largest is kept."""
 STEPS = (1.0, 2.0, 5.0, 10.0)

@@ -16,11 +16,12 @@ from armdesign.errors import ArmDesignError
 from armdesign.files import write_whole
 from armdesign.settings import Settings
 from armdesign.settings.place import sites
+from armdesign.studio.arms import ASSUMED_LOAD, load_words
 from armdesign.studio.motors import families, family_of
 from armdesign.studio.page import Page, bad, link
 from armdesign.studio.takes import keep_upload
 
-FLOOR, BOX, SHOULDER = "on the floor, best place", "in a box that I drag", "at the shoulder, which moves"
+FLOOR, BOX, SHOULDER = "on the floor, best place", "on a table, or in a box that I drag", "at the shoulder, which moves"
 HAND, WHOLE = "the hand", "the whole arm, as far as it can"
 MOUNTINGS = ("floor", "wall", "ceiling", "any")
 HAND_SHARE, HAND_AREA = 0.95, 0.5
@@ -126,7 +127,7 @@ class RoomPanel:
         self.room: tuple[str, dict[str, float]] = ("", {})  # that a build has turned out to take, by its motors
         with gui.add_folder("Where may the arm stand?"):
             self.stand = gui.add_dropdown("The base stands", (FLOOR, BOX, SHOULDER))
-            self.mounted = gui.add_dropdown("Mounted on", MOUNTINGS, visible=False)
+            self.mounted = gui.add_dropdown("Mounted as on a", MOUNTINGS, visible=False)
             self.center = gui.add_vector3("Box: middle [m]", (0.5, 0.0, 0.0), step=0.01, visible=False)
             self.size = gui.add_vector3("Box: edges [m]", (0.6, 0.6, 0.0), step=0.01, visible=False)
         with gui.add_folder("What stands in the way?"):
@@ -140,10 +141,12 @@ class RoomPanel:
             self.edges = gui.add_vector3("Edges [m]", (0.3, 0.3, 0.3), min=(0.001,) * 3, step=0.01, visible=False)
             self.yaw = gui.add_number("Turn [deg]", 0.0, step=5.0, visible=False)
             self.remove = gui.add_button("Remove it", visible=False)
-        with gui.add_folder("What must it do?"):
+        with gui.add_folder("What must it do, and carry?"):
             self.follow = gui.add_dropdown("What follows the person", (HAND, WHOLE), hint=FOLLOW)
             self.tolerance = gui.add_number("Hand may be off by [mm], 0: any", 20.0, min=0.0, max=1000.0, step=1.0)
-            self.payload = gui.add_number("Gripper and load [kg]", 0.5, min=0.0, max=1000.0, step=0.1, hint=LOAD)
+            self.payload = gui.add_number(
+                "It carries, gripper included [kg]", ASSUMED_LOAD, min=0.0, max=1000.0, step=0.1, hint=LOAD
+            )
             self.motors = gui.add_dropdown("Motors", families(), hint=MOTORS)
             self.longest = gui.add_number("Arm at most this long [m]", 1.2, min=0.6, max=10.0, step=0.1)
             self.speed = gui.add_number("Fastest joint [deg/s], 0: any", 0.0, min=0.0, max=1e5, step=10.0)
@@ -189,6 +192,19 @@ class RoomPanel:
         """Something was changed: settle the task anew."""
         self.hold_box()
         self.page.panels["Recording"].settle()
+
+    def asked(self) -> dict[str, Any]:
+        """What a search is asked for here, by what it is called in a sentence."""
+        boxed = self.stand.value == BOX
+        return {
+            "the load": self.payload.value, "the tolerance": self.tolerance.value, "the speed": self.speed.value,
+            "the length": self.longest.value, "the motors": self.motors.value,
+            "what follows the person": self.follow.value,
+            "where it may stand": (
+                self.stand.value, *((self.mounted.value, self.center.value, self.size.value) if boxed else ())
+            ),
+            "what stands in the way": (cell_text(self.solids), tuple(self.files), self.unit.value),
+        }  # fmt: skip
 
     def over(self, settings: Settings) -> Settings:
         """Settings with the cell as it stands on the page.
@@ -253,11 +269,13 @@ class RoomPanel:
             return
         told = {
             FLOOR: "The search finds the best place on the floor, in the blue area.",
-            BOX: "The search finds the best place in the blue box: drag it by its arrows.",
+            BOX: "The search finds the best place in the blue box: drag it by its arrows. On a table: z of the middle "
+            "is the height of its top, z of the edges 0, mounted as on a floor, which is upright.",
             SHOULDER: "The arm hangs at the person's shoulder and moves with it: good for study, not for a workshop.",
         }
+        load = f"<b>What does it carry, gripper included? It {load_words(self.payload.value)}.</b>"
         ready = f"<br>{link('Search', 'Next: search the arm')}" if page.problem is not None else ""
-        page.set_html(self.note, f"{told[self.stand.value]}{ready}")
+        page.set_html(self.note, f"{load}<br>{told[self.stand.value]}{ready}")
 
     def hold_box(self) -> None:
         """Show what belongs to the box for the base, with a gizmo to drag it by."""

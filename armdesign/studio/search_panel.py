@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from subprocess import Popen
+from typing import Any
 
 import numpy as np
 
@@ -58,6 +59,14 @@ def progress_words(run: RunStatus, joints: Sequence[int]) -> tuple[str, float]:
     return f"joints {run.dof} of {joints[0]}..{joints[-1]} (fewer is better): {tried}", share
 
 
+def judged_words(result: Result) -> list[str]:
+    """What a searched arm does, in sentences; of verdict and speed, that its motors are still to be chosen."""
+    error, verdict, *more, speed = summary(result.verdict, result.judged, result.base_pose)
+    assumed = "" if result.problem.settings.needs.max_speed else " Their speed is assumed:"
+    verdict = verdict.replace("Verdict:", "Verdict before motors are chosen:")
+    return [error, verdict, *more, f"Motors are not chosen yet.{assumed} {speed}"]
+
+
 class SearchPanel:
     """The search.
 
@@ -72,6 +81,7 @@ class SearchPanel:
         self.run: Path | None = None
         self.result: Result | None = None
         self.process: Popen[bytes] | None = None
+        self.asked: dict[str, Any] = {}  # what the page asked for when the search began; nothing where it did not
         self.stopping = False  # a search that somebody ends has not failed
         self.seen: tuple[str, float | None] = ("", None)
         self.curve: dict[Path, list[tuple[float, float]]] = {}
@@ -127,7 +137,19 @@ class SearchPanel:
         """
         if self.page.problem is None:
             raise SettingsError("the take cannot be searched for yet", fix="See what the panel Recording says")
-        self.carry_out(self.settled())
+        command = self.settled()
+        self.asked = self.asks()
+        self.carry_out(command)
+
+    def asks(self) -> dict[str, Any]:
+        """What the page asks for, by what it is called in a sentence."""
+        return {"what is followed of the recording": self.page.settings.task, **self.page.panels["Room"].asked()}
+
+    def changed(self) -> str:
+        """What has changed on the page since the search began, in a clause; empty where nothing."""
+        now = self.asks() if self.asked else {}
+        names = [name for name, value in now.items() if value != self.asked[name]]
+        return f"Changed since this arm was searched: {', '.join(names)}" if names else ""
 
     def carry_out(self, command: commands.Command) -> None:
         """Start a search and watch it."""
@@ -171,8 +193,9 @@ class SearchPanel:
         """List the runs that are there, newest first."""
         place = self.page.folder / "runs"
         runs, now = commands.known_runs(place), time.time()
-        when = [time.strftime("%d %b, %H:%M", time.localtime(now - run.age)) for run in runs]
-        names = [f"{run.folder.relative_to(place)} ({said})" for run, said in zip(runs, when, strict=True)]
+        when = [time.strftime("%d %b %H:%M", time.localtime(now - run.age)) for run in runs]
+        facts = [", ".join(filter(None, (commands.facts(run), said))) for run, said in zip(runs, when, strict=True)]
+        names = [f"{run.folder.relative_to(place)} ({said})" for run, said in zip(runs, facts, strict=True)]
         self.runs.options = (NO_RUN, *names)
         self.runs.visible = bool(names)
 
@@ -195,8 +218,9 @@ class SearchPanel:
         if take is not None and Path(take).is_file():
             self.joints.value = AUTO if holds_auto(folder) else str(settings.design.dof)
             self.page.panels["Recording"].open_take(Path(take), settings)
+            self.asked = self.asks()
         else:
-            self.page.settings = settings
+            self.page.settings, self.asked = settings, {}
             self.page.scene.show_take(None)
         self.watch(folder)
         self.page.look()
@@ -272,14 +296,12 @@ class SearchPanel:
         points = self.curve.setdefault(run.folder, [])
         points.append((float(run.iterations or 0), 1e3 * result.evaluation.fitness))
         ended = state != "running"
-        lines = [f"<h4>{STATES.get(state, state)}</h4>"]
+        lines = [f"<h4>{STATES.get(state, state)}: {counted(result.table.dof, 'joint')}</h4>"]
         if ended:
-            words = summary(result.verdict, result.judged, result.base_pose)
+            words = judged_words(result)
             mark = "" if result.verdict.passed else ' class="bad"'  # good only once its parts fit
             items = "".join(f"<li{mark if k == 1 else ''}>{escape(line)}</li>" for k, line in enumerate(words))
-            lines.append(
-                f"<p>As it was searched; its motors, once chosen in Parts, decide the speed.</p><ul>{items}</ul>"
-            )
+            lines.append(f"<ul>{items}</ul>")
         if result.facts is not None and ended:
             sure = result.facts.agreement
             better = "" if sure is None else f" That a thorough search finds a better one is {likely(sure.chance)}."

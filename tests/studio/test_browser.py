@@ -106,7 +106,7 @@ def test_from_a_c3d_to_a_urdf(studio, open_page, take):
     tab(page, "Parts")
     with page.expect_download(timeout=120_000) as download:
         page.get_by_role("button", name="Download the robot file").click()
-    assert download.value.suggested_filename == "arm.urdf"
+    assert download.value.suggested_filename == f"{run.name}-changed-4-joints-0.5-kg-arm.urdf"
     joints = ElementTree.parse(download.value.path()).getroot().findall("joint[@type='revolute']")
     assert len(joints) == 4
     assert faults == []

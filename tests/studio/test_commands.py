@@ -1,5 +1,6 @@
 """Searches as one would type them, and what is known of runs."""
 
+import json
 import tomllib
 from types import SimpleNamespace
 
@@ -11,6 +12,7 @@ from armdesign.cli.screen import CompilationBar
 from armdesign.experiments.auto_dof.dof_records import write_auto
 from armdesign.experiments.auto_dof.dof_rule import Rule
 from armdesign.runs.checkpoint import CURRENT
+from armdesign.runs.folder import RESULT
 from armdesign.runs.listing import RunStatus
 from armdesign.settings.sections import Settings
 from armdesign.studio import commands
@@ -93,3 +95,13 @@ def test_what_is_shown_is_fit_for_a_shell():
 
 def test_no_runs_where_there_is_no_folder(tmp_path):
     assert known_runs(tmp_path / "none") == []
+
+
+def test_a_run_is_listed_with_joints_load_and_error(tmp_path):
+    run = RunStatus(tmp_path, "running", dof=4)
+    assert commands.facts(run) == "4 joints"
+    content = {"settings": {"needs": {"payload": 0.5}}, "verdict": {"hand_error": {"max": 0.00077}}}
+    (tmp_path / RESULT).write_text(json.dumps(content))
+    assert commands.facts(run) == "4 joints, 0.5 kg, 0.8 mm"
+    (tmp_path / RESULT).write_text("{}")
+    assert commands.facts(run) == "4 joints"

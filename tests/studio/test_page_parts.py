@@ -28,7 +28,16 @@ from armdesign.search.result import Result
 from armdesign.settings.place import sites
 from armdesign.settings.sections import Cell, Settings
 from armdesign.studio import download_panel, motors, redesign_panel, server
-from armdesign.studio.arms import SORTS, arms_table, design_arm, job_words, ordered, ready_made_arm
+from armdesign.studio.arms import (
+    ASSUMED_LOAD,
+    SORTS,
+    arms_table,
+    design_arm,
+    job_words,
+    load_words,
+    ordered,
+    ready_made_arm,
+)
 from armdesign.studio.arms_panel import ALL, ArmsPanel, CancelledError, by_reach, needed_reach
 from armdesign.studio.download_panel import MOST_JOINTS, ROOM, SEED, DownloadPanel, built_html, packed, ways_on
 from armdesign.studio.motors import buildable, families, family_of
@@ -36,7 +45,7 @@ from armdesign.studio.page import Page
 from armdesign.studio.plots import LEFT, RIGHT, Curve, gap_picture, plot, thinned, ticks
 from armdesign.studio.redesign_panel import AGAIN, CHANGED, RedesignPanel, gradient_words, plain_name, scale_of
 from armdesign.studio.room_panel import Solid, cell_text, hand_first, longest_link, pedestal, reach_from_floor, region
-from armdesign.studio.search_panel import progress_words
+from armdesign.studio.search_panel import SearchPanel, judged_words, progress_words
 from armdesign.studio.takes import Shot, bridged, chosen_points, keep_upload, nearest, roles_of
 
 
@@ -203,8 +212,8 @@ def test_gradients_say_which_way():
 
 
 def test_downloads_are_packed_only_where_there_are_several():
-    assert packed({"arm.urdf": b"x"}, "robot.zip") == ("arm.urdf", b"x")
-    assert packed({"a": b"x", "b": b"y"}, "robot.zip")[0] == "robot.zip"
+    assert packed({"arm.urdf": b"x"}, "robot.zip", "lift") == ("lift-arm.urdf", b"x")
+    assert packed({"a": b"x", "b": b"y"}, "robot.zip", "lift")[0] == "lift-robot.zip"
 
 
 @pytest.mark.parametrize(
@@ -295,6 +304,7 @@ def made_of(result, fault="", speed=1.0, body=None):
     warning = fault and f"NOT TO BE MADE: {fault}"
     made = SimpleNamespace(result=built, fault=fault, warning=warning, speed=speed, kit=None, options=options)
     made.assembly = SimpleNamespace(screws=(SimpleNamespace(maker="the output of X4"),))
+    made.choice, made.currency = SimpleNamespace(actuators=(SimpleNamespace(name="X4"),)), "USD"
     return made
 
 
@@ -354,11 +364,17 @@ def test_progress_counts_all_numbers_of_joints_that_may_be_tried():
 
 def test_parts_are_listed_by_how_one_comes_by_them(result, monkeypatch):
     screws = [part_lists.Row(f"screws into the output of X4, J{k}-L{k - 1}", 1, "set", "screws") for k in (1, 2, 3)]
-    rows = [part_lists.Row("X4", 3, "piece", "bought"), part_lists.Row("<flange>", 2, "piece", "printed"), *screws]
+    rows = [
+        part_lists.Row("X4", 3, "piece", "bought", price=1000.0),
+        part_lists.Row("<flange>", 2, "piece", "printed"),
+        *screws,
+    ]
     monkeypatch.setattr(part_lists, "bill_rows", lambda _: rows)
     text = built_html(made_of(result))
     assert all(word in text for word in ("To be bought", "To be printed", "&lt;flange&gt;", "<td>3 set</td>"))
     assert text.count("output of X4") == 1
+    assert "<td>Joint 1</td><td>X4</td>" in text
+    assert "3,000 USD in all for the lines with a price; 2 have none" in text
     assert "The base is at x" in text
     assert "maker&#x27;s drawing" in text
     assert "<details>" not in text
@@ -462,7 +478,7 @@ def studio_page(result, tmp_path):
     page = Page(viser, tmp_path)
     page.work = page.slow = lambda _, wish: None
     page.work.wishes = {}
-    room, search = MagicMock(), SimpleNamespace(run=None)
+    room, search = MagicMock(), SimpleNamespace(run=None, changed=lambda: "")
     room.motors.value = families()[0]
     page.panels = {"Room": room, "Search": search}
     page.panels |= {"Arms": ArmsPanel(page), "Redesign": RedesignPanel(page), "Parts": DownloadPanel(page)}
@@ -504,3 +520,29 @@ def test_an_arm_that_reaches_nothing_says_what_to_press(studio_page, monkeypatch
     assert "The arm does not reach" in redesign.state.content
     assert "reach_tolerance" not in redesign.state.content
     assert (studio_page.arm, redesign.back.disabled) == (before, False)
+
+
+def test_what_has_changed_on_the_page_since_the_search_is_said_before_anything_good(studio_page):
+    page, asked = studio_page, {"the load": 0.5, "the tolerance": 20.0}
+    search, parts = page.panels["Search"], page.panels["Parts"]
+    search.asked, search.asks = dict(asked), lambda: asked
+    search.changed = lambda: SearchPanel.changed(search)
+    page.say_next()
+    assert (search.changed(), parts.parts.color, parts.doubt.visible) == ("", "green", False)
+    asked["the load"] = 3.0
+    page.say_next()
+    head = page.headline.content
+    assert "the load" in head
+    assert "the tolerance" not in head
+    assert head.index("search again") < head.index("furthest off")
+    assert (parts.parts.color, parts.doubt.visible) == ("gray", True)
+    search.asked = {}  # of a run whose recording is gone nothing is known
+    assert search.changed() == ""
+
+
+def test_a_searched_arm_is_not_judged_as_if_it_had_motors(result):
+    words = judged_words(result)
+    assert "before motors are chosen" in words[1]
+    assert words[-1].startswith("Motors are not chosen yet. Their speed is assumed")
+    assert "(assumed)" in load_words(ASSUMED_LOAD)
+    assert "(assumed)" not in load_words(3.0)
