@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import jinja2
+import markupsafe
 import numpy as np
 
 from armdesign._version import __version__
@@ -156,6 +158,7 @@ def fill(context: dict[str, Any]) -> str:
     environment.filters["mm"] = lambda value, digits=1: number(1e3 * value, digits)
     environment.filters["deg"] = lambda value, digits=1: number(float(np.rad2deg(value)), digits)
     environment.filters["fixed"] = number
+    environment.filters["command"] = command
     environment.filters["plain"] = lambda value: f"{value:g}"
     try:
         return environment.get_template("report.html.j2").render(context)
@@ -163,6 +166,13 @@ def fill(context: dict[str, Any]) -> str:
         raise ArmDesignError(
             f"the report's template in {TEMPLATES} cannot be filled in: {error!r}", fix="Reinstall armdesign"
         ) from error
+
+
+def command(text: str) -> markupsafe.Markup:
+    """A command, escaped, of which no line ends within an option: browsers break lines behind hyphens."""
+    words = (markupsafe.escape(word) for word in re.split(r"(\s+)", text))
+    unbroken = markupsafe.Markup('<span class="option">{}</span>')
+    return markupsafe.Markup("").join(unbroken.format(word) if word.startswith("-") else word for word in words)
 
 
 def number(value: float, digits: int = 1) -> str:

@@ -56,6 +56,8 @@ REMOVED = {
 
 BEYOND = 0.05
 """What a joint may be beyond a limit before it is said [deg; mm]."""
+RESTS = 0.5
+"""A joint that comes to its limit counts as there while it is no further from it [deg; mm]."""
 NEAR_LIMIT = 0.01
 """Share of its range within which a joint is near its limit."""
 MOST_LETTERS = 200
@@ -280,8 +282,9 @@ def limit_sentences(run: Result, loads: JointLoads) -> list[str]:
         if spare < -BEYOND / factor:
             found.append(f"Joint {i + 1} goes to {said}.")
         elif spare <= BEYOND / factor:
-            ends = [(float(b), np.abs(q[:, i] - b) <= BEYOND / factor) for b in limits.position[i]]
-            said = " and ".join(f"{factor * b:g} {unit}, {spells(loads.time, at)}" for b, at in ends if at.any())
+            ends = [(float(b), np.abs(q[:, i] - b) <= RESTS / factor) for b in limits.position[i]
+                    if (np.abs(q[:, i] - b) <= BEYOND / factor).any()]  # fmt: skip
+            said = " and ".join(f"{factor * b:g} {unit}, {spells(loads.time, at)}" for b, at in ends)
             found.append(f"Joint {i + 1} is at its limit of {said}.".replace("-", "−"))
         elif spare < NEAR_LIMIT * np.ptp(limits.position[i]):
             found.append(f"Joint {i + 1} comes near its limit: {said}.")

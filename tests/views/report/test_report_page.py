@@ -21,6 +21,7 @@ from armdesign.swarm.agreement import Agreement
 from armdesign.views.report import report_html, words
 from armdesign.views.report.answers import next_steps, plain_verdict, worst_frame
 from armdesign.views.report.facts import joint_loads
+from armdesign.views.report.report_page import command
 
 ALWAYS = 1 + 1 + 2 + 3 + 3 + 1
 """Figures: the shaded picture, the drawing, errors, cell with clearance, joints, fitness."""
@@ -313,3 +314,13 @@ def test_how_sure_a_search_is_depends_on_its_independent_starts(invented):
     none, alike = Agreement(0, 0, 1.0, 0, 0), Agreement(3, 3, 0.09, 9, 1)
     assert "too early to say how good" in words.trust(dataclasses.replace(facts, agreement=none))
     assert "3 of 3 independent starts" in words.trust(dataclasses.replace(facts, agreement=alike))
+
+
+def test_no_line_of_a_command_ends_within_an_option():
+    said = command("armdesign check 'a <b>' --hand-tolerance 10mm\narmdesign export --format x")
+    assert said.count('<span class="option">--') == 2
+    assert "&lt;b&gt;" in said
+    assert (
+        re.sub("<[^>]*>", "", said)
+        == "armdesign check &#39;a &lt;b&gt;&#39; --hand-tolerance 10mm\narmdesign export --format x"
+    )
