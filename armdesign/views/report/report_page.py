@@ -157,6 +157,7 @@ def fill(context: dict[str, Any]) -> str:
     environment = templates_in(TEMPLATES)
     environment.filters["mm"] = lambda value, digits=1: number(1e3 * value, digits)
     environment.filters["deg"] = lambda value, digits=1: number(float(np.rad2deg(value)), digits)
+    environment.filters["figure"] = lambda value: figure(1e3 * value)
     environment.filters["fixed"] = number
     environment.filters["command"] = command
     environment.filters["plain"] = lambda value: f"{value:g}"
