@@ -241,7 +241,7 @@ class DownloadPanel:
         self.page.set_html(self.built, "" if arm.built is None else built_html(arm.built))
         where = f"Its search lies in <b>{escape(str(run))}</b>" if (run / RESULT).is_file() else "The best so far"
         where += "." if arm.built is None else f", and what is chosen in <b>{escape(str(self.place))}</b>."
-        self.page.set_html(self.note, f"<h4>{escape(arm.name)}</h4>{where}")
+        self.page.set_html(self.note, f"<h4>Arm: {escape(arm.name)}</h4>{where}")
         self.show_choice()
         for folder in self.folders:
             folder.visible = True

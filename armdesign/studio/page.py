@@ -228,8 +228,8 @@ class Page:
             result, changed = self.arm.result, self.panels["Search"].changed()
             text = f'<h4 class="{mark}">{escape(words)}</h4>'
             if changed:
-                text = f'<h4 class="bad">{changed}: {link("Search", "search again")}</h4>{escape(words)}<br>'
-            text += escape(self.arm.name)
+                text = f'<h4 class="bad">{changed}: {link("Search", "search again")}</h4>Before: {escape(words)}.<br>'
+            text += f"Arm: {escape(self.arm.name)}"
             text += "" if result is None else f", {load_words(result.problem.settings.needs.payload)}"
             text += f", furthest off at {self.arm.worst:.2f} s"
             if self.arm is chosen:

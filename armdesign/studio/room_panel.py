@@ -142,11 +142,11 @@ class RoomPanel:
             self.yaw = gui.add_number("Turn [deg]", 0.0, step=5.0, visible=False)
             self.remove = gui.add_button("Remove it", visible=False)
         with gui.add_folder("What must it do, and carry?"):
-            self.follow = gui.add_dropdown("What follows the person", (HAND, WHOLE), hint=FOLLOW)
-            self.tolerance = gui.add_number("Hand may be off by [mm], 0: any", 20.0, min=0.0, max=1000.0, step=1.0)
             self.payload = gui.add_number(
                 "It carries, gripper included [kg]", ASSUMED_LOAD, min=0.0, max=1000.0, step=0.1, hint=LOAD
             )
+            self.follow = gui.add_dropdown("What follows the person", (HAND, WHOLE), hint=FOLLOW)
+            self.tolerance = gui.add_number("Hand may be off by [mm], 0: any", 20.0, min=0.0, max=1000.0, step=1.0)
             self.motors = gui.add_dropdown("Motors", families(), hint=MOTORS)
             self.longest = gui.add_number("Arm at most this long [m]", 1.2, min=0.6, max=10.0, step=0.1)
             self.speed = gui.add_number("Fastest joint [deg/s], 0: any", 0.0, min=0.0, max=1e5, step=10.0)
@@ -273,7 +273,9 @@ class RoomPanel:
             "is the height of its top, z of the edges 0, mounted as on a floor, which is upright.",
             SHOULDER: "The arm hangs at the person's shoulder and moves with it: good for study, not for a workshop.",
         }
-        load = f"<b>What does it carry, gripper included? It {load_words(self.payload.value)}.</b>"
+        assumed = self.payload.value == ASSUMED_LOAD
+        load = f"It {load_words(self.payload.value)}, gripper included."
+        load = f"<b>What does it carry, gripper included? {ASSUMED_LOAD:g} kg is assumed.</b>" if assumed else load
         ready = f"<br>{link('Search', 'Next: search the arm')}" if page.problem is not None else ""
         page.set_html(self.note, f"{load}<br>{told[self.stand.value]}{ready}")
 
