@@ -142,6 +142,7 @@ class RoomPanel:
             self.yaw = gui.add_number("Turn [deg]", 0.0, step=5.0, visible=False)
             self.remove = gui.add_button("Remove it", visible=False)
         with gui.add_folder("What must it do, and carry?"):
+            self.load = page.html("")
             self.payload = gui.add_number(
                 "It carries, gripper included [kg]", ASSUMED_LOAD, min=0.0, max=1000.0, step=0.1, hint=LOAD
             )
@@ -277,7 +278,8 @@ class RoomPanel:
         load = f"It {load_words(self.payload.value)}, gripper included."
         load = f"<b>What does it carry, gripper included? {ASSUMED_LOAD:g} kg is assumed.</b>" if assumed else load
         ready = f"<br>{link('Search', 'Next: search the arm')}" if page.problem is not None else ""
-        page.set_html(self.note, f"{load}<br>{told[self.stand.value]}{ready}")
+        page.set_html(self.note, f"{told[self.stand.value]}{ready}")
+        page.set_html(self.load, load)
 
     def hold_box(self) -> None:
         """Show what belongs to the box for the base, with a gizmo to drag it by."""
