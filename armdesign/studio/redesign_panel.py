@@ -183,7 +183,7 @@ class RedesignPanel:
         page.show_arms((arm, COLOURS[0]))
         change = float(arm.error.max() - self.found.error.max())
         words = f"Largest error of the hand: {millimetres(float(arm.error.max()))}"
-        words += f" ({'+' if change >= 0.0 else '-'}{millimetres(abs(change))} against the {self.found.name})"
+        words += f" ({'+' if change >= 0.0 else '-'}{millimetres(abs(change))} against the arm before)"
         page.set_html(self.state, f"<h4>{escape(words)}</h4>Clearance follows when you pause.")
         self.show_gradient(Phi)
         page.work("clearance", lambda: self.judge(result, words))

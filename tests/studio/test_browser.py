@@ -102,7 +102,7 @@ def test_from_a_c3d_to_a_urdf(studio, open_page, take):
     slider = page.get_by_role("slider").nth(4)
     slider.focus()
     slider.press("ArrowRight")  # by the keyboard alone
-    page.get_by_text("against the search's arm").wait_for(timeout=120_000)
+    page.get_by_text("against the arm before").wait_for(timeout=120_000)
     tab(page, "Parts")
     with page.expect_download(timeout=120_000) as download:
         page.get_by_role("button", name="Download the robot file").click()
