@@ -38,6 +38,8 @@ LETTER = 0.078
 """Room of a letter [inch]."""
 EXACT = 0.05
 """An orientation that is never further off is followed exactly: it is said, not drawn [deg]."""
+LEAP = 2.0
+"""A first frame from whose error that of the second differs by more is told [mm]."""
 STEEP = 3.0
 """A search whose best fitness falls by more than this factor is drawn to a logarithmic scale."""
 
@@ -110,6 +112,9 @@ def error_picture(run: Result, worst: Worst) -> Picture:
     said += "" if allowed is None else f"; allowed are {allowed:g} mm"
     words = f"How far the tool is from the hand over time{of}: {said}."
     words += f" Its orientation is followed exactly, to {EXACT:g} deg." if exact else ""
+    leap = float(miss[1] - miss[0])  # only the first frame has to reach the hand
+    if leap > LEAP and leap > 3.0 * float(np.abs(np.diff(miss[1:])).max(initial=0.0)):
+        words += f" It begins at the hand, and is {miss[1]:.1f} mm off one frame later."
     return picture("errors", build, words, words)
 
 

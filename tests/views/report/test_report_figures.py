@@ -150,6 +150,18 @@ def test_an_orientation_that_is_followed_exactly_is_said_and_not_drawn(invented)
         assert ("turn [deg]" in shown.svg, "followed exactly" in shown.caption) == (drawn, not drawn)
 
 
+def test_a_leap_from_the_hand_in_the_first_frame_is_said(invented):
+    run = invented()
+    for first, said in ((0.0, True), (0.0119, False)):
+        distance = np.full_like(run.evaluation.path.distance, 0.012)
+        distance[0] = first
+        path = dataclasses.replace(run.evaluation.path, distance=distance)
+        scored = dataclasses.replace(run.evaluation.demonstrations[0], path=path)
+        leapt = dataclasses.replace(run, evaluation=dataclasses.replace(run.evaluation, demonstrations=(scored,)))
+        caption = error_picture(leapt, worst_frame(leapt)).caption
+        assert ("begins at the hand, and is 12.0 mm off one frame later" in caption) == said
+
+
 def test_a_steep_search_is_drawn_to_a_logarithmic_scale():
     best, tried = np.array([0.5, 0.1, 0.02, 0.019]), np.array([10, 100, 500, 1000])
     for factor, said in ((1.0, True), (0.0, False)):
