@@ -42,8 +42,13 @@ def joint_torques(arm: ArmBody, motion: SmoothMotion, payload: float = 0.0, grav
         raise SettingsError("gravity is not a finite vector", value=gravity, allowed="three numbers [m/s^2]")
     model = dynamic_model(arm, payload)
     model.gravity.linear = pull
-    data = model.createData()
-    return np.stack([pin.rnea(model, data, *state) for state in zip(motion.q, motion.v, motion.a, strict=True)])
+    return model_torques(model, motion)
+
+
+def model_torques(model: Any, motion: SmoothMotion) -> Array:  # noqa: ANN401 (a pin.Model)
+    """Inverse dynamics of a Pinocchio model along a motion of T frames, shape (T, n) [N m; N of prismatic joints]."""
+    data, states = model.createData(), zip(motion.q, motion.v, motion.a, strict=True)
+    return np.stack([pin.rnea(model, data, *state) for state in states])
 
 
 def dynamic_model(arm: ArmBody, payload: float = 0.0) -> Any:  # noqa: ANN401 (a pin.Model)

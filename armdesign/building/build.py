@@ -104,7 +104,7 @@ class Build:
         if self.kit is None and self.assembly is None:
             wrong = f"Its parts do not fit together: {self.misfit}."
         elif self.gap is not None and self.gap.met:
-            wrong = self.told(self.gap).judged
+            wrong = self.told(self.gap).ruling
         return replace(verdict, feasible=False, reasons=(wrong, *verdict.reasons)) if wrong else verdict
 
     @property

@@ -72,8 +72,8 @@ class PartsGap(NamedTuple):
         return f"parts of a build have to keep {APART * 1e3:g} mm apart"
 
     @property
-    def judged(self) -> str:
-        """The same with what is required, in a sentence."""
+    def ruling(self) -> str:
+        """How near they come and what they have to keep, in a sentence."""
         return f"{sentence(self.words)}; {self.rule}."
 
 

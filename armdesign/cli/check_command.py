@@ -57,7 +57,7 @@ def check(
         nearest = None
         if made and gap and not gap.met:  # else it is among the reasons
             looked = f"About {FRAMES} frames of each demonstration are looked at; marks are those of assembly.html."
-            nearest = gap.value, f"{made.told(gap).judged} {looked}"
+            nearest = gap.value, f"{made.told(gap).ruling} {looked}"
         lines += summary(verdict, (made or judged).judged, result.base_pose, nearest)
         show_text("\n".join(lines))
     if not verdict.passed:

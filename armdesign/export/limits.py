@@ -9,7 +9,6 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody
 from armdesign.bodies.loads import base_gravity, joint_torques
-from armdesign.errors import DesignError
 from armdesign.export.joints import JointLimits, joint_limits, narrowed
 from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptions
 from armdesign.feasibility.demand import JointDemand, joint_demand, speed_fraction
@@ -91,8 +90,6 @@ def peak_limits(arm: ArmBody, moved: Motions, assumed: RobotOptions, base: BaseP
     options, speeds, torques = assumed.limits, [], []
     for time, q in moved:
         motion = smooth_motion(time, q, arm.limits)
-        if motion.q.shape[1] != arm.table.dof:
-            raise DesignError(f"the motion has {motion.q.shape[1]} joints, but the arm has {arm.table.dof}")
         speeds.append(np.abs(motion.v).max(axis=0))
         torque = joint_torques(arm, motion, options.payload or 0.0, base_gravity(base))
         torques.append(np.abs(torque + drive_torques(motion, assumed.simulation)).max(axis=0))

@@ -71,6 +71,8 @@ def speed_excess(needs: JointNeeds, smooth: Smoothing, path: Array, turns: Array
         (peak / limit - 1)+, and its gradient, shape (E,).
     """
     worst, slope = 0.0, None if turns is None else np.zeros(turns.shape[2])
+    if needs.speed is None and needs.acceleration is None:
+        return worst, slope
     motion = smooth.motion(path)
     for order, limit, values in ((1, needs.speed, motion.v), (2, needs.acceleration, motion.a)):
         if limit is None:

@@ -13,7 +13,7 @@ import pinocchio as pin
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
 from armdesign.bodies.exact import ExactScene
-from armdesign.bodies.loads import base_gravity, dynamic_model
+from armdesign.bodies.loads import base_gravity, dynamic_model, model_torques
 from armdesign.experiments.compare.arms import Arm, DesignArm, open_arms
 from armdesign.experiments.compare.base_pose import BaseProgress, BaseSearch, mount_arm
 from armdesign.experiments.compare.serial_arm import SerialArm
@@ -258,10 +258,7 @@ def with_effort(row: ArmScore, problem: DesignProblem, model: pin.Model) -> ArmS
     followed = np.array(problem.settings.fitness.weights) > 0.0
     worst = np.where(followed, row.path.distance.max(axis=0), -1.0)
     motion = smooth_motion(problem.task.time, row.path.q, row.arm.limits)
-    torque = None
-    if row.moving_mass is not None:
-        data, states = model.createData(), zip(motion.q, motion.v, motion.a, strict=True)
-        torque = np.abs([pin.rnea(model, data, *state) for state in states]).max(axis=0)
+    torque = None if row.moving_mass is None else np.abs(model_torques(model, motion)).max(axis=0)
     turns = ~np.array(row.arm.table.prismatic) if isinstance(row.arm, DesignArm) else np.ones(row.arm.dof, dtype=bool)
     speed = np.abs(motion.v).max(axis=0)
     stated = np.full(len(speed), np.nan) if row.arm.speeds is None else row.arm.speeds

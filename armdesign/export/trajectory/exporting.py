@@ -161,7 +161,8 @@ def pace_notes(run: Result, timing: Timing) -> list[str]:
     """
     most = run.verdict.speed_fraction
     if most == 1.0:
-        most = float((joint_needs(run.problem.settings).actuator_speed / np.array(run.verdict.peak_speed)).min())
+        with np.errstate(divide="ignore"):  # joints that stand still
+            most = float((joint_needs(run.problem.settings).actuator_speed / run.verdict.peak_speed).min())
     if timing.speed <= most:
         return []
     share = np.floor(100.0 * most) / 100.0

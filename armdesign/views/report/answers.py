@@ -293,7 +293,7 @@ def answers(run: Result, worst: Worst, nearest: Sequence[Near]) -> list[Answer]:
     stand = place(run.base_pose, run.problem.task.base)
     return [
         job(verdict, settings, worst),
-        Answer(stand.question, stand.figure, f"{stand.words}{at_the_edge(run)}", part=not run.located),
+        stand._replace(words=f"{stand.words}{at_the_edge(run)}", part=not run.located),
         touching(nearest, settings),
         fast(verdict, settings),
     ]

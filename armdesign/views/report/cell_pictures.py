@@ -157,9 +157,8 @@ def cell_figure(scene: CellScene, across: int, up: int) -> Figure:
     low, high = box(scene.projected(axes))
     sized, extent = dimensions(scene, axes), float((high - low).max())
     rows = [sum(np.argmax(np.abs(end - start)) == k for start, end, _ in sized) for k in range(2)]
-    room = (
-        ROW * extent * (np.array(rows) + 0.3 * (np.array(rows) > 0))
-    )  # for the dimensions: those across below, those upwards to the right
+    # for the dimensions: those across below, those upwards to the right
+    room = ROW * extent * (np.array(rows) + 0.3 * (np.array(rows) > 0))
     room_x, room_y = np.array([room[1], 0.0]), np.array([0.0, room[0]])
     figure = framed(low - room_y, high + room_x, left=LEFT, right=RIGHT, bottom=0.45, top=0.08)
     axis = figure.axes[0]

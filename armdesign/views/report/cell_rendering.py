@@ -129,10 +129,8 @@ def worst_rendering(run: Result, worst: Worst, made: Build | None = None) -> Pic
     shot = shot_of(together([faces, body]), turn, WIDTH - INSET, focus)
     half = max(CLOSE, 2.5 * float(np.linalg.norm(hand - tip)))
     close = Shot(turn, turn @ (hand + tip) / 2.0, INSET / (2.0 * half), INSET, INSET)
-    whole, near = (
-        see_through(faces, [(body, THROUGH_PERSON)], shot, ARM),
-        (1.0 + rendered(arm, close)[0]) / 2.0,
-    )  # pale, under its marks
+    whole = see_through(faces, [(body, THROUGH_PERSON)], shot, ARM)
+    near = (1.0 + rendered(arm, close)[0]) / 2.0  # pale, under its marks
     picture = np.ones((max(shot.height, INSET), WIDTH, 3))
     picture[: shot.height, : shot.width], picture[:INSET, shot.width :] = whole, near
     marks = gap_marks(shot, close, hand, tip, f"{1e3 * worst.error:.1f} mm")

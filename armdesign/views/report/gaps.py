@@ -101,10 +101,8 @@ def clearances(run: Result, made: Build | None = None) -> Clearances:
             if still:
                 found.append(Near(drawn.value, drawn.bodies, f"at {time[drawn.frame]:.2f} s"))
     if made is not None and made.gap is not None:
-        named = {} if made.assembly is None else {each.mark: each.part.kind for each in made.assembly.placed}
-        first, second = (f"{named.get(mark, '')} {mark}".strip() for mark in made.gap.parts)
         where = "on the motion" if made.gap.joint is None else f"at joint {made.gap.joint}"
-        found.append(Near(made.gap.value, (first, second), where, made.gap))
+        found.append(Near(made.gap.value, made.told(made.gap).parts, where, made.gap))
     if made is not None and made.assembly is None and made.kit is None:
         found = []  # of parts that do not fit together nothing is known
     return Clearances(tuple(sorted(found, key=lambda near: near.value)), time, series)

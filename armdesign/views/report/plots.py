@@ -36,6 +36,8 @@ from armdesign.views.report.gaps import ALWAYS, Clearances, Near
 
 LETTER = 0.078
 """Room of a letter [inch]."""
+PALE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4}
+"""Behind a text over what else is drawn there."""
 EXACT = 0.05
 """An orientation that is never further off is followed exactly: it is said, not drawn [deg]."""
 LEAP = 2.0
@@ -132,9 +134,8 @@ def bound(axis: Axes, time: Array, values: Array, value: float, label: str) -> N
     third = max(1, len(values) // 3)
     left, right = (float(np.abs(part - value).min()) for part in (values[:third], values[-third:]))
     end, side = (time[0], "left") if left >= right else (time[-1], "right")
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4}  # over what else is drawn there
     axis.annotate(f" {label}{value:g} ", (end, value), (0, 2), textcoords="offset points", ha=side, va="bottom",
-                  fontsize=8, bbox=box, zorder=5)  # fmt: skip
+                  fontsize=8, bbox=PALE, zorder=5)  # fmt: skip
 
 
 def clearance_picture(run: Result, found: Clearances) -> Picture | None:
@@ -197,9 +198,8 @@ def show_parts(axis: Axes, part: Near) -> None:
     value, required = 1e3 * part.value, 0.0 if part.gap is None else 1e3 * part.gap.required
     axis.bar(0.0, value, 0.5, color=GREY, edgecolor="black", linewidth=0.5)
     axis.axhline(required, color="black", linewidth=0.9, linestyle=":", zorder=4)
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4}
     axis.annotate(f"required: {required:g}", (0.0, required), (0, 2), textcoords="offset points", ha="center",
-                  va="bottom", fontsize=7, bbox=box, zorder=5)  # fmt: skip
+                  va="bottom", fontsize=7, bbox=PALE, zorder=5)  # fmt: skip
     high = max(value, required + 0.1 * value)
     axis.text(0.0, high, rounded(value), ha="center", va="bottom", fontsize=8)
     axis.set(title="parts [mm]", xticks=[], xlim=(-0.6, 0.6), ylim=(0.0, 1.25 * max(high, 1.5 * required)))

@@ -70,7 +70,7 @@ def test_the_least_of_all_is_told_first_that_of_a_build_s_parts_too(invented, nu
     bodies = clearances(run).least
     assert min(near.value for near in bodies) == pytest.approx(run.verdict.self_clearance.value)
     gap = PartsGap(bodies[0].value - 2e-3, ("J3-L2", "J3-L3"), np.zeros(3), 3)
-    made = SimpleNamespace(gap=gap, assembly=SimpleNamespace(placed=()))
+    made = SimpleNamespace(gap=gap, assembly=SimpleNamespace(placed=()), told=lambda told: told)
     nearest = clearances(run, made).least
     assert nearest[0].bodies == gap.parts
     assert "joint 3" in nearest[0].words
