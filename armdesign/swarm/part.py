@@ -61,6 +61,7 @@ class MultiBasinParameters:
         budget: Largest number of candidates.
         effort: How sure the search has to be to end before: quick, normal, thorough, or budget for never.
         coarse: How coarsely candidates are looked at that only lead the way, whatever that means to the caller; 0: not.
+        coarse_sample: Whether first samples are, too, where a coarse look finds what is good in full.
         scale: Candidates per free entry by which a beginning is measured, where the budget is not less than that.
         sample: Share of the scale for the first sample of a beginning.
         candidates_per_start: One first descent for so many candidates of the scale.
@@ -84,6 +85,7 @@ class MultiBasinParameters:
     budget: int = 50000
     effort: str = "normal"
     coarse: int = 100
+    coarse_sample: bool = True
     scale: int = 2000
     sample: float = 0.06
     candidates_per_start: int = 400
@@ -297,7 +299,8 @@ class Part(Descending):
     def coarse(self) -> int:
         """See Algorithm.coarse."""
         looking = self._stage == SCREEN or (self._stage == DESCEND and not self._fine)
-        looking |= self._stage == SAMPLE and (self.label > 0 or bool(self._history))
+        if self._stage == SAMPLE and self.parameters.coarse_sample:
+            looking = self.label > 0 or bool(self._history)
         return self.parameters.coarse if looking else 0
 
     @property

@@ -5,6 +5,7 @@ import pytest
 from swarm_problem import SPACE, answer, build, bumpy_slope, evaluate, run
 
 from armdesign.swarm import Part
+from armdesign.swarm.part import SAMPLE
 
 SIZES = {"budget": 1200, "effort": "normal"}
 
@@ -77,6 +78,17 @@ def test_what_is_gathered_at_an_early_end_counts():
     assert search.evaluations == sum(part.evaluations for part in parts)
     assert search.best_fitness == min(part.best_fitness for part in parts)
     assert search.done
+
+
+@pytest.mark.parametrize(("coarse_sample", "in_full"), [(True, [True, False]), (False, [True])])
+def test_samples_are_evaluated_in_full_where_a_coarse_look_misleads(coarse_sample, in_full):
+    search, asked = build("multibasin", 3, budget=3000, coarse=10, coarse_sample=coarse_sample), []
+    while not search.done:
+        X, stage = search.ask(), search._parts[0].stage(10**6)
+        asked += [search.coarse == 0] * (stage == SAMPLE)
+        answer(search, X)
+    assert asked[0]
+    assert set(asked) == set(in_full)
 
 
 @pytest.mark.parametrize("seed", range(4))
