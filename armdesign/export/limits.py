@@ -18,8 +18,6 @@ from armdesign.kinematics.motion import SmoothMotion, smooth_motion
 from armdesign.search.evaluation import motions
 from armdesign.search.result import Result
 
-Motions = Sequence[tuple[Array, Array]]
-"""Times (T,) [s] and joint angles (T, n) [rad; m] of each demonstration."""
 LEAST = 1.0
 """Limits by a motion are at least so much [rad/s, N m]: a joint that stands still needs none, but readers insist."""
 
@@ -36,7 +34,8 @@ def exported_limits(result: Result, arm: ArmBody, assumed: RobotOptions) -> tupl
         assumed: How the limits come about, and what the drives themselves need.
     """
     options = assumed.limits
-    moved, payload = motions(result.evaluation, result.problem), options.payload or 0.0
+    paths, payload = motions(result.evaluation, result.problem), options.payload or 0.0
+    moved = [smooth_motion(*path, arm.limits) for path in paths]
     needs, base = joint_needs(result.problem.settings), result.base_pose
     velocity, effort = actuator_limits(needs, options)
     if options.margin is not None:
@@ -45,14 +44,14 @@ def exported_limits(result: Result, arm: ArmBody, assumed: RobotOptions) -> tupl
     effort = np.maximum(effort, options.effort_floor or 0.0)
     position, notes = result.limits, []
     if options.narrow_limits is not None:
-        q = np.concatenate([angles for _, angles in moved])
+        q = np.concatenate([angles for _, angles in paths])
         margin = options.narrow_limits * np.where(needs.prismatic, 1e-3, np.deg2rad(1.0))
         position = narrowed(position, q, margin)
         notes += widened_notes(position, q)
     if options.margin is None:
         stated = JointNeeds(needs.prismatic, velocity, None, effort)
         demand = joint_demand(arm, moved, payload, base)
-        own = [drive_torques(smooth_motion(*each, arm.limits), assumed.simulation) for each in moved]
+        own = [drive_torques(each, assumed.simulation) for each in moved]
         notes += excess_notes(demand._replace(torque=demand.torque + np.concatenate(own)), stated)
     return joint_limits(arm.table.prismatic, position, velocity, effort), tuple(notes)
 
@@ -69,7 +68,9 @@ def actuator_limits(needs: JointNeeds, options: LimitOptions) -> tuple[Array, Ar
     return speed if needs.speed is None else needs.speed, torque if needs.torque is None else needs.torque
 
 
-def peak_limits(arm: ArmBody, moved: Motions, assumed: RobotOptions, base: BasePose) -> tuple[Array, Array]:
+def peak_limits(
+    arm: ArmBody, moved: Sequence[SmoothMotion], assumed: RobotOptions, base: BasePose
+) -> tuple[Array, Array]:
     """Peak speeds and peak inverse-dynamics torques of every joint over some motions, times the margin.
 
     The torque is what holds and moves the arm's own solids, the payload and the drives themselves, whose armature,
@@ -77,19 +78,15 @@ def peak_limits(arm: ArmBody, moved: Motions, assumed: RobotOptions, base: BaseP
 
     Args:
         arm: The arm and its solids, n joints.
-        moved: The motions, each of three frames or more.
+        moved: The smoothed motions, one for each demonstration.
         assumed: Payload, margin and floors; and the drives.
         base: Where the arm stands.
 
     Returns:
         Speeds [rad/s; m/s] and torques [N m; N], shape (n,) each.
-
-    Raises:
-        DesignError: A motion does not fit the arm, or its times do not increase.
     """
     options, speeds, torques = assumed.limits, [], []
-    for time, q in moved:
-        motion = smooth_motion(time, q, arm.limits)
+    for motion in moved:
         speeds.append(np.abs(motion.v).max(axis=0))
         torque = joint_torques(arm, motion, options.payload or 0.0, base_gravity(base))
         torques.append(np.abs(torque + drive_torques(motion, assumed.simulation)).max(axis=0))

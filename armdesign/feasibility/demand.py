@@ -12,7 +12,7 @@ from armdesign.bodies.arm_body import ArmBody
 from armdesign.bodies.loads import base_gravity, joint_torques
 from armdesign.feasibility.needs import JointNeeds
 from armdesign.kinematics.base_pose import BasePose
-from armdesign.kinematics.motion import SmoothMotion, smooth_motion
+from armdesign.kinematics.motion import SmoothMotion
 
 
 class JointDemand(NamedTuple):
@@ -31,16 +31,15 @@ class JointDemand(NamedTuple):
     holding: Array
 
 
-def joint_demand(arm: ArmBody, paths: Sequence[tuple[Array, Array]], payload: float, base: BasePose) -> JointDemand:
-    """Speeds, accelerations and torques of joint paths, smoothed within the arm's limits.
+def joint_demand(arm: ArmBody, motions: Sequence[SmoothMotion], payload: float, base: BasePose) -> JointDemand:
+    """Speeds, accelerations and torques of motions.
 
     Args:
         arm: The arm with its body.
-        paths: Times (T,) [s] and joint angles (T, n) [rad] of each demonstration.
+        motions: The smoothed joint paths, one for each demonstration.
         payload: Point mass at the tool [kg].
         base: Where the arm stands.
     """
-    motions = [smooth_motion(time, q, arm.limits) for time, q in paths]
     motion = SmoothMotion(*(np.concatenate([getattr(each, name) for each in motions]) for name in ("q", "v", "a")))
     still, gravity = np.zeros_like(motion.q), base_gravity(base)
     torque, holding = (

@@ -29,6 +29,7 @@ from armdesign.feasibility.violations import (
     share,
 )
 from armdesign.kinematics.base_pose import BasePose
+from armdesign.kinematics.motion import smooth_motion
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ def judge(arm: ArmBody, base: BasePose, followed: Sequence[Followed], requiremen
         ]
         gaps = clearances(scenes, followed)
         excess = farthest(arm, base, followed, requirements)
-    demand = joint_demand(arm, [(each.time, each.q) for each in followed], needs.payload, base)
+    demand = joint_demand(arm, [smooth_motion(each.time, each.q, arm.limits) for each in followed], needs.payload, base)
     missed = hand_violations(followed, needs)
     violated = [*place_violations(base, settings.cell), *demand_violations(demand, limits)]
     violated += gap_violations(gaps, followed, settings.body.clearance)

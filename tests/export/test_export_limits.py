@@ -44,7 +44,8 @@ IDEAL = SimulationOptions(joint_damping=0.0, joint_armature=0.0)
 
 def peaks(table, time, q, options=None, base=None, drives=IDEAL):
     assumed = RobotOptions(limits=options or LimitOptions(margin=1.5), simulation=drives)
-    return peak_limits(arm_body(table, Body()), [(time, q)], assumed, base or BasePose())
+    arm = arm_body(table, Body())
+    return peak_limits(arm, [smooth_motion(time, q, arm.limits)], assumed, base or BasePose())
 
 
 def wave(frames=201, seconds=2.0, joints=3):
@@ -136,7 +137,8 @@ def test_stated_needs_go_over_the_assumed_actuator():
 
 def test_what_the_motion_needs_beyond_its_limits_is_said_with_the_speed_that_keeps_them():
     t, q, _, _ = wave()
-    demand, free = joint_demand(arm_body(ARM, Body()), [(t, q)], 0.0, BasePose()), np.full(3, 1e6)
+    arm, free = arm_body(ARM, Body()), np.full(3, 1e6)
+    demand = joint_demand(arm, [smooth_motion(t, q, arm.limits)], 0.0, BasePose())
     fits = JointNeeds(np.zeros(3, bool), speed=np.full(3, 4.0), torque=free)
     assert excess_notes(demand, fits) == []
     limit = 0.5 * demand.speed[:, 0].max()

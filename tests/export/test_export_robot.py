@@ -93,7 +93,7 @@ def test_body_options_reach_mass_and_torque(each):
     light, loaded = robot_of(each), robot_of(each, RobotOptions(body=heavy, limits=options))
     for one, other in zip(light.bodies[1:], loaded.bodies[1:], strict=True):
         assert other.inertial.mass > one.inertial.mass + 1.39
-    moved = [(each.run.problem.task.time, each.run.evaluation.path.q)]
+    moved = [smooth_motion(each.run.problem.task.time, each.run.evaluation.path.q, loaded.arm.limits)]
     _, effort = peak_limits(loaded.arm, moved, RobotOptions(limits=options), each.run.base_pose)
     np.testing.assert_array_equal(loaded.limits.effort, effort)
 

@@ -119,7 +119,7 @@ def test_a_stated_speed_rules_the_arm_out_and_a_stated_acceleration_counts_by_it
 def test_at_the_speed_that_a_torque_allows_the_torque_is_just_reached(mounted):
     arm, base = arm_body(TABLE, Settings().body), placed_base((0.0, 0.0, 0.0), 0.3, mounted)
     q = accelerating((6.0, 9.0, 12.0))
-    demand = joint_demand(arm, [(TIME, q)], 1.5, base)
+    demand = joint_demand(arm, [smooth_motion(TIME, q, arm.limits)], 1.5, base)
     limit = 0.5 * (np.abs(demand.holding).max(axis=0) + np.abs(demand.torque).max(axis=0))
     limits = joint_needs(wanted(max_torque=tuple(limit.tolist()), max_speed=(1e4,)))
     fraction = speed_fraction(demand, limits)
@@ -131,7 +131,7 @@ def test_at_the_speed_that_a_torque_allows_the_torque_is_just_reached(mounted):
 
 def test_an_arm_too_weak_to_stand_still_has_no_speed():
     arm = arm_body(TABLE, Settings().body)
-    demand = joint_demand(arm, [(TIME, accelerating((0.1, 0.1, 0.1)))], 0.0, BasePose())
+    demand = joint_demand(arm, [smooth_motion(TIME, accelerating((0.1, 0.1, 0.1)), arm.limits)], 0.0, BasePose())
     weak = np.abs(demand.holding).max() * 0.9
     limits = joint_needs(wanted(max_torque=(weak,)))
     assert speed_fraction(demand, limits) == 0.0
@@ -142,8 +142,8 @@ def test_an_arm_too_weak_to_stand_still_has_no_speed():
 
 
 def test_a_payload_adds_its_weight_times_its_lever():
-    arm, flat = arm_body(TABLE, Settings().body), np.zeros((101, 3))
-    bare, loaded = (joint_demand(arm, [(TIME, flat)], mass, BasePose()).torque[0] for mass in (0.0, 2.0))
+    arm, still = arm_body(TABLE, Settings().body), smooth_motion(TIME, np.zeros((101, 3)))
+    bare, loaded = (joint_demand(arm, [still], mass, BasePose()).torque[0] for mass in (0.0, 2.0))
     assert np.abs(loaded - bare) == pytest.approx(2.0 * 9.81 * np.array([0.0, 0.7, 0.3]), abs=1e-9)
 
 
