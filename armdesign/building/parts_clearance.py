@@ -11,9 +11,8 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.cylinder import along
-from armdesign.bodies.exact import carries_base
 from armdesign.building.parts import Assembly, Placed, Prism, Rod
-from armdesign.feasibility.verdict import exact_obstacles
+from armdesign.feasibility.verdict import carriers, exact_obstacles
 from armdesign.feasibility.violations import figure
 from armdesign.feasibility.words import sentence
 from armdesign.kinematics.dh import DHTable
@@ -139,9 +138,9 @@ def parts_gap(assembly: Assembly, result: Result) -> PartsGap | None:
     best: PartsGap | None = None
     for shown, scored in zip(result.problem.demonstrations, result.evaluation.demonstrations, strict=True):
         around = exact_obstacles(shown.obstacles)
-        carriers = [carries_base(each, into_base @ each.pose_at(0)) for each in around]
         above = [i for i, piece in enumerate(pieces) if piece.part.mark != "B"]
-        above = above if result.placed and not any(carriers) else []
+        stands_on = carriers(shown.obstacles, result.base_pose)
+        above = above if result.placed and not any(stands_on) else []
         for t in range(0, len(scored.path.q), max(1, len(scored.path.q) // FRAMES)):
             q = scored.path.q[t]
             world = placed_at(result.table, pieces, q)
@@ -156,7 +155,7 @@ def parts_gap(assembly: Assembly, result: Result) -> PartsGap | None:
                 links = sorted((pieces[i].part.link, pieces[j].part.link))
                 joint = links[1] if links[1] - links[0] == 1 else None
                 found.append(PartsGap(gap, (pieces[i].part.mark, pieces[j].part.mark), q, joint))
-            for carries, each in zip(carriers, around, strict=True):
+            for carries, each in zip(stands_on, around, strict=True):
                 there = into_base @ each.pose_at(t)
                 found += [PartsGap(gap, (pieces[i].part.mark, each.name), q)
                           for i, gap in near_to(each.geometry, there, pieces, world, limit)

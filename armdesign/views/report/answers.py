@@ -11,10 +11,9 @@ import numpy as np
 from armdesign._types import Array
 from armdesign.building.build import Build
 from armdesign.building.record import Origin
-from armdesign.cell.obstacles import Plane
 from armdesign.errors import counted
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
-from armdesign.feasibility.verdict import Verdict
+from armdesign.feasibility.verdict import Verdict, carriers
 from armdesign.feasibility.violations import figure, share
 from armdesign.feasibility.words import (
     conclusion,
@@ -207,18 +206,9 @@ def standing(run: Result) -> str:
     """On what an arm with a place in the room stands, with its coordinates."""
     base = run.base_pose
     on = {"floor": "upright", "wall": "on a wall", "ceiling": "hanging"}[base.mounted]
-    for one in run.problem.first.obstacles.each:
-        pose = one.poses[0]
-        if isinstance(one.shape, Plane):
-            near = abs(float((base.translation - pose[:3, 3]) @ pose[:3, 2])) < STANDS
-            along = float(pose[:3, 2] @ base.rotation[:, 2]) > 1.0 - STANDS  # it stands on its free side
-            on = f"on the {one.name}" if near and along else on
-        elif len(one.shape.outline) and base.mounted == "floor":
-            points = one.shape.outline @ pose[:3, :3].T + pose[:3, 3]
-            low, high = points.min(axis=0), points.max(axis=0)
-            inside = (low[:2] - STANDS <= base.translation[:2]) & (base.translation[:2] <= high[:2] + STANDS)
-            if inside.all() and abs(high[2] - base.translation[2]) < STANDS:
-                on = f"on the {one.name}"
+    obstacles = run.problem.first.obstacles
+    for one, carries in zip(obstacles.each, carriers(obstacles, base), strict=True):
+        on = f"on the {one.name}" if carries else on
     return f"{on}, at {place_words(base).replace('-', '−')} in the recording's room"
 
 

@@ -16,6 +16,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from armdesign._types import Array
 from armdesign.cell.obstacles import Plane
+from armdesign.feasibility.verdict import carriers
 from armdesign.search.result import Result
 from armdesign.settings.place import Site
 from armdesign.views.report.drawing import GREY, HUMAN, WIDTH, Picture, picture, short
@@ -52,11 +53,13 @@ class Outline(NamedTuple):
         name: Its name.
         points: Points whose convex hull is drawn, in the room, shape (K, 3) [mm]; of a half space one on its surface.
         normal: Of a half space, where its free side is, shape (3,); None for all others.
+        carries: Whether the base stands on it.
     """
 
     name: str
     points: Array
     normal: Array | None = None
+    carries: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,14 +96,14 @@ class CellScene:
 
 def outlines(run: Result, frames: NDArray[np.intp]) -> list[Outline]:
     """What stands around a run, and what moves at some frames."""
-    found = []
-    for one in run.problem.first.obstacles.each:
+    found, obstacles = [], run.problem.first.obstacles
+    for one, carries in zip(obstacles.each, carriers(obstacles, run.base_pose), strict=True):
         poses, normal = one.poses if len(one.poses) == 1 else one.poses[frames], None
         points = one.shape.outline
         if isinstance(one.shape, Plane):
             points, normal = np.zeros((1, 3)), poses[0, :3, 2]
         for pose in poses:
-            found.append(Outline(one.name, 1e3 * (points @ pose[:3, :3].T + pose[:3, 3]), normal))
+            found.append(Outline(one.name, 1e3 * (points @ pose[:3, :3].T + pose[:3, 3]), normal, carries))
     return found
 
 
@@ -339,13 +342,13 @@ def dimensions(scene: CellScene, axes: list[int]) -> list[tuple[Array, Array, st
     for k in range(2):
         ends = [(0.0, f"{abs(base[k]):.0f}")]
         beside = [
-            (carries(one, scene.base), float(np.ptp(one.points, axis=0).prod()), -abs(edge - base[k]), edge, one.name)
+            (one.carries, float(np.ptp(one.points, axis=0).prod()), -abs(edge - base[k]), edge, one.name)
             for one in solid
             if one.points[:, axes[1 - k]].min() - NEXT_TO <= base[1 - k] <= one.points[:, axes[1 - k]].max() + NEXT_TO
             for edge in flat_ends(one.points, axes[k])
             if min(abs(edge - base[k]), abs(edge)) > SHORTEST
         ]
-        standing = axes[k] == 2 and any(carries(one, scene.base) for one in solid)  # its thickness says nothing
+        standing = axes[k] == 2 and any(one.carries for one in solid)  # its thickness says nothing
         against = any(
             each.normal is not None
             and abs(each.normal[axes[k]]) > 1.0 - 1e-6
@@ -361,12 +364,6 @@ def dimensions(scene: CellScene, axes: list[int]) -> list[tuple[Array, Array, st
                 start[k] = at
                 found.append((start, base, text))
     return found
-
-
-def carries(outline: Outline, base: Array) -> bool:
-    """Whether a base, shape (3,) [mm], is on top of an obstacle."""
-    low, high = outline.points.min(axis=0), outline.points.max(axis=0)
-    return abs(high[2] - base[2]) <= NEXT_TO and bool(((low <= base) & (base <= high + NEXT_TO))[:2].all())
 
 
 def flat_ends(points: Array, k: int) -> list[float]:

@@ -9,11 +9,10 @@ from scipy.spatial import ConvexHull, QhullError
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
-from armdesign.bodies.exact import carries_base
 from armdesign.building.build import Build
 from armdesign.building.parts import Rod
 from armdesign.cell.obstacles import Mesh, Plane
-from armdesign.feasibility.verdict import exact_obstacles
+from armdesign.feasibility.verdict import carriers
 from armdesign.search.result import Result
 from armdesign.settings import Body
 from armdesign.views.report.answers import Worst
@@ -217,11 +216,10 @@ def mount_faces(run: Result, demonstration: int, frame: int) -> list[Faces]:
     if not run.placed and (obstacles.each or plate is None):
         return []
     if run.placed:
-        into_base = np.linalg.inv(base.matrix)
         level = base.mounted == "floor"  # of planes only a floor is drawn
         if any(
-            carries_base(one, into_base @ one.pose_at(frame))
-            for one, drawn in zip(exact_obstacles(obstacles), obstacles.each, strict=True)
+            carries
+            for carries, drawn in zip(carriers(obstacles, base, frame), obstacles.each, strict=True)
             if level or not isinstance(drawn.shape, Plane)
         ):
             return []

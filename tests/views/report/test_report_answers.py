@@ -205,7 +205,7 @@ def test_the_outline_of_points_is_their_hull():
 def test_dimensions_are_distances_from_the_origin_and_the_nearest_edge(numbers):
     corners = np.array([[x, y, z] for x in (500.0, 1000.0) for y in (-300.0, 400.0) for z in (700.0, 800.0)])
     nothing = np.zeros((1, 1, 3))
-    table, far = Outline("table", corners), Outline("far", corners + np.array([0.0, 5000.0, 0.0]))
+    table, far = Outline("table", corners, carries=True), Outline("far", corners + np.array([0.0, 5000.0, 0.0]))
     scene = CellScene(np.array([620.0, 150.0, 800.0]), nothing, nothing, nothing[0], (), (table, far), "room")
     for axes in ([0, 1], [0, 2]):
         for start, end, text in dimensions(scene, axes):
