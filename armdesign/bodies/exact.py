@@ -77,6 +77,18 @@ def carries_base(obstacle: ExactObstacle, pose: Array) -> bool:
     return bool(abs(away) <= ON_THE_SURFACE and above > 0.0)
 
 
+def carriers(obstacles: Sequence[ExactObstacle], base: Array, frame: int = 0) -> list[bool]:
+    """Which of some obstacles a base stands on.
+
+    Args:
+        obstacles: The obstacles.
+        base: Pose of the base in their room, shape (4, 4).
+        frame: Frame in which they are looked at.
+    """
+    into_base = np.linalg.inv(base)
+    return [carries_base(one, into_base @ one.pose_at(frame)) for one in obstacles]
+
+
 @dataclass(frozen=True, eq=False)
 class Clearance:
     """The clearance of some bodies over a motion.

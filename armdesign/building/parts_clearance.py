@@ -11,8 +11,9 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.cylinder import along
+from armdesign.bodies.exact import carriers
 from armdesign.building.parts import Assembly, Placed, Prism, Rod
-from armdesign.feasibility.verdict import carriers, exact_obstacles
+from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.feasibility.violations import figure
 from armdesign.feasibility.words import sentence
 from armdesign.kinematics.dh import DHTable
@@ -139,7 +140,7 @@ def parts_gap(assembly: Assembly, result: Result) -> PartsGap | None:
     for shown, scored in zip(result.problem.demonstrations, result.evaluation.demonstrations, strict=True):
         around = exact_obstacles(shown.obstacles)
         above = [i for i, piece in enumerate(pieces) if piece.part.mark != "B"]
-        stands_on = carriers(shown.obstacles, result.base_pose)
+        stands_on = carriers(around, result.base_pose.matrix)
         above = above if result.placed and not any(stands_on) else []
         for t in range(0, len(scored.path.q), max(1, len(scored.path.q) // FRAMES)):
             q = scored.path.q[t]

@@ -12,7 +12,7 @@ import numpy as np
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import ArmBody
-from armdesign.bodies.exact import ExactObstacle, ExactScene, carries_base
+from armdesign.bodies.exact import ExactObstacle, ExactScene
 from armdesign.cell.obstacles import Obstacles
 from armdesign.feasibility.demand import joint_demand, speed_fraction
 from armdesign.feasibility.needs import check_needs, joint_needs
@@ -137,18 +137,6 @@ def judge(arm: ArmBody, base: BasePose, followed: Sequence[Followed], requiremen
 def exact_obstacles(obstacles: Obstacles) -> list[ExactObstacle]:
     """Obstacles as the exact check takes them, in the room."""
     return [ExactObstacle(one.name, one.shape.geometry(), one.pose) for one in obstacles.each]
-
-
-def carriers(obstacles: Obstacles, base: BasePose, frame: int = 0) -> list[bool]:
-    """Which of some obstacles a base stands on.
-
-    Args:
-        obstacles: The obstacles.
-        base: Where the base stands in their room.
-        frame: Frame in which they are looked at.
-    """
-    into_base = np.linalg.inv(base.matrix)
-    return [carries_base(one, into_base @ one.pose_at(frame)) for one in exact_obstacles(obstacles)]
 
 
 def clearances(scenes: Sequence[ExactScene], followed: Sequence[Followed]) -> tuple[Gap | None, Gap | None]:

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from armdesign._types import Array
+from armdesign.bodies.exact import carriers
 from armdesign.building.build import Build
 from armdesign.building.record import Origin
 from armdesign.errors import counted
 from armdesign.feasibility.needs import SLIDING, TURNING, joint_needs
-from armdesign.feasibility.verdict import Verdict, carriers
+from armdesign.feasibility.verdict import Verdict, exact_obstacles
 from armdesign.feasibility.violations import figure, share
 from armdesign.feasibility.words import (
     conclusion,
@@ -207,7 +208,7 @@ def standing(run: Result) -> str:
     base = run.base_pose
     on = {"floor": "upright", "wall": "on a wall", "ceiling": "hanging"}[base.mounted]
     obstacles = run.problem.first.obstacles
-    for one, carries in zip(obstacles.each, carriers(obstacles, base), strict=True):
+    for one, carries in zip(obstacles.each, carriers(exact_obstacles(obstacles), base.matrix), strict=True):
         on = f"on the {one.name}" if carries else on
     return f"{on}, at {place_words(base).replace('-', '−')} in the recording's room"
 

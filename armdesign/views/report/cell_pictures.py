@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from armdesign._types import Array
+from armdesign.bodies.exact import carriers
 from armdesign.cell.obstacles import Plane
-from armdesign.feasibility.verdict import carriers
+from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.search.result import Result
 from armdesign.settings.place import Site
 from armdesign.views.report.drawing import GREY, HUMAN, WIDTH, Picture, picture, short
@@ -97,7 +98,7 @@ class CellScene:
 def outlines(run: Result, frames: NDArray[np.intp]) -> list[Outline]:
     """What stands around a run, and what moves at some frames."""
     found, obstacles = [], run.problem.first.obstacles
-    for one, carries in zip(obstacles.each, carriers(obstacles, run.base_pose), strict=True):
+    for one, carries in zip(obstacles.each, carriers(exact_obstacles(obstacles), run.base_pose.matrix), strict=True):
         poses, normal = one.poses if len(one.poses) == 1 else one.poses[frames], None
         points = one.shape.outline
         if isinstance(one.shape, Plane):

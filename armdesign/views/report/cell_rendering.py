@@ -9,10 +9,11 @@ from scipy.spatial import ConvexHull, QhullError
 
 from armdesign._types import Array
 from armdesign.bodies.arm_body import arm_body
+from armdesign.bodies.exact import carriers
 from armdesign.building.build import Build
 from armdesign.building.parts import Rod
 from armdesign.cell.obstacles import Mesh, Plane
-from armdesign.feasibility.verdict import carriers
+from armdesign.feasibility.verdict import exact_obstacles
 from armdesign.search.result import Result
 from armdesign.settings import Body
 from armdesign.views.report.answers import Worst
@@ -219,7 +220,9 @@ def mount_faces(run: Result, demonstration: int, frame: int) -> list[Faces]:
         level = base.mounted == "floor"  # of planes only a floor is drawn
         if any(
             carries
-            for carries, drawn in zip(carriers(obstacles, base, frame), obstacles.each, strict=True)
+            for carries, drawn in zip(
+                carriers(exact_obstacles(obstacles), base.matrix, frame), obstacles.each, strict=True
+            )
             if level or not isinstance(drawn.shape, Plane)
         ):
             return []
