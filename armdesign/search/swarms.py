@@ -93,7 +93,7 @@ def parameters(settings: SearchSettings, dof: int) -> dict[str, Any]:
     # with few joints few frames tell the basins apart; with many, wide steps may lead into another branch of the path
     coarse = settings.coarse if settings.coarse is not None else 40 if dof <= 3 else 100
     # with five and more, the light start of a coarse look misses what is best in a sample
-    return asdict(settings) | {"coarse": coarse, "coarse_sample": dof <= 4}
+    return asdict(settings) | {"coarse": coarse, "doubted": dof >= 5}
 
 
 def search_space(settings: SearchSettings, space: DesignSpace) -> SearchSpace:

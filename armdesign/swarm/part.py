@@ -4,6 +4,7 @@ Its stages, what each asks for, what it makes of the answers, and which one come
 
     SAMPLE   candidates of a first sample; descents begin at the best ones that lie apart
     DESCEND  steps of every descent, with gradients or probes around it (`descents.py` has the phases)
+    LEAD     a coarse descent that looks a new best, evaluated in full on its way; DESCEND goes on
     CHECK    where the best descents have ended, evaluated afresh and in full, goes into the archive of basins
     SCREEN   children of the best basins; of every few the best begins a descent, and so on from DESCEND
              where the best of them has not gained for long, the best few descend once more, in full
@@ -39,7 +40,7 @@ from armdesign.swarm.evolution import Evolution
 from armdesign.swarm.space import Region, SearchSpace
 
 T = TypeVar("T")
-SAMPLE, DESCEND, CHECK, SCREEN, EVOLVE, OVER = "sample", "descend", "check", "screen", "evolve", "over"
+SAMPLE, DESCEND, LEAD, CHECK, SCREEN, EVOLVE, OVER = "sample", "descend", "lead", "check", "screen", "evolve", "over"
 CHUNK, LEAST = 400, 100
 """Most candidates of the sample in one batch, and the smallest sample."""
 COUNTS, FLAGS = ("extra", "left", "mark_at"), ("fine", "brood")
@@ -61,7 +62,8 @@ class MultiBasinParameters:
         budget: Largest number of candidates.
         effort: How sure the search has to be to end before: quick, normal, thorough, or budget for never.
         coarse: How coarsely candidates are looked at that only lead the way, whatever that means to the caller; 0: not.
-        coarse_sample: Whether first samples are, too, where a coarse look finds what is good in full.
+        doubted: Whether a coarse look may miss what is good in full: first samples are then evaluated in full, and once
+            a round the coarse descent in the lead.
         scale: Candidates per free entry by which a beginning is measured, where the budget is not less than that.
         sample: Share of the scale for the first sample of a beginning.
         candidates_per_start: One first descent for so many candidates of the scale.
@@ -85,7 +87,7 @@ class MultiBasinParameters:
     budget: int = 50000
     effort: str = "normal"
     coarse: int = 100
-    coarse_sample: bool = True
+    doubted: bool = False
     scale: int = 2000
     sample: float = 0.06
     candidates_per_start: int = 400
@@ -299,7 +301,7 @@ class Part(Descending):
     def coarse(self) -> int:
         """See Algorithm.coarse."""
         looking = self._stage == SCREEN or (self._stage == DESCEND and not self._fine)
-        if self._stage == SAMPLE and self.parameters.coarse_sample:
+        if self._stage == SAMPLE and not self.parameters.doubted:
             looking = self.label > 0 or bool(self._history)
         return self.parameters.coarse if looking else 0
 
@@ -371,6 +373,9 @@ class Part(Descending):
                 U = children(self.region, parents, count, self._rng)
             elif self._stage == EVOLVE:
                 U = self._running(self._evolution).ask(self._rng)
+            elif self._stage == LEAD:
+                descents = self._running(self._descents)
+                U = descents.U[[np.argmin(descents.value)]]
             else:  # CHECK
                 U = self._running(self._descents).U[self._checkable]
             X = self.region.positions(U)
@@ -381,17 +386,19 @@ class Part(Descending):
         """What the descents ask for; behind it the one in the lead without its hint, where that looks a new best."""
         descents = self._running(self._descents)
         U, self._hints = descents.ask()
-        X, self._extra = self.region.positions(U), 0
-        if self.coarse:
-            return X
+        leader = [] if self.coarse else self._leader
+        self._extra = len(leader)
+        self._hints = np.vstack([self._hints, np.full((self._extra, self._hints.shape[1]), np.nan)])
+        return self.region.positions(np.vstack([U, descents.U[leader]]))
+
+    @property
+    def _leader(self) -> list[int]:
+        """The index of the best descent where, once a round, it has moved and looks a new best; else none."""
+        descents = self._running(self._descents)
         k = int(np.argmin(descents.value))
         ahead = descents.value[k] < self._best_value * (1.0 - AHEAD)
-        soon = self._phase == PROBE or (self._phase == STEP and self.sloped)
-        if not ahead or not soon or not np.any(descents.last[k]):
-            return X
-        self._extra = 1
-        self._hints = np.vstack([self._hints, np.full((1, self._hints.shape[1]), np.nan)])
-        return np.vstack([X, self.region.positions(descents.U[k : k + 1])])
+        soon = descents.phase == PROBE or (descents.phase == STEP and self.sloped)
+        return [k] if ahead and soon and np.any(descents.last[k]) else []
 
     # ------------------------------------------------------------------ what is told
 
@@ -408,7 +415,7 @@ class Part(Descending):
         self.stages.append(self._stage)
         self.notes.append(self.note)
         self._learn(values, hints, slopes, told)
-        if self.end and self._stage in (DESCEND, SCREEN):
+        if self.end and self._stage in (DESCEND, LEAD, SCREEN):
             size = self._descents.next_size if self._descents else self.parameters.descents * self.parameters.screened
             if told + size > self.end:
                 self._brood, self._stage = True, CHECK if self._descents else OVER
@@ -424,6 +431,10 @@ class Part(Descending):
         elif self._stage == EVOLVE or self._extra:  # evaluated without a hint, near a minimum
             first = count if self._extra else 0
             self._add(U[first:], values[first:], hints[first:], values[first:], np.zeros(len(U) - first))
+        elif self._stage == LEAD:
+            self._add(U, values, hints, self._running(self._descents).value.min(keepdims=True), np.zeros(1))
+            self._stage = DESCEND
+            return
         if self._stage == DESCEND:
             descents = self._running(self._descents)
             known = None if slopes is None else self.region.unit_slopes(slopes[:count])
@@ -431,6 +442,8 @@ class Part(Descending):
             self.sloped = descents.sloped
             if not descents.live.any():
                 self._stage = CHECK
+            elif self.parameters.doubted and self.coarse and self._leader:
+                self._stage = LEAD
         elif self._stage == SAMPLE:
             self._sampled(values, hints)
             if self._stage == SAMPLE:

@@ -5,7 +5,7 @@ import pytest
 from swarm_problem import SPACE, answer, build, bumpy_slope, evaluate, run
 
 from armdesign.swarm import Part
-from armdesign.swarm.part import SAMPLE
+from armdesign.swarm.part import DESCEND, LEAD, SAMPLE
 
 SIZES = {"budget": 1200, "effort": "normal"}
 
@@ -80,15 +80,32 @@ def test_what_is_gathered_at_an_early_end_counts():
     assert search.done
 
 
-@pytest.mark.parametrize(("coarse_sample", "in_full"), [(True, [True, False]), (False, [True])])
-def test_samples_are_evaluated_in_full_where_a_coarse_look_misleads(coarse_sample, in_full):
-    search, asked = build("multibasin", 3, budget=3000, coarse=10, coarse_sample=coarse_sample), []
+def told_stages(*, doubted):
+    """A search with coarse looks: of every batch its stage, whether it was in full, and whether without hints."""
+    search, told = build("multibasin", 3, budget=3000, coarse=10, doubted=doubted), []
     while not search.done:
         X, stage = search.ask(), search._parts[0].stage(10**6)
-        asked += [search.coarse == 0] * (stage == SAMPLE)
+        told.append((stage, search.coarse == 0, search.hints is None, len(X)))
         answer(search, X)
-    assert asked[0]
-    assert set(asked) == set(in_full)
+    return told
+
+
+def test_samples_are_evaluated_in_full_where_a_coarse_look_misleads():
+    for doubted, in_full in ((False, {True, False}), (True, {True})):
+        samples = [full for stage, full, *_ in told_stages(doubted=doubted) if stage == SAMPLE]
+        assert samples[0]
+        assert set(samples) == in_full
+
+
+def test_the_coarse_descent_in_the_lead_is_evaluated_in_full_where_a_coarse_look_misleads():
+    assert all(stage != LEAD for stage, *_ in told_stages(doubted=False))
+    told = told_stages(doubted=True)
+    leads = [k for k, (stage, *_) in enumerate(told) if stage == LEAD]
+    assert leads
+    for k in leads:
+        assert told[k] == (LEAD, True, True, 1)
+        assert told[k - 1][:2] == (DESCEND, False)
+        assert told[k + 1][0] == DESCEND
 
 
 @pytest.mark.parametrize("seed", range(4))
