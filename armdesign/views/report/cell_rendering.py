@@ -23,6 +23,7 @@ from armdesign.views.report.rendering import (
     Shot,
     ball_faces,
     cylinder_faces,
+    drawn,
     image_svg,
     painted,
     prism_faces,
@@ -102,7 +103,8 @@ def best_view(faces: Faces, arm: Faces, focus: Array, along: Array | None = None
 
     def seen(azimuth: float) -> float:
         turn = view(azimuth)
-        shares = [float((rendered(each, shot_of(each, turn, LOOK, focus))[1] == ARM).mean()) for each in (faces, arm)]
+        pictures = [drawn(each, shot_of(each, turn, LOOK, focus)) for each in (faces, arm)]
+        shares = [float((each.marks[each.chosen] == ARM).mean()) for each in pictures]
         spread = float(np.std(focus @ turn[0])) if along is None else float(np.linalg.norm(turn @ along))
         return shares[0] / max(shares[1], 1e-9) * spread
 
@@ -130,7 +132,7 @@ def worst_rendering(run: Result, worst: Worst, made: Build | None = None) -> Pic
     half = max(CLOSE, 2.5 * float(np.linalg.norm(hand - tip)))
     close = Shot(turn, turn @ (hand + tip) / 2.0, INSET / (2.0 * half), INSET, INSET)
     whole = see_through(faces, [(body, THROUGH_PERSON)], shot, ARM)
-    near = (1.0 + rendered(arm, close)[0]) / 2.0  # pale, under its marks
+    near = (1.0 + rendered(drawn(arm, close))) / 2.0  # pale, under its marks
     picture = np.ones((max(shot.height, INSET), WIDTH, 3))
     picture[: shot.height, : shot.width], picture[:INSET, shot.width :] = whole, near
     marks = gap_marks(shot, close, hand, tip, f"{1e3 * worst.error:.1f} mm")

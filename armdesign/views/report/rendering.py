@@ -15,7 +15,7 @@ from matplotlib.image import imsave
 from numpy.typing import NDArray
 
 from armdesign._types import Array
-from armdesign.views.report.kernels.depth_buffer import fill
+from armdesign.views.report.kernels.depth_buffer import fill, shade
 
 SIDES = 32
 """Flat sides that a cylinder is drawn with."""
@@ -160,16 +160,29 @@ def shot_of(faces: Faces, turn: Array, width: int, focus: Array | None = None) -
     return Shot(turn, (low + high) / 2.0, scale, width, max(int(np.ceil(scale * size[1])), 1))
 
 
-def rendered(faces: Faces, shot: Shot) -> tuple[Array, NDArray[np.int64]]:
-    """A picture of triangles.
+class Drawn(NamedTuple):
+    """What is seen of some triangles, in samples, from below.
+
+    Attributes:
+        depth: How near it is, shape (FINER H, FINER W) [mm], -inf for nothing.
+        chosen: Number of the triangle that is seen, -1 for none, shape (FINER H, FINER W).
+        colours: Of the triangles in their light, and white in the last row, shape (K + 1, 3).
+        marks: Of the triangles, and -1 in the last row, shape (K + 1,).
+    """
+
+    depth: Array
+    chosen: NDArray[np.int64]
+    colours: Array
+    marks: NDArray[np.int64]
+
+
+def drawn(faces: Faces, shot: Shot, beside: Drawn | None = None) -> Drawn:
+    """What is seen of triangles, and of others that are there already.
 
     Args:
         faces: The triangles.
         shot: What is seen of them, from where.
-
-    Returns:
-        Red, green, blue from 0 to 1, shape (H, W, 3), white where nothing is; and the mark of what is seen in each
-        sample, shape (FINER H, FINER W), -1 for nothing.
+        beside: The others, in the same shot.
     """
     seen = faces.corners @ np.vstack([shot.turn, np.cross(*shot.turn)]).T
     normal = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
@@ -177,21 +190,22 @@ def rendered(faces: Faces, shot: Shot) -> tuple[Array, NDArray[np.int64]]:
     size, scale = np.array([shot.width, shot.height]), FINER * shot.scale
     seen = (seen - np.r_[shot.middle, 0.0]) * np.r_[scale, scale, 1.0] + FINER * np.r_[size / 2.0, 0.0]
     normal = np.where(normal[:, 2:] < 0.0, -normal, normal) / np.where(length > 0.0, length, 1.0)  # both sides are lit
-    shade = AMBIENT + (1.0 - AMBIENT) * np.maximum(normal @ LIGHT, 0.0)
-    depth = np.full((FINER * shot.height, FINER * shot.width), -np.inf)
-    chosen = np.full(depth.shape, -1, dtype=np.int64)
-    fill(depth, chosen, seen)
-    shaded = np.vstack([faces.colours * shade[:, None], np.ones((1, 3))])
-    deep = np.pad(np.where(chosen < 0, depth.min(initial=0.0, where=chosen >= 0) - 2.0 * EDGE, depth), 1, mode="edge")
-    bends = np.minimum(  # second differences, so that a floor seen at a flat angle has no lines
-        deep[2:, 1:-1] + deep[:-2, 1:-1], deep[1:-1, 2:] + deep[1:-1, :-2]
-    ) - 2.0 * deep[1:-1, 1:-1]  # fmt: skip
-    light = np.where(bends < -EDGE, INK, 1.0)[..., None] / FINER**2
-    picture = np.zeros((shot.height, shot.width, 3))
-    for i, j in np.ndindex(FINER, FINER):
-        picture += shaded[chosen[i::FINER, j::FINER]] * light[i::FINER, j::FINER]
-    marks = np.r_[faces.marks, -1][chosen]
-    return picture[::-1], marks[::-1]
+    light = AMBIENT + (1.0 - AMBIENT) * np.maximum(normal @ LIGHT, 0.0)
+    if beside is None:
+        depth = np.full((FINER * shot.height, FINER * shot.width), -np.inf)
+        beside = Drawn(depth, np.full(depth.shape, -1), np.ones((1, 3)), np.array([-1]))
+    depth, chosen, others = beside.depth.copy(), beside.chosen.copy(), beside.colours[:-1]
+    fill(depth, chosen, seen, len(others))
+    colours = np.vstack([others, faces.colours * light[:, None], beside.colours[-1:]])
+    return Drawn(depth, chosen, colours, np.r_[beside.marks[:-1], faces.marks, -1])
+
+
+def rendered(drawing: Drawn) -> Array:
+    """The picture of what is seen: red, green, blue from 0 to 1, shape (H, W, 3), white where nothing is."""
+    height, width = (size // FINER for size in drawing.depth.shape)
+    picture = np.empty((height, width, 3))
+    shade(picture, drawing.depth.copy(), drawing.chosen, drawing.colours, EDGE, INK)
+    return picture[::-1]
 
 
 def see_through(solid: Faces, faint: Sequence[tuple[Faces, float]], shot: Shot, before: int) -> Array:
@@ -203,11 +217,15 @@ def see_through(solid: Faces, faint: Sequence[tuple[Faces, float]], shot: Shot, 
         shot: What is seen of them, from where.
         before: Mark of what no faint body is drawn over, even where it is in front.
     """
-    plain, marks = rendered(solid, shot)
-    free = (marks != before).reshape(shot.height, FINER, shot.width, FINER).mean(axis=(1, 3))[..., None]
-    picture = plain
+    behind = drawn(solid, shot)
+    free = (
+        (behind.marks[behind.chosen] != before)[::-1]
+        .reshape(shot.height, FINER, shot.width, FINER)
+        .mean(axis=(1, 3))[..., None]
+    )
+    picture = plain = rendered(behind)
     for body, through in faint:
-        seen = rendered(together([solid, body]), shot)[0]
+        seen = rendered(drawn(body, shot, behind))
         opaque = free * (1.0 - through) * (seen != plain).any(axis=2, keepdims=True)
         picture = picture + opaque * (seen - picture)
     return np.clip(picture, 0.0, 1.0)

@@ -17,6 +17,7 @@ from armdesign.views.report.rendering import (
     FINER,
     LIGHT,
     cylinder_faces,
+    drawn,
     image_svg,
     painted,
     prism_faces,
@@ -38,7 +39,8 @@ def square(z, half=1.0):
 def test_what_is_in_front_hides_what_is_behind_in_either_order():
     near, far = painted(square(1.0, 0.5), "#ff0000", 1), painted(square(0.0), "#0000ff", 2)
     for faces in (together([near, far]), together([far, near])):
-        picture, marks = rendered(faces, shot_of(faces, FRONT, 40))
+        drawing = drawn(faces, shot_of(faces, FRONT, 40))
+        picture, marks = rendered(drawing), drawing.marks[drawing.chosen]
         assert marks.shape == (FINER * picture.shape[0], FINER * picture.shape[1])
         height, width = marks.shape
         assert marks[height // 2, width // 2] == 1
@@ -50,9 +52,10 @@ def test_what_is_in_front_hides_what_is_behind_in_either_order():
 def test_a_face_is_lit_by_where_it_looks_whatever_the_scale():
     for size in (0.01, 1.0, 1000.0):
         faces = painted(size * square(0.0), "#ffffff")
-        picture, marks = rendered(faces, shot_of(faces, FRONT, 20))
+        drawing = drawn(faces, shot_of(faces, FRONT, 20))
+        picture = rendered(drawing)
         middle = picture[picture.shape[0] // 2, picture.shape[1] // 2]
-        assert (marks >= 0).mean() > 0.7
+        assert (drawing.chosen >= 0).mean() > 0.7
         assert middle == pytest.approx(np.full(3, AMBIENT + (1.0 - AMBIENT) * LIGHT[2]), abs=1e-12)
 
 
@@ -104,20 +107,23 @@ def test_a_point_is_where_a_shot_says_and_faint_bodies_let_through():
     assert shot.at(np.array([0.0, 1.0, 0.0]))[1] < shot.height / 2.0
     middle = see_through(red, [(blue, 0.6), (blue, 0.5)], shot, 1)[shot.height // 2, shot.width // 2]
     assert middle[0] == pytest.approx(0.6 * 0.5 * AMBIENT + 0.6 * 0.5 * (1.0 - AMBIENT) * LIGHT[2])
+    both, after = drawn(together([red, blue]), shot), drawn(blue, shot, drawn(red, shot))
+    for whole, stepwise in zip(both, after, strict=True):
+        np.testing.assert_array_equal(whole, stepwise)
     assert see_through(red, [(blue, 0.65)], shot, 0) == pytest.approx(
-        rendered(red, shot)[0]
+        rendered(drawn(red, shot))
     )  # not over what has the mark 0
 
 
 def test_a_line_is_about_what_is_in_front_and_not_on_a_floor_at_a_flat_angle():
     near, far = painted(square(100.0, 10.0), "#ff0000"), painted(square(0.0, 20.0), "#ff0000")
     shot = shot_of(far, FRONT, 40)
-    red = rendered(together([near, far]), shot)[0][shot.height // 2, :, 0]
+    red = rendered(drawn(together([near, far]), shot))[shot.height // 2, :, 0]
     row = np.flatnonzero(red < 0.95 * red[shot.width // 2])
     assert {abs(x - (shot.width - 1) / 2.0) for x in row.tolist()} == {7.5, 14.5}  # at the edges of either square
     turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.1, np.sqrt(0.99)]])
     shot = shot_of(painted(square(0.0, 1000.0), "#ff0000"), turn, 40)
-    inside = rendered(painted(square(0.0, 1000.0), "#ff0000"), shot)[0][1:-1, 3:-3]
+    inside = rendered(drawn(painted(square(0.0, 1000.0), "#ff0000"), shot))[1:-1, 3:-3]
     assert inside == pytest.approx(np.broadcast_to(inside[0, 0], inside.shape))
 
 
@@ -130,12 +136,12 @@ def test_what_a_base_is_mounted_on_is_drawn_where_nothing_else_shows_it(invented
     far = np.eye(4)
     far[:3, 3] = 9.0, 9.0, 0.5
     box = Obstacle("far", Box(np.array([0.1, 0.1, 0.1])), far)
-    for obstacles, drawn in (((box,), True), ((box, Obstacle("face", Plane(), plane)), mounted != "floor")):
+    for obstacles, shows in (((box,), True), ((box, Obstacle("face", Plane(), plane)), mounted != "floor")):
         first = dataclasses.replace(run.problem.first, base=base, obstacles=Obstacles(obstacles))
         placed = dataclasses.replace(run, problem=dataclasses.replace(run.problem, demonstrations=(first,)))
         found = mount_faces(placed, 0, 0)
-        assert bool(found) == drawn
-        if drawn:  # flat on the face, behind it
+        assert bool(found) == shows
+        if shows:  # flat on the face, behind it
             depth = (found[0].corners.reshape(-1, 3) - 1e3 * base.translation) @ base.rotation[:, 2]
             assert depth.max() == pytest.approx(0.0, abs=1e-6)
             assert depth.min() < -1.0
