@@ -16,7 +16,6 @@ from armdesign.building.parts_clearance import PartsGap, parts_gap
 from armdesign.building.shop import Shop, envelope
 from armdesign.building.tubes import Stock, Tube, worst_deflection
 from armdesign.errors import CatalogueError
-from armdesign.kinematics.motion import smooth_motion
 from armdesign.search.design_problem import Demonstration, DesignProblem
 from armdesign.search.evaluation import motions
 from armdesign.search.result import Result
@@ -107,8 +106,7 @@ def bears(fitted: Fitted, speed: float, options: BuildOptions, payload: float) -
     """
     actuators = fitted.choice.actuators
     load = Load(payload, options.margin, () if fitted.assembly is None else actuators)
-    paths = motions(fitted.arm.evaluation, fitted.arm.problem)
-    moved = [smooth_motion(*path, fitted.arm.limits).at_speed(speed) for path in paths]
+    moved = [each.at_speed(speed) for each in fitted.arm.moved]
     duty = duty_of(fitted.arm.body, moved, actuators, fitted.arm.base_pose, load)
     torque = duty.torque(range(len(actuators)))
     used = tuple(duty.shortfall(j, j, torque[:, j]) for j in range(len(actuators)))
@@ -212,12 +210,11 @@ def settled(result: Result, sizes: tuple[Actuator, ...], options: BuildOptions, 
     """
     costs = [a.mass if options.least == "mass" else float(a.price or 0.0) for a in sizes]
     body, payload = result.body, load.payload
-    shown = [smooth_motion(*path, result.limits) for path in motions(result.evaluation, result.problem)]
 
     def duty(speed: float, carried: float = payload, among: tuple[Actuator, ...] = sizes) -> Duty:
         return duty_of(
             body,
-            [each.at_speed(speed) for each in shown],
+            [each.at_speed(speed) for each in result.moved],
             among,
             result.base_pose,
             load._replace(payload=carried, heights=()),

@@ -14,7 +14,7 @@ from armdesign.export.options import LimitOptions, RobotOptions, SimulationOptio
 from armdesign.feasibility.demand import JointDemand, joint_demand, speed_fraction
 from armdesign.feasibility.needs import JointNeeds, joint_needs
 from armdesign.kinematics.base_pose import BasePose
-from armdesign.kinematics.motion import SmoothMotion, smooth_motion
+from armdesign.kinematics.motion import SmoothMotion
 from armdesign.search.evaluation import motions
 from armdesign.search.result import Result
 
@@ -34,24 +34,22 @@ def exported_limits(result: Result, arm: ArmBody, assumed: RobotOptions) -> tupl
         assumed: How the limits come about, and what the drives themselves need.
     """
     options = assumed.limits
-    paths, payload = motions(result.evaluation, result.problem), options.payload or 0.0
-    moved = [smooth_motion(*path, arm.limits) for path in paths]
-    needs, base = joint_needs(result.problem.settings), result.base_pose
+    needs, base, payload = joint_needs(result.problem.settings), result.base_pose, options.payload or 0.0
     velocity, effort = actuator_limits(needs, options)
     if options.margin is not None:
-        velocity, effort = peak_limits(arm, moved, assumed, base)
+        velocity, effort = peak_limits(arm, result.moved, assumed, base)
     velocity = np.maximum(velocity, options.velocity_floor or 0.0)
     effort = np.maximum(effort, options.effort_floor or 0.0)
     position, notes = result.limits, []
     if options.narrow_limits is not None:
-        q = np.concatenate([angles for _, angles in paths])
+        q = np.concatenate([angles for _, angles in motions(result.evaluation, result.problem)])
         margin = options.narrow_limits * np.where(needs.prismatic, 1e-3, np.deg2rad(1.0))
         position = narrowed(position, q, margin)
         notes += widened_notes(position, q)
     if options.margin is None:
         stated = JointNeeds(needs.prismatic, velocity, None, effort)
-        demand = joint_demand(arm, moved, payload, base)
-        own = [drive_torques(each, assumed.simulation) for each in moved]
+        demand = joint_demand(arm, result.moved, payload, base)
+        own = [drive_torques(each, assumed.simulation) for each in result.moved]
         notes += excess_notes(demand._replace(torque=demand.torque + np.concatenate(own)), stated)
     return joint_limits(arm.table.prismatic, position, velocity, effort), tuple(notes)
 

@@ -25,8 +25,9 @@ from armdesign.kinematics.base_pose import BasePose
 from armdesign.kinematics.dh import DHTable
 from armdesign.kinematics.dh_files import read_base_pose, read_design
 from armdesign.kinematics.line_drawing import Line, drawing, shown
+from armdesign.kinematics.motion import SmoothMotion, smooth_motion
 from armdesign.search.design_problem import Demonstration, DesignProblem
-from armdesign.search.evaluation import Evaluation, PathEvaluation, at_given_place, evaluate_design
+from armdesign.search.evaluation import Evaluation, PathEvaluation, at_given_place, evaluate_design, motions
 from armdesign.swarm import ALGORITHMS, History
 from armdesign.swarm.agreement import LEVELS, Agreement
 
@@ -146,6 +147,11 @@ class Result:
         pairs = zip(self.problem.demonstrations, self.evaluation.demonstrations, strict=True)
         followed = [done(self.table, each, scored, several=several) for each, scored in pairs]
         return judge(self.body, self.base_pose, followed, self.problem.requirements)
+
+    @cached_property
+    def moved(self) -> tuple[SmoothMotion, ...]:
+        """What the joints do on every demonstration that the search sees, smoothed; fitted once."""
+        return tuple(smooth_motion(*path, self.limits) for path in motions(self.evaluation, self.problem))
 
     @cached_property
     def slides(self) -> tuple[float, ...]:

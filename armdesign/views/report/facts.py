@@ -15,7 +15,7 @@ from armdesign.export.planning import FEW, sampled_contacts
 from armdesign.export.robot_file import make_robot, resolved_options, result_arm, trajectory_start
 from armdesign.export.servos import lag_note
 from armdesign.export.trajectory.exporting import TrajectoryOptions
-from armdesign.kinematics.motion import SmoothMotion, smooth_motion
+from armdesign.kinematics.motion import SmoothMotion
 from armdesign.search.result import Result
 
 
@@ -102,12 +102,11 @@ def joint_loads(run: Result, options: RobotOptions) -> JointLoads:
     """
     chosen = resolved_options(options, run)
     arm, _ = result_arm(run, chosen)
-    time, limits = run.problem.task.time, chosen.limits
-    motion = smooth_motion(time, run.evaluation.path.q, run.limits)
+    limits, motion = chosen.limits, run.moved[0]
     exported = exported_limits(run, arm, chosen)[0]
     start, pace = trajectory_start(run, TrajectoryOptions())
     return JointLoads(
-        time=time,
+        time=run.problem.task.time,
         motion=motion,
         torque=joint_torques(arm, motion, limits.payload or 0.0, base_gravity(run.base_pose)),
         limits=exported,
