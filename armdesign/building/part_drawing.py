@@ -35,10 +35,10 @@ from armdesign.building.sheet import (
     circle,
     framed,
     number,
-    pdf_of,
     svg_of,
     text_width,
 )
+from armdesign.building.sheet_figure import pdf_of
 from armdesign.building.shop import ALUMINIUM
 from armdesign.kinematics.base_pose import MOUNTINGS
 

@@ -25,7 +25,8 @@ from armdesign.building.projection import (
     silhouette,
     slanted,
 )
-from armdesign.building.sheet import A3, PENS, Box, Sheet, Words, figure_of, number, pdf_of, svg_of, text_width
+from armdesign.building.sheet import A3, PENS, Box, Sheet, Words, number, svg_of, text_width
+from armdesign.building.sheet_figure import figure_of, pdf_of
 from armdesign.building.shop import ALUMINIUM, Shop
 from armdesign.kinematics.dh import DHTable
 from armdesign.settings.sections import Body

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from armdesign.building.sheet import figure_of
+from armdesign.building.sheet_figure import figure_of
 from armdesign.errors import counted
 from armdesign.experiments.auto_dof.dof_rule import ENOUGH, WITHIN, Rule, Verdict, choose_dof, explain, rule_of
 from armdesign.experiments.studies.study_plan import Defaults, Record, StudyRequest, search_unit, task_name
