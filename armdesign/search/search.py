@@ -206,7 +206,7 @@ class Search:
         swarm = {name: value for name, value in state.items() if name != "search"}
         length = getattr(self.settings, self.swarm.length)
         space = search_space(self.settings, self.space)
-        self.swarm = algorithm_from_state(swarm, space, length, parameters(self.settings, self.space.dof))
+        self.swarm = algorithm_from_state(swarm, space, length, parameters(self.settings, self.space))
         self.rejections = Rejections(**search["rejections"])
         r, f, E = search["leader"]
         self.leader = float(r), float(f), float(E)

@@ -80,20 +80,20 @@ def new_swarm(settings: SearchSettings, space: DesignSpace) -> Algorithm:
         space: The design space.
     """
     rng = np.random.default_rng(settings.seed)
-    return make_algorithm(settings.algorithm, search_space(settings, space), rng, parameters(settings, space.dof))
+    return make_algorithm(settings.algorithm, search_space(settings, space), rng, parameters(settings, space))
 
 
-def parameters(settings: SearchSettings, dof: int) -> dict[str, Any]:
-    """The settings by name, with what is left to the number of joints.
+def parameters(settings: SearchSettings, space: DesignSpace) -> dict[str, Any]:
+    """The settings by name, with what is left to the design space.
 
     Args:
         settings: As the user set them.
-        dof: Number of joints n.
+        space: The design space.
     """
     # with few joints few frames tell the basins apart; with many, wide steps may lead into another branch of the path
-    coarse = settings.coarse if settings.coarse is not None else 40 if dof <= 3 else 100
-    # with five and more, the light start of a coarse look misses what is best in a sample
-    return asdict(settings) | {"coarse": coarse, "doubted": dof >= 5}
+    coarse = settings.coarse if settings.coarse is not None else 40 if space.dof <= 3 else 100
+    # with five and more, or where the base is placed too, the light start of a coarse look misses the best of a sample
+    return asdict(settings) | {"coarse": coarse, "doubted": space.dof >= 5 or bool(space.sites)}
 
 
 def search_space(settings: SearchSettings, space: DesignSpace) -> SearchSpace:

@@ -6,6 +6,7 @@ import pytest
 from armdesign.cell.obstacles import Obstacle, Obstacles, Sphere
 from armdesign.search.backends.backend import InProcess
 from armdesign.search.search import Search
+from armdesign.search.swarms import parameters
 
 THIN = {"body": {"kind": "thin"}, "design": {"dof": 3}}
 
@@ -63,3 +64,10 @@ def test_what_was_looked_at_coarsely_never_counts(prepared_for):
         if not coarse and pure.any():
             best = min(best, scores(problem, X[pure]).fitness.min())
     assert run.swarm.best_fitness == best == run.leader[0]
+
+
+def test_a_coarse_look_at_a_sample_is_doubted_with_many_joints_and_where_the_base_is_placed(prepared_for):
+    placed = {"cell": {"place": ["x=0.2..0.4 y=-0.3..0.1 z=0.9"]}}
+    for changes, doubted in (({}, False), ({"design": {"dof": 5}}, True), (placed, True)):
+        problem = prepared_for(**THIN | changes).in_room
+        assert parameters(problem.settings.search, problem.space)["doubted"] == doubted
