@@ -172,8 +172,7 @@ class ExactScene:
         first, second = self._self_pairs.T
         moved = np.min(motion.moved[first] + motion.moved[second], axis=1, initial=np.inf)
         ends, thickness = motion.ends, motion.thickness
-        apart = np.stack([segment_distance(ends[i], ends[j]) for i, j in self._self_pairs] or [np.zeros(0)])
-        bound = apart - (thickness[first] + thickness[second])[:, None]
+        bound = segment_distance(ends[first], ends[second]) - (thickness[first] + thickness[second])[:, None]
         return self._least(motion, 0, bound, moved) if len(self._self_pairs) else None
 
     def obstacle_clearance(self, q: ArrayLike | _Motion) -> Clearance | None:

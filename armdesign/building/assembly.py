@@ -300,6 +300,8 @@ def chained(link: int, knots: Sequence[Knot], kinds: tuple[str, str], shop: Shop
     for _ in range(30):  # a wedge's tube points at its face's middle, which moves with the angle: settles quickly
         start = anchor(knots[0], kinds[0], unit(anchors[1] - anchors[0]), shop)
         end = anchor(knots[-1], kinds[1], unit(anchors[-2] - anchors[-1]), shop)
+        if np.array_equal([anchors[0], anchors[-1]], [start, end]):
+            break
         anchors[0], anchors[-1] = start, end
     screws: list[Screws] = []
     nodes: list[Placed | None] = []

@@ -44,12 +44,22 @@ class Labels:
         through = np.array(points, dtype=float)
         self.lines = np.concatenate([self.lines, np.stack([through[:-1], through[1:]], axis=1)])
 
-    def has_room(self, box: Box, lines: Array) -> bool:
-        """Whether a text's box covers nothing, and lines that come with it, shape (k, 2, 2), cross no text [mm]."""
-        if any(box.overlaps(other) for other in self.boxes):
-            return False
+    def with_room(self, boxes: Array, lines: Array) -> NDArray[np.bool_]:
+        """Which places of a text cover nothing, and have lines that cross no text.
+
+        Args:
+            boxes: Of the text, left, bottom, right, top, shape (m, 4) [mm].
+            lines: What comes with it in each place, shape (m, k, 2, 2) [mm].
+
+        Returns:
+            Shape (m,).
+        """
         texts = np.reshape(self.boxes, (-1, 4))
-        return not crossing(self.lines, box).any() and not (len(lines) and crossing(lines, texts).any())
+        apart = np.any((boxes[:, None, :2] >= texts[:, 2:]) | (texts[:, :2] >= boxes[:, None, 2:]), axis=2)
+        covers = np.any(~apart, axis=1) | np.any(crossing(self.lines, boxes), axis=1)
+        crossed = np.any(crossing(lines.reshape(-1, 2, 2), texts), axis=0).reshape(lines.shape[:2])
+        room: NDArray[np.bool_] = ~(covers | np.any(crossed, axis=1))
+        return room
 
     def leader(self, text: str, target: ArrayLike, size: float = LETTER, *, line: bool = True) -> Box:
         """A text beside a place, with a line to it where it is not close by.
@@ -62,19 +72,20 @@ class Labels:
         """
         at, width = np.asarray(target, dtype=float), text_width(text, size)
         for rays, strict in ((RAYS, True), (MORE_RAYS, True), (RAYS, False)):
+            ways = np.stack([np.cos(rays), np.sin(rays)], axis=1)
+            aside = np.stack([np.sign(np.round(ways[:, 0], 6)) * width / 2.0, np.zeros(len(ways))], axis=1)
             for ring in RINGS:
-                for ray in rays:
-                    way = np.array([np.cos(ray), np.sin(ray)])
-                    middle = at + ring * way + np.array([np.sign(round(way[0], 6)) * width / 2.0, 0.0])
-                    box = text_box(middle, width, size)
-                    end = at + (ring - 1.0) * way
-                    drawn = line or ring > RINGS[1]
-                    if self.has_room(box, np.array([(at, end)] if drawn and strict else []).reshape(-1, 2, 2)):
-                        self.taken(text, middle, box, size)
-                        if drawn:
-                            self.sheet.line(at, end)
-                            self.keep_clear(at, end)
-                        return box
+                middles, ends = at + ring * ways + aside, at + (ring - 1.0) * ways
+                boxes, drawn = text_boxes(middles, width, size), line or ring > RINGS[1]
+                lines = np.stack([np.broadcast_to(at, ends.shape), ends], axis=1)[:, None]
+                free = np.flatnonzero(self.with_room(boxes, lines[:, : drawn and strict]))
+                if len(free):
+                    k = free[0]
+                    box = self.taken(text, middles[k], Box(boxes[k].tolist()), size)
+                    if drawn:
+                        self.sheet.line(at, ends[k])
+                        self.keep_clear(at, ends[k])
+                    return box
         raise AssertionError("there is room far out")  # nothing is drawn 600 mm from what it is about
 
     def dimension(self, text: str, start: ArrayLike, end: ArrayLike, *, lines_only: bool = False) -> Box:
@@ -104,29 +115,29 @@ class Labels:
         for strict, (side, offset) in product((True, False)[: 1 + lines_only], order) if span > TINY else ():
             by = side * offset * across
             for middle, *line in ends:
-                box = text_box(middle + by, width, LETTER)
+                box = text_boxes(middle + by, width, LETTER)
                 feet, over = side * across, by + side * across
                 lines = np.array([np.array(line) + by, (p + feet, p + over), (q + feet, q + over)])
-                if self.has_room(box, lines if strict else lines[:0]):
+                if self.with_room(box[None], lines[None, : 3 * strict])[0]:
                     for piece in lines:
                         self.sheet.line(*piece)
                         self.keep_clear(*piece)
                     self.sheet.arrow(p + by, -along if inside else along)
                     self.sheet.arrow(q + by, along if inside else -along)
-                    self.taken(text, middle + by, box, LETTER)
-                    return box
+                    return self.taken(text, middle + by, Box(box.tolist()), LETTER)
         return self.leader(text, (p + q) / 2.0)
 
-    def taken(self, text: str, middle: Array, box: Box, size: float) -> None:
+    def taken(self, text: str, middle: Array, box: Box, size: float) -> Box:
         """Draw a text in its box, where there is room, letters of a size about a middle, shape (2,) [mm]."""
         self.sheet.text(text, middle, size=size, cleared=True)
         self.boxes.append(box)
+        return box
 
 
-def text_box(middle: Array, width: float, height: float) -> Box:
-    """The room of a text about a middle, shape (2,), with what keeps it apart from others [mm]."""
+def text_boxes(middles: Array, width: float, height: float) -> Array:
+    """The room of a text about middles, shape (..., 2), with what keeps it apart from others, shape (..., 4) [mm]."""
     half = np.array([width / 2.0 + MARGIN, height / 2.0 + MARGIN])
-    return Box((*(middle - half).tolist(), *(middle + half).tolist()))
+    return np.concatenate([middles - half, middles + half], axis=-1)
 
 
 def crossing(lines: Array, boxes: ArrayLike) -> NDArray[np.bool_]:

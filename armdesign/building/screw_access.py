@@ -98,12 +98,13 @@ def head_room(part: Part, face: Face, shop: Shop) -> float:
         ring, up = np.stack([np.cos(turns), 0.0 * turns, np.sin(turns)], axis=1), np.array([0.0, 1.0, 0.0])
         thick = WEDGE - 1e-3 if part.note == "wedge" else part.sizes["plate"]
         around = replace(circle, diameter=2.0).places(circle.turns)
-        for half in np.arange(0.25e-3, 0.1, 0.25e-3).tolist():
-            rim = (half + head + 1.5e-3) * ring + face.height * up
-            on = part.holds(np.concatenate([rim, rim + thick * up])).all()
-            if not on or not reached(part, face, half * around, shop).any():
-                break
-            found = 2.0 * half
+        halves = np.arange(0.25e-3, 0.1, 0.25e-3)
+        rims = (halves[:, None, None] + head + 1.5e-3) * ring + face.height * up
+        on = part.holds(np.concatenate([rims, rims + thick * up], axis=1).reshape(-1, 3)).reshape(len(halves), -1)
+        halves = halves[: np.append(on.all(axis=1), False).argmin()]
+        free = reached(part, face, halves[:, None, None, None] * around, shop).any(axis=1)
+        halves = halves[: np.append(free, False).argmin()]
+        found = 2.0 * float(halves[-1]) if len(halves) else 0.0
         clear = found >= (circle.diameter - 1e-9 if circle.known else 1e-9)
     if not clear:
         raise TurnError(

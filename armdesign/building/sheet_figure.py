@@ -36,9 +36,10 @@ def figure_of(sheet: Sheet) -> Figure:
         kind = (0.0, [x * POINT for x in dashes]) if dashes else "-"
         style: dict[str, Any] = {"linewidth": wide * POINT, "linestyle": kind, "zorder": order, "clip_on": False}
         if mark.fill is None:
-            axis.add_line(Line2D(*mark.points.T, color=mark.colour, **style))
+            drawn: Line2D | Polygon = Line2D(*mark.points.T, color=mark.colour, **style)
         else:
-            axis.add_patch(Polygon(mark.points, facecolor=mark.fill, edgecolor=mark.colour, joinstyle="round", **style))
+            drawn = Polygon(mark.points, facecolor=mark.fill, edgecolor=mark.colour, joinstyle="round", **style)
+        axis.add_artist(drawn)  # its limits are known
     return figure
 
 
