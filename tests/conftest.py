@@ -3,6 +3,8 @@
 import os
 import sys
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: a worker has a core, its matrices are small
+
 import pytest
 from numba.core.caching import FunctionCache
 from numba.core.compiler_lock import global_compiler_lock
@@ -23,6 +25,11 @@ WITHOUT_KERNELS = {"demonstration", "settings", "swarm"}
 # Byte code is kept, as kernels are: dozens of processes load the package, and that of the tests takes 10 s a worker
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+def pytest_xdist_auto_num_workers(config):
+    """One more than there are cores: a third of the time the tests wait for what other processes do."""
+    return len(os.sched_getaffinity(0)) + 1 if hasattr(os, "sched_getaffinity") else None
 
 
 def pytest_collection_modifyitems(items):
