@@ -1,42 +1,37 @@
-"""The arm in motion, drawn by Pinocchio's MeshcatVisualizer from the exported URDF."""
+"""The arm in motion, drawn in MeshCat as Pinocchio reads it from the exported URDF."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import meshcat.geometry as mg
 import numpy as np
 import pinocchio as pin
-from pinocchio.visualize import MeshcatVisualizer
 
 from armdesign._types import Array
 from armdesign.export.urdf import MATERIALS
-from armdesign.views.preview.colours import ARM, BASE, TUBE, components
-from armdesign.views.preview.recorder import Poses, Track, pose_tracks
+from armdesign.views.preview.colours import ARM, BASE, TUBE, number
+from armdesign.views.preview.recorder import Track, pose_tracks
 
-ROOT = "arm"
-"""Node of the arm below its design's."""
 PAINT = {"base": BASE, "joint": ARM, "tube": TUBE}
 """The colours of the page for the materials of the URDF."""
-
-
 OPACITY = 0.7
 """Of the arm, so that the points and their places inside the tubes are seen."""
 
 
-def arm_models(urdf: str) -> tuple[pin.Model, pin.GeometryModel]:
-    """The exported arm and its solids as Pinocchio reads them, in the colours of the page."""
-    model = pin.buildModelFromXML(urdf)
-    solids = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.VISUAL)
-    for solid in solids.geometryObjects:
-        for name, colour in PAINT.items():
-            if np.allclose(solid.meshColor, MATERIALS[name], atol=1e-6):
-                solid.meshColor = np.array([*components(colour), OPACITY])
-                break
-    return model, solids
+class AlongZ(mg.Cylinder):  # type: ignore[misc]
+    """A cylinder along z, as in URDF; MeshCat's is along y."""
+
+    def intrinsic_transform(self) -> Array:
+        """What turns MeshCat's cylinder, shape (4, 4)."""
+        turn: Array = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+        return turn
 
 
 def draw_arm(node: Any, urdf: str, q: Array) -> list[Track]:  # noqa: ANN401 (a meshcat.Visualizer)
     """Draw an arm at its first pose, and let it go through all of them.
+
+    Pinocchio's own MeshcatVisualizer draws the same, but loading it loads every viewer that Pinocchio knows, 1.5 s.
 
     Args:
         node: Where; the arm's base frame is that of the node.
@@ -46,13 +41,19 @@ def draw_arm(node: Any, urdf: str, q: Array) -> list[Track]:  # noqa: ANN401 (a 
     Returns:
         How its solids move over the keyframes.
     """
-    model, solids = arm_models(urdf)
-    display = MeshcatVisualizer(model, None, solids)
-    display.initViewer(viewer=node)
-    display.loadViewerModel(ROOT)
-    display.display(q[0])
-    poses = Poses(node.path.lower())
-    display.viewer = poses
-    for angles in q:
-        display.display(angles)
-    return [track for path, taken in poses.taken.items() for track in pose_tracks(path, np.array(taken))]
+    model = pin.buildModelFromXML(urdf)
+    solids = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.VISUAL)
+    data, placed = model.createData(), pin.GeometryData(solids)
+    poses = np.empty((len(q), solids.ngeoms, 4, 4))
+    for k, angles in enumerate(q):
+        pin.updateGeometryPlacements(model, data, solids, placed, angles)
+        poses[k] = [pose.homogeneous for pose in placed.oMg]
+    tracks = []
+    for each, solid in enumerate(solids.geometryObjects):
+        at = node["arm"]["visuals"][solid.name]
+        colour = next(PAINT[name] for name in PAINT if np.allclose(solid.meshColor, MATERIALS[name], atol=1e-6))
+        cylinder = AlongZ(2.0 * solid.geometry.halfLength, solid.geometry.radius)
+        at.set_object(cylinder, mg.MeshPhongMaterial(color=number(colour), transparent=True, opacity=OPACITY))
+        at.set_transform(poses[0, each])
+        tracks += pose_tracks(at.path.lower(), poses[:, each])
+    return tracks

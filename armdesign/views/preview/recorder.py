@@ -40,27 +40,6 @@ class Window:
         self.commands.append(command.lower())
 
 
-class Poses:
-    """Stands in for a viewer while an arm moves: keeps the poses each node is given, in order.
-
-    Attributes:
-        taken: The poses by path, each of shape (4, 4).
-    """
-
-    def __init__(self, path: str = "", taken: dict[str, list[Array]] | None = None) -> None:
-        """The node at a path, by default the root; nodes below share ``taken``."""
-        self._path = path
-        self.taken: dict[str, list[Array]] = defaultdict(list) if taken is None else taken
-
-    def __getitem__(self, name: str) -> Poses:
-        """The node of that name below this one."""
-        return Poses(f"{self._path}/{name}", self.taken)
-
-    def set_transform(self, matrix: Array) -> None:
-        """Keep a pose of this node."""
-        self.taken[self._path].append(np.array(matrix, dtype=float))
-
-
 @dataclass(frozen=True, eq=False)
 class Track:
     """A property of a node over the keyframes.
