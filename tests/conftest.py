@@ -29,7 +29,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 def pytest_xdist_auto_num_workers(config):
     """One more than there are cores: a third of the time the tests wait for what other processes do."""
-    return len(os.sched_getaffinity(0)) + 1 if hasattr(os, "sched_getaffinity") else None
+    return processes.available_cores() + 1
 
 
 def pytest_collection_modifyitems(items):

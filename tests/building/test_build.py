@@ -399,7 +399,7 @@ def test_bad_input(design, folder, tmp_path):
     text = (Path(tubes.__file__).parent / "stock" / "aluminium.toml").read_text()
     coarse.write_text(text.replace("cut = 0.001", "cut = 0.5"))
     with pytest.raises(CatalogueError, match="steps of 500 mm"):
-        build(design, BuildOptions("rmd", payload=0.3, stock=str(coarse), printed=True))
+        build(design, BuildOptions("rmd", payload=0.3, stock=str(coarse)))
     with pytest.raises(CatalogueError, match="even at 2 %") as error:
         build(design, BuildOptions("dynamixel-p", payload=400.0, speed="auto"))
     assert error.value.value > 1.0
