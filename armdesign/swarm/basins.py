@@ -20,6 +20,8 @@ SHORT, SHORTER = 0.5, 0.3
 """Longest length drawn anew, in unit coordinates, and the probability that it is none."""
 NOISE = 0.02
 """Standard deviation of the noise on children that are made otherwise, so that no child repeats a parent."""
+NEAR, SLIGHT = 3, 0.02
+"""How many entries apart lie what a joint and the next one have of a kind; what lets a link of no length be chosen."""
 MARGIN = 0.005
 """How far inside the slab children lie, so that descents can begin from them."""
 COLUMNS = ("U", "value", "hint", "look", "hits")
@@ -138,26 +140,29 @@ def apart(places: Array, radius: float, most: int) -> list[int]:
     return kept
 
 
-def children(region: Region, parents: Array, count: int, rng: np.random.Generator) -> Array:
-    """Make places: a parent with entries drawn anew, shaken, with twists turned over, or crossed with another parent.
+def children(region: Region, parents: Array, groups: int, size: int, rng: np.random.Generator) -> Array:
+    """Make places: a parent with entries drawn anew, shaken, with angles turned over, crossed, or with links exchanged.
 
-    Parents are drawn by the better of two ranks. All four ways bring some of the best basins, so each is taken equally
-    often.
+    Parents are drawn by the better of two ranks. All ways bring some of the best basins, so each makes as many groups.
+    A group is made in one way: of those together the ones that change least would look best before they have descended.
 
     Args:
         region: Box and slab.
         parents: Unit coordinates of basins, best first, shape (A, K).
-        count: Number of children.
+        groups: Number of groups of children.
+        size: Children of a group.
         rng: Source of the draws.
 
     Returns:
-        Unit coordinates, shape (count, K).
+        Unit coordinates, group after group, shape (groups * size, K).
     """
-    ways = (redrawn, shaken, turned_over, crossed)
-    places = np.empty((count, region.dimension))
-    for k in range(count):
+    ways = [redrawn, shaken, turned_over, crossed]
+    if np.count_nonzero(region.weights) > 1:
+        ways.append(exchanged)
+    places = np.empty((groups * size, region.dimension))
+    for k in range(len(places)):
         parent = parents[int(rng.integers(0, len(parents), 2).min())]  # the better of two ranks ~ U{0..A-1}
-        places[k] = ways[int(rng.integers(len(ways)))](region, parent, parents, rng)
+        places[k] = ways[k // size % len(ways)](region, parent, parents, rng)
     return region.pulled_in(places, MARGIN)
 
 
@@ -189,3 +194,21 @@ def crossed(region: Region, parent: Array, parents: Array, rng: np.random.Genera
     other = parents[int(rng.integers(len(parents)))]
     child = np.where(rng.random(len(parent)) < 0.5, parent, other)
     return np.asarray(child + rng.normal(size=len(parent)) * NOISE)  # ~ N(child, NOISE^2 I)
+
+
+def exchanged(region: Region, parent: Array, parents: Array, rng: np.random.Generator) -> Array:
+    """An entry of the slab changes places with one near it, and half of the angles beside them are drawn anew.
+
+    So a link comes to lie along a joint's axis in place of across it, or before another joint.
+    """
+    child, links = parent.copy(), np.flatnonzero(region.weights)
+    share = np.cumsum(parent[links] + SLIGHT)
+    i = links[np.searchsorted(share, rng.random() * share[-1])]  # the longer the likelier
+    near = links[(np.abs(links - i) <= NEAR) & (links != i)]
+    j = near[int(rng.integers(len(near)))] if len(near) else i
+    child[[i, j]] = child[[j, i]]
+    for k in np.flatnonzero(region.angular):
+        beside = min(i, j) - NEAR < k < max(i, j) + NEAR
+        if beside and rng.random() < 0.5:
+            child[k] = rng.random()  # ~ U(0, 1)
+    return np.asarray(child + rng.normal(size=len(child)) * NOISE)  # ~ N(child, NOISE^2 I)

@@ -367,10 +367,8 @@ class Part(Descending):
         else:
             if self._stage == SCREEN:
                 parents = self.archive.U[: self.parameters.parents]
-                count = self.parameters.screened * (
-                    self.parameters.together_descents if self._brood else self.parameters.descents
-                )
-                U = children(self.region, parents, count, self._rng)
+                groups = self.parameters.together_descents if self._brood else self.parameters.descents
+                U = children(self.region, parents, groups, self.parameters.screened, self._rng)
             elif self._stage == EVOLVE:
                 U = self._running(self._evolution).ask(self._rng)
             elif self._stage == LEAD:
